@@ -1,0 +1,1 @@
+"""Starts, measures, judges and stores. Talks to renderers only through processes."""

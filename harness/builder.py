@@ -1,0 +1,117 @@
+"""Compiles a renderer on first use, into a cache keyed by its sources, flags, compiler and processor."""
+
+import hashlib
+import json
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from filelock import FileLock
+
+CANDIDATES = {"c++": ("CXX", ("c++", "g++", "clang++")), "c": ("CC", ("cc", "gcc", "clang"))}
+MISSING = {"c++": "no C++ compiler (apt install g++)", "c": "no C compiler (apt install gcc)"}
+TIMEOUT = 600  # s
+
+
+class BuildError(Exception):
+    """The build failed; str() says how."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """A finished build. `seconds` is what it took when it was made, `cached` whether that was earlier."""
+
+    folder: Path
+    seconds: float
+    compiler: str
+    command: tuple[str, ...]
+    cached: bool
+
+
+def cache_folder(name: str) -> Path:
+    """Folder `name` of the user's cache, or of $RAYRACE_CACHE."""
+    import platformdirs
+
+    return Path(os.environ.get("RAYRACE_CACHE") or platformdirs.user_cache_dir("rayrace")) / name
+
+
+def find_compiler(kind: str) -> str | None:
+    variable, names = CANDIDATES[kind]
+    chosen = os.environ.get(variable)
+    return shutil.which(chosen) if chosen else next(filter(None, map(shutil.which, names)), None)
+
+
+@cache
+def compiler_version(path: str) -> str:
+    answer = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=30)
+    return (answer.stdout or answer.stderr).partition("\n")[0].strip()
+
+
+@cache
+def processor() -> str:
+    """What -march=native depends on: the model and its instruction sets."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    wanted = ("model name", "flags", "Features", "CPU part")
+    return "\n".join(sorted({line for line in lines if line.startswith(wanted)})) or platform.machine()
+
+
+def build(renderer) -> Built:
+    """Build `renderer` (a registry.Renderer), or find its build. BuildError if there is no compiler or it fails."""
+    recipe = renderer.manifest.build
+    compiler = find_compiler(recipe.compiler)
+    if compiler is None:
+        raise BuildError(MISSING[recipe.compiler])
+    version = compiler_version(compiler)
+    parts = (renderer.version, str(renderer.folder), *recipe.command, compiler, version, processor())
+    key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
+    home = cache_folder("builds")
+    home.mkdir(parents=True, exist_ok=True)
+    final = home / f"{renderer.manifest.name}-{key}"
+    with FileLock(f"{final}.lock"):
+        if (final / "build.json").is_file():
+            record = json.loads((final / "build.json").read_text())
+            return Built(final, record["seconds"], record["compiler"], tuple(record["command"]), True)
+        return _make(renderer, recipe, compiler, version, final)
+
+
+def _make(renderer, recipe, compiler, version, final: Path) -> Built:
+    scratch = Path(tempfile.mkdtemp(prefix=f"{final.name}-", dir=final.parent))
+    try:
+        places = {"compiler": compiler, "folder": str(renderer.folder), "build": str(scratch)}
+        command = tuple(fill(word, places) for word in recipe.command)
+        start = time.monotonic()
+        try:
+            done = subprocess.run(
+                command, cwd=scratch, capture_output=True, text=True, timeout=TIMEOUT, stdin=subprocess.DEVNULL
+            )
+        except OSError as error:
+            raise BuildError(f"{command[0]}: {error.strerror}") from None
+        except subprocess.TimeoutExpired:
+            raise BuildError(f"the build did not end within {TIMEOUT} s") from None
+        seconds = time.monotonic() - start
+        if done.returncode:
+            lines = [line for line in done.stderr.splitlines() if line.strip()]
+            first = next((line for line in lines if "error" in line), lines[-1] if lines else "no message")
+            raise BuildError(f"{' '.join(command)}: exit {done.returncode}: {first}")
+        record = {"seconds": seconds, "compiler": version, "command": recipe.command}
+        (scratch / "build.json").write_text(json.dumps(record))
+        os.replace(scratch, final)
+        return Built(final, seconds, version, recipe.command, False)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def fill(word: str, places: dict[str, str]) -> str:
+    """`word` with its {placeholders} filled in; other braces stay."""
+    for name, value in places.items():
+        word = word.replace("{" + name + "}", value)
+    return word

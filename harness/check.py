@@ -1,0 +1,181 @@
+"""The contract test: does a renderer keep to renderers/README.md and SPEC.md? For any author to run."""
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from harness import judge, race, reference, registry, repetition
+from harness.builder import BuildError
+from harness.errors import UserError
+from harness.job import Parameters
+from harness.manifest import load
+from harness.registry import Entry, Renderer
+from harness.scene import text
+from harness.scene.flatten import flatten
+from harness.scene.needs import needs as needs_of
+
+SIZE = 16
+HIT_TOLERANCE = 1e-11  # of t, point and normal of rays in general position, relative to their size
+
+
+@dataclass(frozen=True)
+class Check:
+    what: str
+    passed: bool
+    detail: str = ""
+
+
+def scene_text(features: tuple[str, ...]) -> str:
+    """A scene in general position that uses what the renderer claims, and nothing else."""
+    k_s = 0.6 if {"phong", "reflection"} <= set(features) else 0
+    material = f"(0.7,0.5,0.3) {k_s} 20 (0,0,0) 1e6 1"
+    lines = ["CAMERA (0.13,0.07,0) (1.5,0,-0.2) (0,1.5,0) (0.8,0.31,6)"]
+    shapes = {
+        "sphere": "SPHERE (-0.71,0.53,0.11) 0.62\nSPHERE (0.67,0.59,-0.83) 0.55".replace("\n", f" {material}\n"),
+        "box": "BOX (0.21,-1.13,-0.37) (0.71,0.13,0.05) (-0.11,0.83,0.17) (0.07,-0.21,0.77)",
+        "polygon": "POLYGON 4 (-3.1,-1.4,-3.3) (-2.9,-1.3,3.2) (3.3,-1.5,3.1) (3.1,-1.6,-3.4)",
+        "ellipsoid": "ELLIPSOID (-0.83,-0.71,0.43) (0.51,0.07,0.03) (-0.05,0.37,0.02) (-0.02,-0.03,0.64)",
+    }
+    lines += [f"{line} {material}" for name, line in shapes.items() if name in features and name != "polygon"]
+    if "polygon" in features:
+        # its vertices must be of one plane to the last digits that the reader asks for
+        lines.append(f"POLYGON 3 (-3.1,-1.4,-3.3) (3.3,-1.5,2.9) (0.2,-1.6,-3.4) {material}")
+    if "ambient" in features:
+        lines.append("AMBIENT (0.21,0.23,0.19)")
+    if "diffuse" in features:
+        lines += ["LIGHT (4.1,5.3,6.2) (0.7,0.8,0.6) 0", "LIGHT (-3.7,2.9,4.4) (0.4,0.3,0.5) 0"]
+    return "\n".join(lines) + "\n"
+
+
+def examine(path: Path) -> Iterator[Check]:
+    """Check the renderer in the folder `path`, all variants; yields each check as it ends."""
+    try:
+        renderer = Renderer(Path(path).resolve(), load(Path(path)))
+    except UserError as error:
+        yield Check("renderer.toml", False, str(error))
+        return
+    yield Check("renderer.toml", True)
+    if renderer.unavailable:
+        yield Check("available here", False, renderer.unavailable)
+        return
+    if renderer.manifest.build:
+        try:
+            built = renderer.build()
+        except BuildError as error:
+            yield Check("build", False, str(error))
+            return
+        yield Check("build", True, f"{built.seconds:.2f} s" + (" (from the cache)" if built.cached else ""))
+    for variant in renderer.manifest.variant:
+        with tempfile.TemporaryDirectory(prefix="rayrace-check-") as cache:
+            for check in Examination(Entry(renderer, variant), Path(cache)).checks():
+                yield replace(check, what=f"{variant.name}: {check.what}")
+
+
+class Examination:
+    """The checks of one variant."""
+
+    def __init__(self, entry: Entry, cache: Path):
+        self.entry, self.cache = entry, cache
+        self.features = entry.renderer.manifest.features
+        depth = 3 if "reflection" in self.features else 0
+        shadows = "shadows" in self.features
+        self.scene = text.read(scene_text(self.features), "the check's scene")
+        self.arrays = flatten(self.scene)
+        self.needs = needs_of(self.scene, depth, shadows)
+        self.parameters = Parameters(width=SIZE, height=SIZE + 2, depth=depth, shadows=shadows, frames=2)
+
+    def run(self, parameters=None, needs=None, arrays=None) -> repetition.Result:
+        return repetition.start(
+            self.entry, self.arrays if arrays is None else arrays, parameters or self.parameters,
+            self.needs if needs is None else needs, timeout=120, cache=self.cache,
+        )  # fmt: skip
+
+    def checks(self) -> Iterator[Check]:
+        first = self.run()
+        yield self._ended("a picture of all that it claims", first)
+        if first.status != "ok":
+            return
+        second = self.run()
+        same = second.status == "ok" and np.array_equal(first.array, second.array)
+        yield Check("the same job again gives the same bytes", same)
+        yield from self._judged(first)
+        yield self._phases(second)
+        if self.entry.variant.threads == "all":
+            both = [self.run(replace(self.parameters, threads=n)) for n in (1, 2, 3)]
+            same = all(r.status == "ok" and np.array_equal(r.array, first.array) for r in both)
+            yield Check("1, 2 and 3 threads give the same bytes", same)
+        if "region" in self.features:
+            region = self.run(replace(self.parameters, region=(3, 5, 10, 13)))
+            same = region.status == "ok" and np.array_equal(region.array, first.array[5:13, 3:10])
+            yield Check("a region has the pixels of the whole", same, region.reason)
+        for precision in self.entry.renderer.manifest.methods.get("precision", ("float64",))[1:]:
+            yield from self._judged(self.run(replace(self.parameters, precision=precision, frames=0)), precision)
+        if "rays" in self.features:
+            yield self._rays()
+        yield self._refuses()
+        broken = self.run(arrays={k: v for k, v in self.arrays.items() if k != "camera"})
+        yield Check("a job without its camera fails, with a reason", broken.status == "failed", broken.reason)
+
+    def _ended(self, what: str, result: repetition.Result) -> Check:
+        if result.status != "ok":
+            return Check(what, False, f"{result.status}: {result.reason}")
+        if not np.isfinite(result.array).all():
+            return Check(what, False, "pixels that are not finite")
+        return Check(what, True)
+
+    def _judged(self, result: repetition.Result, precision: str = "float64") -> Iterator[Check]:
+        what = f"agrees with another renderer in {precision}"
+        if result.status != "ok":
+            yield Check(what, False, f"{result.status}: {result.reason}")
+            return
+        maker = reference.choose(self.entry, registry.entries(), self.parameters, self.needs)
+        if maker is None:
+            yield Check(what, True, "not checked: no other renderer here can make this picture")
+            return
+        found = reference.make(maker, self.arrays, self.parameters, self.needs)
+        if isinstance(found, reference.NoReference):
+            yield Check(what, False, found.reason)
+            return
+        verdict = judge.judge(result.array, found.picture, found.mask, precision)
+        yield Check(f"{what} ({maker.name})", verdict.wrong is None, verdict.wrong or f"{verdict.max_outside:.1e}")
+        if precision == "float64":
+            wrong = judge.compare_rays(result.said.rays, found.rays, precision)
+            told = "" if result.said.rays else "unavailable: it does not count them"
+            yield Check("counts the rays of SPEC.md", wrong is None, wrong or told)
+
+    def _phases(self, result: repetition.Result) -> Check:
+        if result.status != "ok":
+            return Check("phases cover its life", False, result.reason)
+        phases = race.cover(result.said, result.outcome.spawned, result.outcome.exited)
+        missing = 1 - sum(end - start for _, start, end in phases) / result.outcome.wall_s
+        detail = f"{missing:.2%} of the wall time is in no phase"
+        return Check("phases cover its life", abs(missing) <= race.PHASE_TOLERANCE, detail)
+
+    def _rays(self) -> Check:
+        what = "rays: first hits agree with another renderer"
+        rng = np.random.default_rng(11)
+        origins, targets = rng.normal(0, 4, (200, 3)), rng.normal(0, 0.7, (200, 3))
+        arrays = {**self.arrays, "rays": np.hstack([origins, targets - origins])}
+        parameters = Parameters(kind="rays")
+        needs = tuple(n for n in self.needs if n in ("sphere", "box", "polygon", "ellipsoid"))
+        mine = self.run(parameters, needs, arrays)
+        maker = reference.choose(self.entry, registry.entries(), parameters, needs)
+        if mine.status != "ok" or maker is None:
+            return Check(what, mine.status == "ok", mine.reason or "not checked: no other renderer here")
+        theirs = repetition.run(maker, arrays, parameters, needs)
+        if mine.array.shape != theirs.array.shape:
+            return Check(what, False, f"shape {mine.array.shape}, expected {theirs.array.shape}")
+        hit = np.isfinite(theirs.array[:, 0])
+        if not np.array_equal(hit, np.isfinite(mine.array[:, 0])):
+            return Check(what, False, "another set of rays hits")
+        off = np.abs(mine.array[hit] - theirs.array[hit]) / np.maximum(1, np.abs(theirs.array[hit]))
+        return Check(what, bool(off.max(initial=0) <= HIT_TOLERANCE), f"largest difference {off.max(initial=0):.1e}")
+
+    def _refuses(self) -> Check:
+        result = self.run(needs=(*self.needs, "no-such-feature"))
+        return Check(
+            "refuses a feature it does not know, with exit status 3", result.status == "unsupported", result.reason
+        )

@@ -1,0 +1,139 @@
+"""An experiment: one TOML file, checked and with every default filled in."""
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from harness.errors import UserError
+from harness.job import Parameters
+from harness.manifest import Strict, read_toml, validated
+
+UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
+
+
+def duration(value: Any) -> Any:
+    """Seconds from "50 ms", "10 min" or a plain number of seconds."""
+    if isinstance(value, str):
+        match = re.fullmatch(r"\s*([0-9.]+)\s*([a-z]+)\s*", value)
+        if not match or match[2] not in UNITS:
+            raise ValueError(f'expected a time such as "50 ms", "30 s", "10 min" or "2 h", found "{value}"')
+        return float(match[1]) * UNITS[match[2]]
+    return value
+
+
+Seconds = Annotated[float, BeforeValidator(duration), Field(gt=0, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=0, le=10**6)]
+Size = Annotated[int, Field(ge=1, le=2**16)]
+Precision = Annotated[str, Field(pattern=r"^[a-z]+[0-9]+$")]
+Region = Literal["all", "one pixel"] | tuple[Count, Count, Count, Count]
+
+
+class Image(Strict):
+    """What is rendered. Every key may also be swept."""
+
+    width: Size = 512
+    height: Size = 512
+    region: Region = "all"
+    depth: Count = 10
+    shadows: bool = False
+    sample_x: Annotated[float, Field(ge=0, lt=1)] = 0.5
+    sample_y: Annotated[float, Field(ge=0, lt=1)] = 0.5
+    precision: Precision = "float64"
+    threads: Annotated[int, Field(ge=1)] | Literal["default"] = "default"
+
+    @model_validator(mode="after")
+    def _region_inside(self):
+        if isinstance(self.region, tuple):
+            x0, y0, x1, y1 = self.region
+            if not (x0 < x1 <= self.width and y0 < y1 <= self.height):
+                raise ValueError(f"region {list(self.region)}: expected x0 < x1 <= width and y0 < y1 <= height")
+        return self
+
+    def bounds(self) -> tuple[int, int, int, int] | None:
+        """The region in pixels; None for the whole picture. One pixel is the one in the middle."""
+        if self.region == "one pixel":
+            i, j = self.width // 2, self.height // 2
+            return i, j, i + 1, j + 1
+        return None if self.region == "all" else self.region
+
+    def parameters(self, threads: int, frames: int) -> Parameters:
+        values = self.model_dump(exclude={"region", "threads"})
+        return Parameters(**values, region=self.bounds(), threads=threads, frames=frames)
+
+
+class Measure(Strict):
+    interval: Seconds = 0.05
+
+
+class Override(Strict):
+    """Other repetitions, for a renderer much slower than the rest."""
+
+    processes: Annotated[int, Field(ge=1)] | None = None
+    frames: Count | None = None
+    timeout: Seconds | None = None
+
+
+class Experiment(Strict):
+    """One experiment: scenes x renderers x sweep x processes.
+
+    sweep: a table of lists gives every combination; each table of an array of tables is zipped, its lists being of one
+    length, and the tables are combined with each other.
+    """
+
+    title: str = Field(min_length=1)
+    scenes: tuple[str, ...] = Field(min_length=1)
+    renderers: tuple[str, ...] = Field(min_length=1)
+    processes: Annotated[int, Field(ge=1)] = 5
+    frames: Count = 2
+    timeout: Seconds = 600.0
+    seed: int = 1
+    image: Image = Image()
+    sweep: dict[str, tuple[Any, ...]] | tuple[dict[str, tuple[Any, ...]], ...] = {}
+    measure: Measure = Measure()
+    override: dict[str, Override] = {}
+
+    @model_validator(mode="after")
+    def _sweep_known(self):
+        for table in (self.sweep,) if isinstance(self.sweep, dict) else self.sweep:
+            for key, values in table.items():
+                if key not in Image.model_fields:
+                    raise ValueError(f"sweep.{key}: no such parameter; known: {', '.join(Image.model_fields)}")
+                if not values:
+                    raise ValueError(f"sweep.{key}: expected at least one value")
+            if not isinstance(self.sweep, dict) and len({len(values) for values in table.values()}) > 1:
+                raise ValueError(f"sweep: the lists of one [[sweep]] table are zipped, so of one length: {list(table)}")
+        for name in self.override:
+            if name not in self.renderers:
+                raise ValueError(f"override.{name}: not among the experiment's renderers")
+        if len(set(self.renderers)) != len(self.renderers) or len(set(self.scenes)) != len(self.scenes):
+            raise ValueError("scenes and renderers: each may be named once")
+        return self
+
+
+def load(path: Path, settings: tuple[str, ...] = ()) -> Experiment:
+    """The experiment in a TOML file, with `key=value` settings (values as in TOML, keys dotted) put over it."""
+    path = Path(path)
+    tables = read_toml(path)
+    for setting in settings:
+        _set(tables, setting)
+    return validated(Experiment, tables, path)
+
+
+def _set(tables: dict, setting: str) -> None:
+    import tomllib
+
+    key, equals, text = setting.partition("=")
+    if not equals or not key:
+        raise UserError(f"--set {setting}: expected key=value, such as image.depth=5 or processes=3")
+    try:
+        value = tomllib.loads(f"x = {text}")["x"]
+    except tomllib.TOMLDecodeError:
+        value = text  # a bare word is a string
+    *place, last = key.strip().split(".")
+    for step in place:
+        tables = tables.setdefault(step, {})
+        if not isinstance(tables, dict):
+            raise UserError(f"--set {setting}: {step} is no table")
+    tables[last] = value

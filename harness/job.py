@@ -1,0 +1,71 @@
+"""A job: the scene as arrays and the parameters, in a folder, for one renderer (renderers/README.md)."""
+
+import dataclasses
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The parameters of a job, with the names and units of the contract."""
+
+    kind: str = "image"
+    width: int = 512
+    height: int = 512
+    region: tuple[int, int, int, int] | None = None  # None: the whole picture
+    depth: int = 10
+    shadows: bool = False
+    sample_x: float = 0.5
+    sample_y: float = 0.5
+    precision: str = "float64"
+    threads: int = 1
+    frames: int = 0
+
+    def bounds(self) -> tuple[int, int, int, int]:
+        return self.region or (0, 0, self.width, self.height)
+
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of the picture."""
+        x0, y0, x1, y1 = self.bounds()
+        return y1 - y0, x1 - x0, 3
+
+    def values(self) -> dict[str, str | int | float]:
+        """As the contract spells them."""
+        values = dataclasses.asdict(self)
+        values["region"] = ",".join(map(str, self.bounds()))
+        values["shadows"] = int(self.shadows)
+        return values
+
+    def picture(self) -> "Parameters":
+        """These parameters without those that may not change the picture."""
+        return dataclasses.replace(self, threads=1, frames=0)
+
+
+def write(folder: Path, arrays: dict[str, np.ndarray], parameters: Parameters, needs: tuple[str, ...]) -> None:
+    """Write the job's folder: the arrays and job.json."""
+    folder.mkdir(parents=True)
+    for name, array in arrays.items():
+        np.save(folder / f"{name}.npy", np.ascontiguousarray(array))
+    values = {**parameters.values(), "needs": list(needs)}
+    (folder / "job.json").write_text(json.dumps(values, indent=1) + "\n")
+
+
+def flags(folder: Path, out: Path, variant: str, cache: Path | None, parameters: Parameters, needs: tuple[str, ...]):
+    """The same parameters as `--key=value` words."""
+    values = {"job": folder, "out": out, "variant": variant, **parameters.values()}
+    values |= {"needs": ",".join(needs), "cache": cache or ""}
+    return [f"--{key}={value}" for key, value in values.items()]
+
+
+def fingerprint(arrays: dict[str, np.ndarray], *more) -> str:
+    """Hash of the content of arrays and anything else that has a stable repr."""
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {array.dtype.str} {array.shape}\0".encode() + array.tobytes())
+    digest.update(repr(more).encode())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,73 @@
+"""Is the picture right? Compares it with a reference, outside the ill-conditioned pixels and inside them.
+
+Order of checks: all finite, then shape, then numbers in linear float64. A NaN makes every image metric meaningless,
+and some hide it.
+"""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+# Largest difference allowed in any channel outside the mask. float64: the cross-renderer gate of the conformance
+# suite. float32: one step of an 8-bit picture.
+TOLERANCE = {"float64": 1e-9, "float32": 1 / 255}
+STEP = 1 / 255
+RAY_TOLERANCE = {"float64": 1e-4, "float32": 1e-2}  # relative, of each ray count
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How far a picture is from its reference. Differences are of linear RGB, over all channels.
+
+    max_outside, max_inside: largest absolute difference outside and inside the mask (None: no such pixels).
+    rmse: root of the mean squared difference, all pixels. bad_pixels: fraction whose largest channel difference exceeds
+    1/255. mask_fraction: share of ill-conditioned pixels. wrong: None, or why the picture is rejected.
+    """
+
+    wrong: str | None
+    max_outside: float | None = None
+    max_inside: float | None = None
+    rmse: float | None = None
+    bad_pixels: float | None = None
+    mask_fraction: float | None = None
+    tolerance: float | None = None
+
+    def record(self) -> dict:
+        return asdict(self)
+
+
+def judge(picture: np.ndarray, reference: np.ndarray, mask: np.ndarray, precision: str) -> Verdict:
+    """Judge `picture` (height, width, 3) against `reference`; `mask` (height, width) marks ill-conditioned pixels."""
+    broken = int(np.count_nonzero(~np.isfinite(picture).all(axis=-1)))
+    if broken:
+        return Verdict(f"{broken} pixels are not finite")
+    if picture.shape != reference.shape:
+        return Verdict(f"its shape is {picture.shape}, the reference's {reference.shape}")
+    difference = np.abs(picture.astype(np.float64) - reference).max(axis=-1)
+    outside, inside = difference[~mask], difference[mask]
+    tolerance = TOLERANCE.get(precision, TOLERANCE["float64"])
+    worst = float(outside.max()) if outside.size else None
+    wrong = None
+    if worst is not None and not worst <= tolerance:
+        count = int(np.count_nonzero(outside > tolerance))
+        wrong = f"{count} pixels off by more than {tolerance:.3g} outside the mask, the worst by {worst:.3g}"
+    return Verdict(
+        wrong=wrong,
+        max_outside=worst,
+        max_inside=float(inside.max()) if inside.size else None,
+        rmse=float(np.sqrt(np.mean((picture.astype(np.float64) - reference) ** 2))),
+        bad_pixels=float(np.mean(difference > STEP)),
+        mask_fraction=float(mask.mean()),
+        tolerance=tolerance,
+    )
+
+
+def compare_rays(counts: dict | None, reference: dict | None, precision: str) -> str | None:
+    """None, or how the ray counts differ from the reference's by more than the tolerance."""
+    if counts is None or reference is None:
+        return None
+    tolerance = RAY_TOLERANCE.get(precision, RAY_TOLERANCE["float64"])
+    for name in ("primary", "reflected", "transmitted", "shadow"):
+        if abs(counts[name] - reference[name]) > tolerance * max(reference[name], 1):
+            return f"{counts[name]} {name} rays, the reference has {reference[name]}"
+    return None

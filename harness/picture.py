@@ -1,0 +1,35 @@
+"""Pictures in files: .png (sRGB, 8 bits), .exr (linear, float32), .npy (linear, as rendered)."""
+
+from pathlib import Path
+
+import numpy as np
+
+from harness import colour
+from harness.errors import UserError
+
+SUFFIXES = (".png", ".exr", ".npy")
+
+
+def check_suffix(path: Path) -> None:
+    """UserError unless a picture can be saved at `path`."""
+    if path.suffix not in SUFFIXES:
+        raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; known: {", ".join(SUFFIXES)}')
+    if not path.parent.is_dir():
+        raise UserError(f"{path.parent}: no such folder")
+
+
+def save(path: Path, linear: np.ndarray) -> None:
+    """Save a picture of linear RGB, shape (height, width, 3), row 0 on top."""
+    if path.suffix == ".npy":
+        np.save(path, linear)
+    elif path.suffix == ".exr":
+        import OpenEXR
+
+        pixels = np.ascontiguousarray(linear, dtype=np.float32)
+        header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+        with OpenEXR.File(header, {"RGB": pixels}) as file:
+            file.write(str(path))
+    else:
+        from PIL import Image
+
+        Image.fromarray(colour.encode_8bit(linear)).save(path)

@@ -1,0 +1,110 @@
+"""The plan: an experiment as cells, and the order in which their repetitions run."""
+
+import hashlib
+import itertools
+import json
+import random
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from harness import registry
+from harness.errors import UserError
+from harness.experiment import Experiment, Image
+from harness.job import Parameters, fingerprint
+from harness.registry import Entry
+from harness.scene import load
+from harness.scene.flatten import flatten
+from harness.scene.needs import needs
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One point of the sweep. `key` is a hash of all that makes it: renderer, scene content, parameters."""
+
+    key: str
+    entry: Entry
+    scene: str
+    parameters: Parameters
+    needs: tuple[str, ...]
+    processes: int
+    timeout: float
+    point: dict  # the swept values, as the experiment spells them
+
+    @property
+    def label(self) -> str:
+        """For people and file names: variant, scene, swept values."""
+        swept = [f"{key} {value}" for key, value in self.point.items()]
+        return ", ".join([self.entry.name, Path(self.scene).stem, *swept])
+
+
+@dataclass(frozen=True)
+class Plan:
+    cells: tuple[Cell, ...]
+    arrays: dict[str, dict]  # flattened scenes by name
+
+    def order(self, seed: int) -> list[tuple[Cell, int]]:
+        """(cell, repetition) pairs: every cell once, in a shuffled order, then every cell again.
+
+        Drift of the machine then meets all cells alike, and a run that is cut off is a thin study of everything.
+        """
+        rng = random.Random(seed)
+        rounds = []
+        for repetition in range(max((cell.processes for cell in self.cells), default=0)):
+            due = [cell for cell in self.cells if repetition < cell.processes]
+            rng.shuffle(due)
+            rounds += [(cell, repetition) for cell in due]
+        return rounds
+
+
+def points(experiment: Experiment) -> list[dict]:
+    """The swept values of every point, in the order of the file."""
+    if isinstance(experiment.sweep, dict):
+        axes = [[{key: value} for value in values] for key, values in experiment.sweep.items()]
+    else:
+        axes = [
+            [dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True)]
+            for table in experiment.sweep
+        ]
+    return [{k: v for part in parts for k, v in part.items()} for parts in itertools.product(*axes)]
+
+
+def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tuple[str, ...] = ()) -> Plan:
+    """The plan of an experiment read from `file`. UserError for an unknown renderer, a faulty scene or swept value."""
+    chosen = [registry.find(name, known) for name in experiment.renderers]
+    for name in only:
+        if name not in experiment.renderers:
+            raise UserError(f"--only {name}: not among the experiment's renderers: {', '.join(experiment.renderers)}")
+    chosen = [entry for entry in chosen if not only or entry.name in only]
+    scenes = {name: load(file.parent / name) for name in experiment.scenes}
+    arrays = {name: flatten(scene) for name, scene in scenes.items()}
+    cells = []
+    for name, point, entry in itertools.product(experiment.scenes, points(experiment), chosen):
+        try:
+            image = Image.model_validate({**experiment.image.model_dump(), **point})
+        except ValidationError as error:
+            raise UserError(f"{file}: sweep {point}: {error.errors()[0]['msg']}") from None
+        override = experiment.override.get(entry.name)
+        frames = experiment.frames if override is None or override.frames is None else override.frames
+        threads = entry.threads() if image.threads == "default" else image.threads
+        parameters = image.parameters(threads, frames)
+        content = fingerprint(arrays[name], parameters)
+        cells.append(
+            Cell(
+                key=_key(entry, content),
+                entry=entry,
+                scene=name,
+                parameters=parameters,
+                needs=needs(scenes[name], image.depth, image.shadows),
+                processes=(override and override.processes) or experiment.processes,
+                timeout=(override and override.timeout) or experiment.timeout,
+                point=point,
+            )
+        )
+    return Plan(tuple(cells), arrays)
+
+
+def _key(entry: Entry, content: str) -> str:
+    text = json.dumps([entry.name, entry.renderer.version, content])
+    return hashlib.sha256(text.encode()).hexdigest()[:12]

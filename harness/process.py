@@ -1,0 +1,96 @@
+"""Runs one renderer process: a launcher that starts it, a measurer that watches it, and what the two found."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness import launcher as launcher_module
+
+# What a renderer needs of the caller's environment. The rest is left out: its size and content change timings
+# (Mytkowicz et al., ASPLOS 2009) and differ from user to user.
+KEPT = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "PYTHONPATH")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one process ended. Times in s on the monotonic clock of this machine, memory in bytes."""
+
+    failed: str | None  # it could not be started
+    spawned: float
+    exited: float
+    code: int | None
+    signal: int | None
+    timed_out: bool
+    user_s: float
+    system_s: float
+    wait4_peak_bytes: int
+    wait4_floor_bytes: int
+    measurer: dict | None  # the measurer's words about itself; None if it was not asked to watch
+
+    @property
+    def wall_s(self) -> float:
+        return self.exited - self.spawned
+
+
+def run(
+    command: list[str],
+    folder: Path,
+    stdout: Path,
+    stderr: Path,
+    timeout: float,
+    series: Path | None = None,
+    interval: float = 0.05,
+) -> Outcome:
+    """Run `command` in `folder`; with `series`, watch it every `interval` seconds into that CSV file."""
+    environment = {name: os.environ[name] for name in KEPT if name in os.environ}
+    spec = folder.parent / f"{folder.name}.launch.json"
+    spec.write_text(
+        json.dumps(
+            {
+                "command": command,
+                "folder": str(folder),
+                "environment": environment,
+                "stdout": str(stdout),
+                "stderr": str(stderr),
+                "timeout": timeout,
+            }
+        )
+    )
+    measurer = _start([sys.executable, "-m", "harness.measurer", str(series), str(interval)]) if series else None
+    if measurer:
+        measurer.stdout.readline()  # ready: its imports must not run beside the renderer
+    launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(spec)])
+    try:
+        started = json.loads(launcher.stdout.readline() or '{"failed": "the launcher died"}')
+        if "failed" in started:
+            return Outcome(started["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
+        if measurer:
+            _tell(measurer, started)
+        ended = json.loads(launcher.stdout.readline() or '{"failed": "the launcher died"}')
+        if "failed" in ended:
+            return Outcome(ended["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
+        audit = measurer.stdout.readline() if measurer else ""
+        return Outcome(failed=None, spawned=started["spawned"], measurer=json.loads(audit) if audit else None, **ended)
+    finally:
+        for process in (launcher, measurer):
+            if process:
+                process.stdin.close()
+                process.wait()
+                process.stdout.close()
+        spec.unlink(missing_ok=True)
+
+
+def _start(command: list[str]) -> subprocess.Popen:
+    """Start a helper in a session of its own, so that Ctrl-C reaches the harness alone."""
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True)
+
+
+def _tell(process: subprocess.Popen, message: dict) -> None:
+    try:
+        process.stdin.write(json.dumps(message) + "\n")
+        process.stdin.flush()
+    except BrokenPipeError:
+        pass

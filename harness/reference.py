@@ -1,0 +1,82 @@
+"""The picture that others are judged by, and the mask of pixels where no picture can be trusted."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from harness import repetition
+from harness.job import Parameters
+from harness.registry import Entry
+
+# Who may be the reference, the fastest first. A picture is never judged by its own renderer.
+JUDGES = ("cpp", "numba", "numpy", "python")
+
+PERTURBATIONS = 8
+ULPS = 4  # of float32, in the screen coordinates X and Y of CAM-2
+THRESHOLD = 0.1 / 255
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A float64 picture, the mask (height, width) of its ill-conditioned pixels, its ray counts and its maker."""
+
+    maker: str
+    picture: np.ndarray
+    mask: np.ndarray
+    rays: dict | None
+
+
+@dataclass(frozen=True)
+class NoReference:
+    reason: str
+
+
+def choose(judged: Entry, known: dict[str, Entry], parameters: Parameters, needs: tuple[str, ...]) -> Entry | None:
+    """The first judge of another renderer that is here and can do the job."""
+    wanted = replace(parameters.picture(), precision="float64")
+    for name in JUDGES:
+        entry = known.get(name)
+        if entry is None or entry.renderer.folder == judged.renderer.folder or entry.renderer.unavailable:
+            continue
+        if repetition.unsupported(entry, wanted, needs) is None:
+            return entry
+    return None
+
+
+def make(entry: Entry, arrays: dict[str, np.ndarray], parameters: Parameters, needs: tuple[str, ...]):
+    """A Reference made by `entry`, or a NoReference."""
+    wanted = replace(parameters.picture(), precision="float64")
+
+    def render(sample_x, sample_y):
+        return repetition.run(entry, arrays, replace(wanted, sample_x=sample_x, sample_y=sample_y), needs)
+
+    result = render(wanted.sample_x, wanted.sample_y)
+    if result.status != "ok":
+        return NoReference(f"{entry.name} could not make the reference: {result.status}: {result.reason}")
+    picture = result.array.astype(np.float64)
+    if not np.isfinite(picture).all():
+        return NoReference(f"the reference of {entry.name} has pixels that are not finite")
+    mask = np.zeros(picture.shape[:2], dtype=bool)
+    for x, y in perturbed(wanted):
+        moved = render(x, y)
+        if moved.status != "ok":
+            return NoReference(f"{entry.name} could not make the mask: {moved.status}: {moved.reason}")
+        mask |= ~(np.abs(moved.array - picture).max(axis=-1) <= THRESHOLD)
+    return Reference(entry.name, picture, mask, result.said.rays)
+
+
+def perturbed(parameters: Parameters, seed: int = 20) -> list[tuple[float, float]]:
+    """Sample positions moved by ULPS float32 units in the last place of X and Y near 1, in seeded directions.
+
+    A pixel whose float64 colour changes visibly under so small a move is one where float32, or another order of the
+    same sums, may rightly give another colour: an edge, or a ray path that chaos has taken over.
+    """
+    shift = ULPS * np.spacing(np.float32(1.0)) / 2
+    angles = np.random.default_rng(seed).uniform(0, 2 * np.pi, PERTURBATIONS)
+    return [
+        (
+            float(parameters.sample_x + shift * np.cos(angle) * parameters.width),
+            float(parameters.sample_y + shift * np.sin(angle) * parameters.height),
+        )
+        for angle in angles
+    ]

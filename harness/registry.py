@@ -1,0 +1,111 @@
+"""The renderers that can be raced: those of the package, of $RAYRACE_RENDERERS and of --renderer."""
+
+import hashlib
+import importlib.resources
+import importlib.util
+import os
+import shutil
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from harness import builder, manifest
+from harness.errors import UserError
+
+SEARCH_PATH = "RAYRACE_RENDERERS"
+NOT_SOURCES = {"__pycache__", "NOTES.md", "README.md"}
+
+
+@dataclass(frozen=True)
+class Renderer:
+    """A renderer's folder and manifest."""
+
+    folder: Path
+    manifest: manifest.Manifest
+
+    @cached_property
+    def sources(self) -> list[Path]:
+        """The files that make up the renderer, sorted."""
+        found = (p for p in self.folder.rglob("*") if p.is_file() and not NOT_SOURCES & set(p.parts))
+        return sorted(p for p in found if not p.name.startswith(".") and p.suffix != ".pyc")
+
+    @cached_property
+    def version(self) -> str:
+        """Hash of its content: two renderers of the same version are the same."""
+        digest = hashlib.sha256()
+        for path in self.sources:
+            digest.update(str(path.relative_to(self.folder)).encode() + b"\0" + path.read_bytes() + b"\0")
+        return digest.hexdigest()[:16]
+
+    @cached_property
+    def unavailable(self) -> str | None:
+        """None, or why it cannot run here and what to do about it."""
+        for module in self.manifest.requires.modules:
+            if importlib.util.find_spec(module) is None:
+                return f"no Python module {module} (pip install {module})"
+        for program in self.manifest.requires.programs:
+            if shutil.which(program) is None:
+                return f"no program {program} on the PATH (apt install {program})"
+        if self.manifest.build and builder.find_compiler(self.manifest.build.compiler) is None:
+            return builder.MISSING[self.manifest.build.compiler]
+        return None
+
+    def build(self) -> builder.Built | None:
+        """Its build, made or taken from the cache; None if it needs none. BuildError if it fails."""
+        return builder.build(self) if self.manifest.build else None
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A variant of a renderer: what an experiment names and a cell runs."""
+
+    renderer: Renderer
+    variant: manifest.Variant
+
+    @property
+    def name(self) -> str:
+        return self.variant.name
+
+    def threads(self) -> int:
+        """How many threads it runs by default on this machine."""
+        return 1 if self.variant.threads == 1 else usable_cores()
+
+
+def usable_cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def folders(extra: tuple[Path, ...] = ()) -> list[Path]:
+    """Folders of all known renderers, in the order of the three places."""
+    home = Path(str(importlib.resources.files("renderers")))
+    own = sorted(p.parent for p in home.glob("*/renderer.toml"))
+    named = [Path(p) for p in os.environ.get(SEARCH_PATH, "").split(os.pathsep) if p]
+    found = []
+    for place in (*named, *extra):
+        below = sorted(p.parent for p in place.glob("*/renderer.toml"))
+        found += [place] if (place / "renderer.toml").is_file() or not below else below
+    return [*own, *(p.resolve() for p in found)]
+
+
+def entries(extra: tuple[Path, ...] = ()) -> dict[str, Entry]:
+    """All variants by name. UserError if a manifest is faulty or two renderers claim one name."""
+    known: dict[str, Entry] = {}
+    for folder in dict.fromkeys(folders(extra)):
+        renderer = Renderer(folder, manifest.load(folder))
+        for variant in renderer.manifest.variant:
+            if variant.name in known:
+                other = known[variant.name].renderer.folder
+                raise UserError(f'{folder}/renderer.toml: variant "{variant.name}" is also in {other}; rename one')
+            known[variant.name] = Entry(renderer, variant)
+    return known
+
+
+def find(name: str, known: dict[str, Entry]) -> Entry:
+    """The variant called `name`; UserError with the nearest names if there is none."""
+    if name in known:
+        return known[name]
+    import difflib
+
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f'did you mean "{near[0]}"?' if near else "known: " + ", ".join(known)
+    raise UserError(f'no renderer "{name}"; {hint}')

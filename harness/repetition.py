@@ -1,0 +1,155 @@
+"""One repetition: a variant does one job in a process of its own, and the record of it."""
+
+import shutil
+import signal
+import sys
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from harness import events, job, process
+from harness.builder import BuildError, fill
+from harness.job import Parameters
+from harness.registry import Entry
+
+UNSUPPORTED = 3  # exit status
+
+
+@dataclass
+class Result:
+    """What came of one process. `status` is "ok", or says what went wrong, with the reason."""
+
+    status: str
+    reason: str = ""
+    outcome: process.Outcome | None = None
+    said: events.Said = field(default_factory=events.Said)
+    array: np.ndarray | None = None  # the picture, or the hits
+    stderr: str = ""
+
+
+def unsupported(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) -> str | None:
+    """None, or why the manifest says that the variant cannot do this job."""
+    manifest = entry.renderer.manifest
+    wanted = [*needs, *(["rays"] if parameters.kind == "rays" else [])]
+    if parameters.bounds() != (0, 0, parameters.width, parameters.height):
+        wanted.append("region")
+    missing = [name for name in wanted if name not in manifest.features]
+    if missing:
+        return f"does not support {', '.join(missing)}"
+    choices = manifest.methods.get("precision", ("float64",))
+    if parameters.precision not in choices:
+        return f"has no precision {parameters.precision} (has {', '.join(choices)})"
+    if entry.variant.threads == 1 and parameters.threads > 1:
+        return "runs one thread"
+    return None
+
+
+def run(
+    entry: Entry,
+    arrays: dict[str, np.ndarray],
+    parameters: Parameters,
+    needs: tuple[str, ...],
+    timeout: float = 600.0,
+    series: Path | None = None,
+    interval: float = 0.05,
+    cache: Path | None = None,
+    log: Path | None = None,
+) -> Result:
+    """Let `entry` do the job if its manifest says that it can; the Result. Never raises for what the renderer does.
+
+    series: CSV file for the measurer, or None to start none. cache: folder for the renderer's compiled code.
+    log: path stem; standard output and error are kept at log.stdout and log.stderr.
+    """
+    if entry.renderer.unavailable:
+        return Result("unavailable", entry.renderer.unavailable)
+    reason = unsupported(entry, parameters, needs)
+    if reason:
+        return Result("unsupported", reason)
+    return start(entry, arrays, parameters, needs, timeout, series, interval, cache, log)
+
+
+def start(entry, arrays, parameters, needs, timeout=600.0, series=None, interval=0.05, cache=None, log=None) -> Result:
+    """`run` without asking the manifest first whether the renderer can do the job."""
+    try:
+        built = entry.renderer.build()
+    except BuildError as error:
+        return Result("unavailable", f"its build failed: {error}")
+    with tempfile.TemporaryDirectory(prefix="rayrace-") as scratch:
+        here = Path(scratch)
+        job.write(here / "job", arrays, parameters, needs)
+        for name in ("out", "neutral"):
+            (here / name).mkdir()
+        cache = cache or here / "cache"
+        cache.mkdir(parents=True, exist_ok=True)
+        places = {"folder": str(entry.renderer.folder), "python": sys.executable}
+        if built:
+            places["build"] = str(built.folder)
+        command = [fill(word, places) for word in entry.variant.command]
+        command += job.flags(here / "job", here / "out", entry.name, cache, parameters, needs)
+        stdout, stderr = here / "stdout", here / "stderr"
+        outcome = process.run(command, here / "neutral", stdout, stderr, timeout, series, interval)
+        result = _collect(outcome, here / "out", stdout, stderr, parameters)
+        if log:
+            for path in (stdout, stderr):
+                if path.exists():
+                    shutil.copyfile(path, f"{log}.{path.name}")
+    return result
+
+
+def _collect(outcome, out: Path, stdout: Path, stderr: Path, parameters: Parameters) -> Result:
+    if outcome.failed:
+        return Result("failed", outcome.failed)
+    said = events.read(stdout)
+    events.tidy(said, outcome.spawned, outcome.exited)
+    with open(stderr, "rb") as file:
+        text = file.read(2**16).decode("utf-8", errors="replace").strip()
+    result = Result("ok", "", outcome, said, None, text)
+    last_line = text.splitlines()[-1] if text else ""
+    why = said.error or last_line or "it did not say why"
+    if outcome.timed_out:
+        result.status, result.reason = "timeout", f"killed after {outcome.wall_s:.3g} s"
+    elif outcome.signal == signal.SIGKILL:
+        result.status, result.reason = "killed", "by SIGKILL, perhaps for using too much memory (see dmesg)"
+    elif outcome.signal is not None:
+        result.status, result.reason = "failed", f"ended by {signal.Signals(outcome.signal).name}: {why}"
+    elif outcome.code == UNSUPPORTED:
+        result.status, result.reason = "unsupported", why
+    elif outcome.code != 0:
+        result.status, result.reason = "failed", f"exit {outcome.code}: {why}"
+    else:
+        result.array, fault = _load(out, said, parameters)
+        fault = fault or _incomplete(said, parameters)
+        if fault:
+            result.status, result.reason = "failed", fault
+    return result
+
+
+def _incomplete(said: events.Said, parameters: Parameters) -> str | None:
+    if said.faults:
+        return said.faults[0]
+    frames = [frame["index"] for frame in said.frames]
+    if frames != list(range(parameters.frames + 1)):
+        return f"reported frames {frames}, expected 0 to {parameters.frames}"
+    return None
+
+
+def _load(out: Path, said: events.Said, parameters: Parameters):
+    """The array that the renderer returned, and what is wrong with it."""
+    if said.output is None:
+        return None, "printed no output event"
+    path = out / said.output
+    if path.parent != out or not path.is_file():
+        return None, f'returned no file "{said.output}" in its output folder'
+    try:
+        array = np.load(path, allow_pickle=False, mmap_mode=None)
+    except (ValueError, OSError, EOFError) as error:
+        return None, f"{said.output} is no array: {error}"
+    if array.dtype not in (np.float64, np.float32):
+        return None, f"{said.output} holds {array.dtype}, expected float64 or float32"
+    if parameters.kind == "image" and array.shape != parameters.shape():
+        return None, f"{said.output} has shape {array.shape}, expected {parameters.shape()}"
+    if parameters.kind == "rays" and (array.ndim != 2 or array.shape[1] != 8):
+        return None, f"{said.output} has shape {array.shape}, expected (rays, 8)"
+    return array, None

@@ -1,0 +1,111 @@
+"""One job from the command line: a picture of a scene, or the hits of a list of rays."""
+
+import json
+import sys
+
+import numpy as np
+
+from harness import picture, rays, registry, repetition
+from harness.errors import UserError
+from harness.job import Parameters
+from harness.scene import load
+from harness.scene.flatten import flatten
+from harness.scene.needs import needs as needs_of
+from harness.scene.needs import shapes
+
+FASTEST = ("cpp-threads", "numba-parallel", "numpy", "python")
+
+
+def pick(name: str, known: dict, parameters: Parameters, needs: tuple[str, ...]) -> registry.Entry:
+    """The variant called `name`, or the first of FASTEST that can do the job here."""
+    if name:
+        return registry.find(name, known)
+    reasons = []
+    for entry in (known[n] for n in FASTEST if n in known):
+        reason = entry.renderer.unavailable or repetition.unsupported(entry, parameters, needs)
+        if reason is None:
+            return entry
+        reasons.append(f"{entry.name}: {reason}")
+    raise UserError("no renderer can do this job: " + "; ".join(reasons))
+
+
+def render(
+    scene, variant, out, width, height, depth, shadows, region, precision, threads, frames, timeout, folders, as_json
+) -> None:
+    """Render `scene` to the picture `out` and print what it took. SystemExit(1) if the renderer fails."""
+    picture.check_suffix(out)
+    read = load(scene)
+    parameters = Parameters(
+        width=width, height=height, region=_region(region, width, height), depth=depth, shadows=shadows,
+        precision=precision, frames=frames,
+    )  # fmt: skip
+    needs = needs_of(read, depth, shadows)
+    entry = pick(variant, registry.entries(folders), parameters, needs)
+    parameters = Parameters(**{**vars(parameters), "threads": threads or entry.threads()})
+    result = repetition.run(entry, flatten(read), parameters, needs, timeout)
+    _stop_unless_ok(entry, result)
+    if out.suffix == ".png" and not np.isfinite(result.array).all():
+        raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
+    picture.save(out, result.array)
+    seconds = [frame["end"] - frame["start"] for frame in result.said.frames]
+    facts = {
+        "picture": str(out),
+        "renderer": entry.name,
+        "width": result.array.shape[1],
+        "height": result.array.shape[0],
+        "frames_s": seconds,
+        "wall_s": result.outcome.wall_s,
+        "rays": result.said.rays,
+    }
+    if as_json:
+        print(json.dumps(facts))
+        return
+    counts = result.said.rays or {}
+    total = sum(counts.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
+    traced = f"{total:,} rays" if counts else "rays unavailable: it does not count them"
+    print(
+        f"{out}: {facts['width']} x {facts['height']}, {entry.name}, {precision}: "
+        f"{min(seconds):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced}"
+    )
+    if counts.get("non_finite"):
+        print(f"warning: {counts['non_finite']} samples are not finite", file=sys.stderr)
+
+
+def trace(scene, ray_file, variant, out, precision, timeout, folders) -> None:
+    """Trace the rays of a CSV file and write their hits. SystemExit(1) if the renderer fails."""
+    read = load(scene)
+    listed = rays.read(ray_file)
+    parameters = Parameters(kind="rays", depth=0, precision=precision)
+    needs = tuple(sorted(shapes(read)))
+    entry = pick(variant, registry.entries(folders), parameters, needs)
+    result = repetition.run(entry, {**flatten(read), "rays": listed}, parameters, needs, timeout)
+    _stop_unless_ok(entry, result)
+    if len(result.array) != len(listed):
+        raise SystemExit(f"error: {entry.name} answered {len(result.array)} of {len(listed)} rays")
+    if out is None:
+        rays.write(sys.stdout, result.array)
+    else:
+        with open(out, "w", encoding="utf-8", newline="") as file:
+            rays.write(file, result.array)
+
+
+def _region(text: str, width: int, height: int):
+    if not text:
+        return None
+    try:
+        x0, y0, x1, y1 = map(int, text.split(","))
+    except ValueError:
+        raise UserError(f"--region {text}: expected four whole numbers x0,y0,x1,y1") from None
+    if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
+        raise UserError(f"--region {text}: expected 0 <= x0 < x1 <= {width} and 0 <= y0 < y1 <= {height}")
+    return x0, y0, x1, y1
+
+
+def _stop_unless_ok(entry: registry.Entry, result: repetition.Result) -> None:
+    if result.status in ("unavailable", "unsupported"):
+        raise UserError(f"{entry.name} is {result.status}: {result.reason}")
+    if result.status != "ok":
+        print(f"error: {entry.name}: {result.status}: {result.reason}", file=sys.stderr)
+        if result.stderr:
+            print(result.stderr, file=sys.stderr)
+        raise SystemExit(1)

@@ -1,0 +1,88 @@
+"""A run: a folder of results that only grows.
+
+    run.json            the experiment, the plan's cells, the environment, when and by what command
+    repetitions.jsonl   one line per repetition, appended and synced when it ends: nothing finished is lost
+    pictures/KEY.npy    the picture of each cell, linear float; KEY.mask.npy of each reference
+    series/KEY-N.csv    what the measurer saw (columns in measurer.py)
+    logs/KEY-N.stdout, .stderr
+
+A line of repetitions.jsonl has these keys; what is not known is null, with the reason in `status` and `reason`:
+
+    cell, repetition, variant, renderer, technology, scene, point, parameters, needs
+    status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
+    reason      text; "" if ok
+    started     ISO time
+    wall_s      from start to end of the process
+    phases      [[name, start_s, end_s], ..] since the start of the process, `start` and `exit` added by the harness
+    frames_s    durations of the frames, the first one first
+    cpu         {user_s, system_s, series_s}: from wait4, and what the measurer last saw
+    memory      {peak_bytes, render_peak_bytes, peak_virtual_bytes, method, floor_bytes}
+    rays        {primary, reflected, transmitted, shadow, non_finite}
+    used, versions   what the renderer said
+    build       {seconds, compiler, command}: of the build it ran, when that was made
+    picture     {file, sha256}
+    accuracy    the judge's verdict with `reference`, or {unavailable: reason}
+    measurer    its audit of itself
+    warnings    [text, ..]: what makes the row doubtful
+"""
+
+import json
+import os
+from pathlib import Path
+
+from harness.errors import UserError
+
+FORMAT = 1
+
+
+class Run:
+    """A run that is being written."""
+
+    def __init__(self, folder: Path):
+        self.folder = Path(folder)
+        for name in ("pictures", "series", "logs"):
+            (self.folder / name).mkdir(parents=True, exist_ok=True)
+        self._file = open(self.folder / "repetitions.jsonl", "a", encoding="utf-8")  # noqa: SIM115
+
+    def describe(self, **facts) -> None:
+        text = json.dumps({"format": FORMAT, **facts}, indent=1, allow_nan=False)
+        write_whole(self.folder / "run.json", text + "\n")
+
+    def append(self, record: dict) -> None:
+        """Write one repetition, on the disk when this returns."""
+        self._file.write(json.dumps(record, allow_nan=False) + "\n")
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file so that it is there whole or not at all."""
+    part = path.with_name(path.name + ".part")
+    with open(part, "w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(part, path)
+
+
+def read(folder: Path) -> tuple[dict, list[dict]]:
+    """run.json and the repetitions of a run; a last line that was cut off is not believed. UserError if no run."""
+    folder = Path(folder)
+    try:
+        facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        text = (folder / "repetitions.jsonl").read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise UserError(f"{folder}: not a run: {error}", remedy="a run is a folder that `rayrace run` wrote") from None
+    if not isinstance(facts, dict) or facts.get("format") != FORMAT:
+        raise UserError(f"{folder / 'run.json'}: expected format {FORMAT}")
+    records = []
+    whole, _, _ = text.rpartition("\n")
+    for number, line in enumerate(whole.splitlines(), 1):
+        try:
+            records.append(json.loads(line))
+        except ValueError:
+            raise UserError("a damaged line", file=folder / "repetitions.jsonl", line=number) from None
+    return facts, records

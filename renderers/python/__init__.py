@@ -1,0 +1,1 @@
+"""The reference to read: plain Python, one ray at a time, generic over the type of number."""

@@ -1,0 +1,41 @@
+"""Convex planar polygons (POL-1 to POL-3)."""
+
+from itertools import pairwise
+
+from .vector import add, cross, dot, largest, normalise, scale, subtract
+
+
+class Polygon:
+    """A polygon; `edges` holds, for each edge, a point on it and the vector in the plane that points inside."""
+
+    def __init__(self, vertices, material, identity, number):
+        self.material, self.identity = material, identity
+        self.first = vertices[0]
+        arms = [subtract(vertex, self.first) for vertex in vertices]
+        self.size = max(largest(arm) for arm in arms)
+        normal = (number.real(0),) * 3
+        for a, b in pairwise(arms):
+            normal = add(normal, cross(a, b))
+        self.normal = normalise(normal, number.sqrt)
+        following = vertices[1:] + vertices[:1]
+        self.edges = [(v, cross(self.normal, subtract(after, v))) for v, after in zip(vertices, following, strict=True)]
+
+    def surface(self, origin, direction, t, _face):
+        """Point and normal, towards the origin, of the hit at distance t (POL-3)."""
+        p = add(origin, scale(direction, t))
+        point = subtract(p, scale(self.normal, dot(subtract(p, self.first), self.normal)))
+        return point, self.normal if dot(direction, self.normal) < 0 else scale(self.normal, -1)
+
+
+def nearest(polygons, origin, direction, best, _sqrt):
+    """The nearest hit closer than `best` = (t, shape, face), or `best`."""
+    for polygon in polygons:
+        w = dot(direction, polygon.normal)
+        if w == 0:
+            continue
+        t = dot(subtract(polygon.first, origin), polygon.normal) / w
+        if 0 < t < best[0]:
+            p = add(origin, scale(direction, t))
+            if all(dot(inward, subtract(p, vertex)) >= 0 for vertex, inward in polygon.edges):
+                best = t, polygon, None
+    return best

@@ -1,0 +1,140 @@
+"""The shell a Python renderer runs in: flags in, JSON Lines out (README.md in this folder).
+
+Standard library only, so that a renderer's memory and start-up are its own technology's. Import this module
+first: the clock of the `import` phase starts here.
+"""
+
+import time
+
+STARTED = time.monotonic()
+
+import json  # noqa: E402
+import os  # noqa: E402
+import platform  # noqa: E402
+import sys  # noqa: E402
+from contextlib import contextmanager  # noqa: E402
+
+CONTRACT = 1
+UNSUPPORTED = 3
+
+
+class Job:
+    """The parameters of one job, read from `--key=value` flags. Unknown keys are ignored."""
+
+    def __init__(self, arguments):
+        flags = dict(a[2:].split("=", 1) for a in arguments if a.startswith("--") and "=" in a)
+        self.folder = flags["job"]
+        self.out = flags["out"]
+        self.variant = flags.get("variant", "")
+        self.kind = flags.get("kind", "image")
+        self.width = int(flags.get("width", 0))
+        self.height = int(flags.get("height", 0))
+        region = flags.get("region") or f"0,0,{self.width},{self.height}"
+        self.region = tuple(int(edge) for edge in region.split(","))
+        self.depth = int(flags.get("depth", 0))
+        self.shadows = flags.get("shadows", "0") == "1"
+        self.sample = float(flags.get("sample_x", 0.5)), float(flags.get("sample_y", 0.5))
+        self.precision = flags.get("precision", "float64")
+        self.threads = int(flags.get("threads", 1))
+        self.frames = int(flags.get("frames", 0))
+        self.needs = tuple(name for name in flags.get("needs", "").split(",") if name)
+        self.cache = flags.get("cache", "")
+
+    def array(self, name):
+        """Path of the job's array `name`, such as "spheres"."""
+        return os.path.join(self.folder, name + ".npy")
+
+    def output(self, name):
+        return os.path.join(self.out, name)
+
+
+def say(event, **values):
+    """Print one event. Flushed at once: what was said before a crash is not lost."""
+    sys.stdout.write(json.dumps({"event": event, **values}) + "\n")
+    sys.stdout.flush()
+
+
+@contextmanager
+def phase(name, start=None):
+    """Announce the enclosed work as one phase; `start` moves its beginning back."""
+    begin = time.monotonic() if start is None else start
+    yield
+    say("phase", name=name, start=begin, end=time.monotonic())
+
+
+def importing():
+    """The `import` phase: from the first line of this module to the end of the block."""
+    return phase("import", STARTED)
+
+
+def refuse(reason):
+    """This renderer cannot do the job."""
+    say("error", reason=reason)
+    sys.exit(UNSUPPORTED)
+
+
+def require(job, features):
+    """Refuse a job that needs a feature outside `features`."""
+    missing = [name for name in job.needs if name not in features]
+    if missing:
+        refuse("does not support " + ", ".join(missing))
+
+
+def render(job, frame):
+    """The `render` phase: call `frame()` once and then `job.frames` times more; return the last answer.
+
+    Says each frame and, at the end, the memory peaks.
+    """
+    with phase("render"):
+        before = _status("VmHWM")
+        reset = _reset_peak()
+        for index in range(job.frames + 1):
+            start = time.monotonic()
+            answer = frame()
+            end = time.monotonic()
+            say("frame", index=index, start=start, end=end)
+        _say_memory(before, reset)
+    return answer
+
+
+def say_rays(primary, reflected, shadow, non_finite, transmitted=0):
+    """Say the ray counts of one frame (CNT-1, CNT-2)."""
+    counts = {"primary": primary, "reflected": reflected, "transmitted": transmitted, "shadow": shadow}
+    say("rays", **{name: int(n) for name, n in counts.items()}, non_finite=int(non_finite))
+
+
+def say_python_versions(**more):
+    say("versions", python=platform.python_version(), implementation=platform.python_implementation(), **more)
+
+
+def _status(key):
+    """A memory line of /proc/self/status in bytes; None where there is none."""
+    try:
+        with open("/proc/self/status", encoding="ascii", errors="replace") as status:
+            for line in status:
+                if line.startswith(key + ":"):
+                    return int(line.split()[1]) * 1024
+    except OSError:
+        pass
+    return None
+
+
+def _reset_peak():
+    """Set VmHWM back to what is resident now; tell whether the system allowed it (proc(5), clear_refs 5)."""
+    try:
+        with open("/proc/self/clear_refs", "w", encoding="ascii") as clear:
+            clear.write("5")
+        return True
+    except OSError:
+        return False
+
+
+def _say_memory(before, reset):
+    after = _status("VmHWM")
+    say(
+        "memory",
+        peak_bytes=None if after is None else max(before, after),
+        render_peak_bytes=after if reset else None,
+        peak_virtual_bytes=_status("VmPeak"),
+        method="VmHWM" if after is not None else None,
+    )

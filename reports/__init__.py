@@ -1,0 +1,1 @@
+"""Figures and tables. Reads result files, nothing else."""
