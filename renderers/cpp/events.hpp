@@ -1,0 +1,97 @@
+// What the program says: one JSON object a line, and the numbers in it.
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <concepts>
+#include <cstdio>
+#include <fstream>
+#include <initializer_list>
+#include <string>
+#include <utility>
+
+// Seconds on the system's monotonic clock.
+inline double now()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+inline std::string json(double seconds)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, "%.9f", seconds);
+    return text;
+}
+
+template<std::integral Integer>
+std::string json(Integer count)
+{
+    return std::to_string(count);
+}
+
+inline std::string json(const std::string& text)
+{
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            quoted += '\\', quoted += c;
+        else if ((unsigned char)c < 0x20) {
+            char escape[8];
+            std::snprintf(escape, sizeof escape, "\\u%04x", (unsigned)c);
+            quoted += escape;
+        } else
+            quoted += c;
+    }
+    return quoted + '"';
+}
+
+// Prints an event; every value is JSON already. Flushed at once: what was said before a crash is not lost.
+inline void say(const char* event, std::initializer_list<std::pair<const char*, std::string>> values)
+{
+    std::string line = "{\"event\": " + json(event);
+    for (const auto& [key, value] : values)
+        line += ", " + json(key) + ": " + value;
+    std::printf("%s}\n", line.c_str());
+    std::fflush(stdout);
+}
+
+inline void say_phase(const char* name, double start)
+{
+    say("phase", {{"name", json(name)}, {"start", json(start)}, {"end", json(now())}});
+}
+
+// The process's peak memory. Where there is no /proc (anything but Linux) it is unknown, and null is said.
+class Memory {
+public:
+    // Puts the peak back to what is resident now (proc(5), clear_refs 5).
+    Memory() : before(status("VmHWM"))
+    {
+        std::ofstream clear("/proc/self/clear_refs");
+        clear << '5' << std::flush;
+        reset = bool(clear);
+    }
+
+    void say_peaks() const
+    {
+        const long long after = status("VmHWM");
+        say("memory", {{"peak_bytes", known(std::max(before, after))},
+                       {"render_peak_bytes", known(reset ? after : -1)},
+                       {"peak_virtual_bytes", known(status("VmPeak"))},
+                       {"method", after < 0 ? "null" : "\"VmHWM\""}});
+    }
+
+private:
+    long long before;
+    bool reset;
+
+    // A line of /proc/self/status in bytes, or -1.
+    static long long status(const std::string& key)
+    {
+        std::ifstream file("/proc/self/status");
+        for (std::string line; std::getline(file, line);)
+            if (line.compare(0, key.size() + 1, key + ":") == 0)
+                return std::stoll(line.substr(key.size() + 1)) * 1024;
+        return -1;
+    }
+
+    static std::string known(long long bytes) { return bytes < 0 ? "null" : json(bytes); }
+};

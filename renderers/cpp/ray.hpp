@@ -1,0 +1,25 @@
+// A ray, and the place where it ends.
+#pragma once
+#include "vector.hpp"
+
+#include <limits>
+
+template<typename Real>
+struct Ray {
+    Vec3<Real> origin, direction;  // the direction has unit length (HIT-1)
+};
+
+// Every shape has `distance(ray)`: the t of its first hit; anything not greater than 0, or NaN, is a miss (NUM-5).
+// It also has `surface(ray, t)`, asked for only once a ray, after the nearest shape is known.
+template<typename Real>
+struct Surface {
+    Vec3<Real> point, normal;
+    Real size;  // of the shape, for OFF-1
+
+    // OFF-1: where a ray starts that leaves on the side the normal points to (+1) or on the other (-1).
+    Vec3<Real> leave(Real side) const
+    {
+        constexpr Real u = std::numeric_limits<Real>::epsilon() / 2;  // NUM-2
+        return point + side * 32 * u * std::max(largest(point), size) * normal;
+    }
+};
