@@ -31,7 +31,7 @@ def encode_8bit(linear):
 
 
 def to_png_bytes(linear):
-    """A PNG file of a picture of linear RGB, shape (height, width, 3). ValueError as `encode`, or of the shape."""
+    """The bytes of a PNG file of a linear picture, shape (height, width, 3). ValueError as `encode`."""
     from PIL import Image  # here, because few who need colours need Pillow
 
     linear = np.asarray(linear)

@@ -1,0 +1,19 @@
+"""Scenes: read from files, flattened to the arrays of a job, and generated."""
+
+from pathlib import Path
+
+from harness.errors import UserError
+from harness.scene import text
+from harness.scene.tokens import read_text
+
+READERS = {".txt": text.read}
+
+
+def load(path):
+    """The `Scene` in a file; its suffix picks the reader. UserError if it is missing or faulty."""
+    path = Path(path)
+    read = READERS.get(path.suffix.lower())
+    if read is None and not path.is_dir():
+        supported = f"supported: {', '.join(READERS)}"
+        raise UserError(f'unknown kind of scene file "{path.suffix}"', file=path, remedy=supported)
+    return read_text(path) if read is None else read(read_text(path), path)

@@ -1,0 +1,55 @@
+"""Text files and the tokens in them."""
+
+import io
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from harness.errors import UserError
+
+_TOKEN = re.compile(r"#.*|[(),]|[^\s(),]+")
+
+
+class Token(NamedTuple):
+    """`line` and `column` count from 1, in characters. The end of the file is a token with no text."""
+
+    text: str
+    line: int
+    column: int
+
+    def __str__(self):
+        if not self.text:
+            return "the end of the file"
+        text = self.text if len(self.text) <= 40 else self.text[:37] + "..."
+        return f'"{text}"' if text.isprintable() else ascii(text)
+
+
+def tokens(text):
+    """Yield the tokens of `text`, then the end just behind the last one.
+
+    Whitespace separates; `(`, `)` and `,` stand alone; `#` at the start of a token begins a comment.
+    """
+    line, column = 1, 1
+    for number, content in enumerate(io.StringIO(text, newline=None), 1):
+        for match in _TOKEN.finditer(content):
+            if not match[0].startswith("#"):
+                yield Token(match[0], number, match.start() + 1)
+                line, column = number, match.end() + 1
+    yield Token("", line, column)
+
+
+def read_text(path):
+    """The text of a file in UTF-8, without its byte order mark. UserError if there is no such text."""
+    try:
+        text = Path(path).read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise UserError("not a text file (UTF-8)", file=path) from None
+    except (FileNotFoundError, ValueError):  # ValueError: a NUL in the path
+        raise UserError("no such file", file=path) from None
+    except IsADirectoryError:
+        raise UserError("expected a file, found a folder", file=path) from None
+    except OSError as error:
+        raise UserError(f"cannot be read: {error.strerror}", file=path) from None
+    if "\0" in text:
+        raise UserError("not a text file (UTF-8)", file=path)
+    return text

@@ -1,0 +1,63 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.errors import UserError
+from harness.scene import text
+from harness.scene.flatten import flatten
+from harness.scene.generate import comparison
+from harness.scene.needs import needs
+
+COMMITTED = Path(__file__).parents[2] / "experiments" / "scenes" / "comparison.txt"
+
+
+def test_committed_file_is_what_is_generated():
+    assert COMMITTED.read_bytes() == comparison().encode()
+
+
+def test_study_scene():
+    scene = text.read(comparison())
+    arrays = flatten(scene)
+    grid = [(x, y, z) for z in (-1.2, 0, 1.2) for y in (-1.8, -0.6, 0.6, 1.8) for x in (-1.8, -0.6, 0.6, 1.8)]
+    assert arrays["spheres"].tolist() == [[*centre, 0.4] for centre in grid]
+    assert arrays["lights"][:, :3].tolist() == [[10, 10, 10], [-10, 8, 8], [0, -10, 6]]
+    assert np.all(arrays["materials"][:, 3:] == [1, 30, 0, 0, 0, 1e6, 1, 0])
+    assert needs(scene, 10, shadows=False) == ("diffuse", "phong", "reflection", "sphere")
+
+
+def test_camera_is_square_and_at_right_angles():
+    c, u, v, e = flatten(text.read(comparison()))["camera"]
+    assert not c.any() and u[1] == 0 and v[1] > 0
+    assert np.linalg.norm(u) == pytest.approx(np.linalg.norm(v), rel=1e-15)
+    assert max(abs(u @ v), abs(u @ e), abs(v @ e)) < 1e-14
+
+
+@pytest.mark.parametrize("count", [*range(1, 130), 1000, 4097])
+def test_any_count_stays_in_view_and_apart(count):
+    arrays = flatten(text.read(comparison(spheres=count)))
+    centres, radius = arrays["spheres"][:, :3], arrays["spheres"][0, 3]
+    assert len(centres) == count
+    c, u, v, e = arrays["camera"]
+    for side, other in ((u, v), (-u, v), (v, u), (-v, u)):
+        plane = np.cross(side - e, other)  # through the eye and one edge of the screen
+        plane *= np.sign(plane @ -e) / np.linalg.norm(plane)  # its positive side holds the view
+        assert ((centres - c - e) @ plane).min() > radius
+    if count > 1:
+        gaps = np.linalg.norm(centres[1:] - centres[:-1], axis=1)
+        assert gaps.min() > 2.9 * radius
+
+
+@pytest.mark.parametrize("count", [0, 1, 3, 4, 50])
+def test_lights(count):
+    lights = flatten(text.read(comparison(lights=count)))["lights"]
+    more = flatten(text.read(comparison(lights=51)))["lights"]
+    assert lights[:, :3].tolist() == more[:count, :3].tolist()
+    if count:
+        assert lights[:, 3:6].sum() == pytest.approx(3 * 1.7, rel=2e-2)  # colours are written with 4 digits
+
+
+def test_empty_and_negative():
+    assert text.read(comparison(spheres=0, lights=0)).objects == ()
+    with pytest.raises(UserError, match="from 0, found -1 and 3"):
+        comparison(spheres=-1)
