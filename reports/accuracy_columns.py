@@ -1,0 +1,35 @@
+"""The error of a picture: the columns that stand beside every time."""
+
+from reports import quantity
+from reports.results import Cell, Missing
+from reports.table import Column
+
+
+def _max_outside(cell: Cell):
+    worst = cell.worst("max_outside")
+    if isinstance(worst, Missing) and not isinstance(cell.worst("mask_fraction"), Missing):
+        return Missing("every pixel is in the mask")
+    return worst
+
+
+COLUMNS = [
+    Column("largest error outside the mask", "max_error_outside_mask", "linear RGB", _max_outside),
+    Column("its tolerance", "tolerance", "linear RGB", lambda cell: cell.worst("tolerance")),
+    Column(
+        "pixels in the mask (%)", "mask_fraction", "1", lambda cell: cell.worst("mask_fraction"),
+        lambda value: quantity.text(value) if isinstance(value, Missing) else f"{100 * value:.2f}",
+    ),
+]  # fmt: skip
+
+CAPTION = (
+    "The error is the largest absolute difference in any channel of linear RGB from the reference, which another "
+    "renderer made in float64, outside the mask of ill-conditioned pixels; beside it the tolerance above which a "
+    "picture is wrong. The mask marks the pixels whose colour in float64 changes visibly when the sample moves by "
+    "4 float32 steps."
+)
+
+
+def shown(cell: Cell) -> str:
+    """The error in a few words, for figures and sentences."""
+    worst = _max_outside(cell)
+    return "error unavailable" if isinstance(worst, Missing) else f"error {worst:.1e}"

@@ -1,0 +1,108 @@
+"""Where the numbers come from: command, commit, versions as the renderers said them, and what disturbed the machine."""
+
+import json
+import shlex
+
+from reports import markdown
+from reports.results import Results
+
+RENDERER_HEADER = ["variant", "source", "reference", "built with", "versions", "methods"]
+
+
+def write(results: Results) -> str:
+    """The section of the report."""
+    facts = results.facts
+    environment = facts["environment"]
+    experiment = facts["experiment"]
+    rows = [
+        ["title", facts["title"]],
+        ["started", facts["started"]],
+        ["command", shlex.join(facts["command"])],
+        ["commit", environment["commit"]],
+        ["host", environment["host"]],
+        ["processes a cell, unless overridden", str(experiment["processes"])],
+        ["steady frames a process, unless overridden", str(experiment["frames"])],
+        ["overrides", json.dumps(experiment["override"]) if experiment["override"] else "none"],
+        ["image", json.dumps(experiment["image"])],
+        ["measurer's interval (s)", str(experiment["measure"]["interval"])],
+        ["measurer's audit", _audit(results)],
+        ["repetitions", f"{len(results.records)}, order shuffled with seed {experiment['seed']}"],
+    ]
+    doubts = disturbances(environment)
+    return "\n\n".join(
+        [
+            "## Provenance",
+            markdown.table(["what", "of this run"], rows),
+            "### Renderers",
+            markdown.table(RENDERER_HEADER, _renderers(results)),
+            "### State of the machine",
+            markdown.bullets(list(map(markdown.escape, doubts))) if doubts else "Nothing found that disturbs.",
+        ]
+    )
+
+
+def _renderers(results: Results) -> list[list[str]]:
+    """One row a variant, from its first record that says versions."""
+    rows = []
+    for variant in results.variants:
+        mine = [record for record in results.records if record["variant"] == variant]
+        said = next((record for record in mine if record["versions"] or record["used"]), None)
+        if said is None:
+            rows.append([variant, *["unavailable: it never told"] * 5])
+            continue
+        build, accuracy = said["build"], said["accuracy"] or {}
+        rows.append(
+            [
+                variant,
+                said["renderer_version"],
+                accuracy.get("reference") or f"unavailable: {accuracy.get('unavailable', said['reason'])}",
+                f"{build['compiler']}: {shlex.join(build['command'])}" if build else "nothing is built",
+                _told(said["versions"]),
+                _told((said["used"] or {}).get("methods")),
+            ]
+        )
+    return rows
+
+
+def _told(values) -> str:
+    if not values:
+        return "unavailable: it does not tell"
+    if not isinstance(values, dict):
+        return str(values)
+    return ", ".join(f"{name} {value}" for name, value in values.items())
+
+
+def _audit(results: Results) -> str:
+    """How well the measurer kept its interval."""
+    audits = [record["measurer"] for record in results.records if record["measurer"]]
+    ticks, missed = (sum(audit[name] for audit in audits) for name in ("ticks", "missed"))
+    late = [audit["interval_p99_s"] for audit in audits if audit["interval_p99_s"]]
+    if not late:
+        return "unavailable: no series has two ticks"
+    cpu = sum(audit["cpu_s"] for audit in audits)
+    return f"{ticks} ticks, {missed} missed; worst p99 of the interval {max(late):.3g} s; it used {cpu:.3g} s of CPU"
+
+
+def disturbances(environment: dict) -> list[str]:
+    """What in the state of the machine disturbs timings, or could not be seen."""
+    found = []
+    cores = environment["cores"]["usable"]
+    load, pressure = environment["load"], environment["pressure"]
+    if environment["virtual_machine"] == "yes":
+        found.append("a virtual machine: cores may vanish for seconds; trust interleaved ratios, not single times")
+    if isinstance(load, str):
+        found.append(f"load {load}")
+    elif load[0] > 0.1 * cores:
+        found.append(f"load {load[0]:.2f} on {cores} cores when the run began: other programs were running")
+    if pressure.startswith("unavailable"):
+        found.append(f"waiting for a core: {pressure}")
+    elif float(pressure.split("avg10=")[1].split()[0]) >= 1:
+        found.append(f"programs waited for a core when the run began: {pressure.splitlines()[0]}")
+    governor, turbo = environment["governor"], environment["turbo"]
+    if governor != "performance":
+        found.append(f"frequency governor: {governor}")
+    if turbo != "off":
+        found.append(f"turbo: {turbo}")
+    if environment["swap_bytes"]:
+        found.append(f"swap of {environment['swap_bytes'] / 1e6:.0f} MB is on")
+    return found

@@ -1,0 +1,37 @@
+"""The report of a run: every table and figure, and report.md that holds them together. Same run, same bytes."""
+
+from pathlib import Path
+
+from reports import (
+    cpu_figure,
+    machine_table,
+    markdown,
+    memory_table,
+    pictures_figure,
+    provenance,
+    results,
+    startup_table,
+    summary,
+    times_figure,
+    times_table,
+)
+
+PARTS = (machine_table, times_table, times_figure, startup_table, memory_table, pictures_figure, cpu_figure)
+
+
+def write(run: Path, out: Path) -> Path:
+    """Write the report of the run in the folder `run` into the folder `out`; the path of report.md."""
+    loaded = results.load(Path(run))
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    loaded.repetitions.to_csv(out / "repetitions.csv", index=False, na_rep="NaN", lineterminator="\n")
+    sections = [
+        f"# {markdown.escape(loaded.facts['title'])}",
+        summary.write(loaded),
+        *(part.write(loaded, out) for part in PARTS),
+        provenance.write(loaded),
+        "Every repetition, one row each: [repetitions.csv](repetitions.csv)",
+    ]
+    path = out / "report.md"
+    path.write_text("\n\n".join(sections) + "\n", encoding="utf-8")
+    return path

@@ -1,0 +1,84 @@
+"""The study's own numbers, keyed by our names of variants and by what was rendered, "one pixel" or "all".
+
+Source: the study, tables 2.1, 4.1, 4.2 and section 4.2.1. Each number is (mean, ±, measurements); the study does not
+say what its ± is.
+"""
+
+from pathlib import Path
+
+from harness.statistics import Estimate
+from reports.results import Cell, Missing
+
+MACHINE = {  # table 2.1; the cores from section 4.2.2
+    "operating system": "Microsoft Windows 10 Home",
+    "processor": "Intel(R) Core(TM) i7-6700HQ CPU @ 2.60GHz, 2592 Mhz",
+    "cores": "8 logical",
+    "memory": "8.0 GB DDR3",
+    "disk": "TOSHIBA MQ02ABD100H",
+    "GPU": "NVIDIA GeForce GTX 950M",
+}
+
+TIMES_S = {  # table 4.1
+    "python": {"one pixel": (0.0365, 0.0005, 10), "all": (14800, 100, 5)},
+    "numba": {"one pixel": (0.0051, 0.0002, 10), "all": (149, 1, 10)},
+    "cpp": {"one pixel": (0.000149, 0.000006, 10), "all": (11.22, 0.03, 10)},
+    "numba-parallel": {"one pixel": (0.0041, 0.0001, 10), "all": (95.6, 0.4, 10)},
+    "cpp-threads": {"one pixel": (0.000140, 0.000008, 10), "all": (3.22, 0.02, 10)},
+    "cuda": {"one pixel": (0.0075, 0.0003, 10), "all": (10.112, 0.002, 10)},
+}
+
+COMPILE_S = {  # section 4.2.1: "about", without a ±
+    "numba": {"all": (30, None, 1)},
+    "numba-parallel": {"all": (35, None, 1)},
+    "cuda": {"all": (15, None, 1)},
+}
+
+RSS_MB = {  # table 4.2; none of CUDA
+    "python": {"all": (73, 2, 10)},
+    "numba": {"all": (202.1, 0.5, 10)},
+    "cpp": {"all": (8.3, 0.1, 10)},
+    "numba-parallel": {"all": (200.2, 0.6, 10)},
+    "cpp-threads": {"all": (8.61, 0.05, 10)},
+}
+
+VMS_MB = {  # table 4.2; psutil on Windows: committed memory, not address space
+    "python": {"all": (54.3, 0.7, 10)},
+    "numba": {"all": (178.0, 0.3, 10)},
+    "cpp": {"all": (4.8, 0.2, 10)},
+    "numba-parallel": {"all": (182.2, 0.4, 10)},
+    "cpp-threads": {"all": (4.93, 0.06, 10)},
+}
+
+VARIABLES = {"width": 512, "height": 512, "depth": 10, "shadows": 0, "precision": "float64"}
+
+
+def case(cell: Cell) -> str | None:
+    """Which case of the study a cell repeats, "one pixel" or "all"; None if its scene or variables are others."""
+    parameters = cell.parameters
+    if Path(cell.scene).stem != "comparison" or any(parameters[key] != value for key, value in VARIABLES.items()):
+        return None
+    x0, y0, x1, y1 = map(int, parameters["region"].split(","))
+    return {1: "one pixel", 512 * 512: "all"}.get((x1 - x0) * (y1 - y0))
+
+
+def find(numbers: dict, cell: Cell) -> Estimate | Missing:
+    """The study's number for the case and variant of a cell, the ends of its ± as low and high."""
+    what = case(cell)
+    if what is None:
+        return Missing("the study has another scene or size")
+    found = numbers.get(cell.variant, {}).get(what)
+    if found is None:
+        return Missing("not in the study")
+    mean, half, measurements = found
+    if half is None:
+        return Estimate(mean, None, None, measurements, "the study says about")
+    return Estimate(mean, mean - half, mean + half, measurements, "low and high are the study's ±")
+
+
+def show(value: Estimate) -> str:
+    """As the study prints it."""
+    if value.low is None:
+        return f"about {value.value:g}"
+    pair = value.value, (value.high - value.low) / 2
+    places = max(len(f"{number:f}".rstrip("0").partition(".")[2]) for number in pair)
+    return f"{pair[0]:.{places}f} ± {pair[1]:.{places}f}"

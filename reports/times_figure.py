@@ -1,0 +1,76 @@
+"""Steady times, drawn: one panel a place, our mean with its interval, the study's beside it, the error in words."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from matplotlib.lines import Line2D
+
+from harness import statistics
+from reports import accuracy_columns, markdown, ranking, study, style
+from reports.results import Missing, Results, place_label
+
+CAPTION = (
+    "Mean time of a steady frame with its 95 % interval over processes, where there are enough; only what is "
+    "ranked is drawn. Beside each row the largest error outside the mask. Hollow: the study's time for the same "
+    "case on its own machine. An interval that reaches below a thirtieth of its mean is cut there, since a "
+    "logarithmic axis has no 0."
+)
+
+ROW, HEAD = 0.22, 0.8  # inches
+MARKS = ("o", "black"), ("D", "white")  # ours, the study's
+
+
+def draw(results: Results, scene: str):
+    """The figure of a scene; None if nothing is ranked in it."""
+    places = [place for place in results.places if place[0] == scene and ranking.ranked(results, place)]
+    if not places:
+        return None
+    heights = [len(ranking.ranked(results, place)) * ROW + HEAD for place in places]
+    figure, panels = plt.subplots(
+        len(places), 1, figsize=(7.2, sum(heights)), squeeze=False, height_ratios=heights, layout="constrained"
+    )
+    for place, axes in zip(places, panels[:, 0], strict=True):
+        _panel(results, place, axes)
+    if any(study.case(cell) for cell in results.of(scene)):
+        ours, theirs = (Line2D([], [], ls="", marker=marker, mfc=fill, mec="black") for marker, fill in MARKS)
+        panels[0, 0].legend(
+            [ours, theirs], ["here", "the study, on its machine"], loc="lower right", bbox_to_anchor=(1, 1), ncols=2
+        )
+    return figure
+
+
+def _panel(results: Results, place: tuple[str, str], axes) -> None:
+    cells = ranking.ranked(results, place)
+    for row, cell in enumerate(cells):
+        time = statistics.mean(cell.values("steady_s"))
+        colour = style.colour(cell.variant, results.variants)
+        if time.low is not None:
+            # an interval may reach below 0, which no logarithmic axis shows
+            axes.plot([max(time.low, time.value / 30), time.high], [row, row], color=colour, lw=1.5)
+        axes.plot(time.value, row, "o", color=colour, ms=5)
+        theirs = study.find(study.TIMES_S, cell)
+        if not isinstance(theirs, Missing):
+            axes.plot(theirs.value, row, "D", mfc="white", mec=colour, ms=5)
+        beside = axes.get_yaxis_transform()
+        axes.text(1.01, row, accuracy_columns.shown(cell), transform=beside, va="center", fontsize=7)
+    axes.set(xscale="log", xlabel="steady frame (s)", ylim=(len(cells) - 0.5, -0.5))
+    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.set_yticks(range(len(cells)), [cell.variant for cell in cells])
+    axes.set_title(place_label(place), loc="left", fontweight="bold")
+    axes.grid(axis="x", lw=0.4, color="#CCCCCC")
+    axes.set_axisbelow(True)
+
+
+def write(results: Results, out: Path) -> str:
+    """times-NUMBER-SCENE.png and .svg, one a scene, and the section of the report."""
+    parts = ["## Times, drawn"]
+    for number, scene in enumerate(results.scenes):
+        name = f"times-{number}-{markdown.slug(Path(scene).stem)}"
+        with style.styled():
+            figure = draw(results, scene)
+            if figure is None:
+                parts.append(f"{markdown.escape(scene)}: unavailable: nothing is ranked.")
+                continue
+            style.save(figure, out / name)
+        parts += [f"### {markdown.escape(scene)}", markdown.figure(name, f"Times: {scene}")]
+    return "\n\n".join([*parts, markdown.escape(CAPTION)])

@@ -1,0 +1,111 @@
+"""A small synthetic run with numbers that can be checked by hand."""
+
+import json
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from harness import store
+from reports import report, results, style
+
+SCENE = "scenes/comparison.txt"
+PARAMETERS = {
+    "kind": "image", "width": 4, "height": 4, "region": "0,0,4,4", "depth": 3, "shadows": 0, "sample_x": 0.5,
+    "sample_y": 0.5, "precision": "float64", "threads": 1, "frames": 2,
+}  # fmt: skip
+ENVIRONMENT = {
+    "host": "h", "os": "an OS", "kernel": "1", "cpu": "a processor", "architecture": "x86_64",
+    "cores": {"usable": 2, "logical": 2, "physical": 2}, "frequency": "unavailable: none", "caches": {"L1": "1K"},
+    "virtual_machine": "yes", "memory_bytes": 8e9, "swap_bytes": 0, "disk": "a disk", "gpu": "unavailable: no driver",
+    "governor": "performance", "turbo": "off", "load": [0.0, 0.0, 0.0], "pressure": "unavailable: none",
+    "python": "CPython 3", "compilers": {"c++": "g++"}, "packages": {"numpy": "2"}, "commit": "abc",
+}  # fmt: skip
+ACCURACY = {
+    "reference": "judge", "wrong": None, "max_outside": 2e-15, "max_inside": None, "rmse": 0.0, "bad_pixels": 0.0,
+    "mask_fraction": 0.25, "tolerance": 1e-9,
+}  # fmt: skip
+FACTS = (
+    "cell", "variant", "renderer", "renderer_version", "technology", "scene", "point", "parameters", "needs",
+)  # fmt: skip
+UNKNOWN = (
+    "wall_s", "phases", "frames_s", "cpu", "memory", "rays", "used", "versions", "build", "picture", "accuracy",
+    "measurer", "series",
+)  # fmt: skip
+RAYS = {"primary": 10, "reflected": 5, "transmitted": 0, "shadow": 5, "non_finite": 0}
+
+
+def _record(variant, number=0, frames=(0.5, 0.25, 0.75), compile_s=None, cache=None, **changes):
+    """A good repetition; the frames' durations in s."""
+    phases = [["start", 0.0, 0.1], ["compile", 0.1, 0.1 + compile_s]] if compile_s else [["start", 0.0, 0.1]]
+    return {
+        "cell": f"key-{variant}", "repetition": number, "variant": variant, "renderer": variant,
+        "renderer_version": "v", "technology": "T", "scene": SCENE, "point": {}, "parameters": PARAMETERS, "needs": [],
+        "status": "ok", "reason": "", "started": "2026-01-01T00:00:00", "wall_s": 2.0, "phases": phases,
+        "frames_s": list(frames), "cpu": {"user_s": 1.5, "system_s": 0.5, "series_s": 2.0},
+        "memory": {
+            "peak_bytes": 2e6 + number * 1e6, "render_peak_bytes": None, "peak_virtual_bytes": 9e6, "method": "VmHWM",
+            "floor_bytes": None,
+        },
+        "rays": RAYS, "used": {"features": [], "methods": {"compile_cache": cache} if cache else {}}, "versions": {},
+        "build": None, "picture": {"file": f"pictures/{variant}.npy", "sha256": "0"}, "accuracy": ACCURACY,
+        "measurer": None, "series": f"series/{variant}.csv", "warnings": [], **changes,
+    }  # fmt: skip
+
+
+def _bad(variant, status, reason, number=0, **changes):
+    """A repetition that did not end well: nothing is known of it but why."""
+    return _record(variant, number, status=status, reason=reason) | dict.fromkeys(UNKNOWN) | changes
+
+
+@pytest.fixture
+def record():
+    """`_record`; a fixture, since tests cannot import each other."""
+    return _record
+
+
+@pytest.fixture
+def bad():
+    return _bad
+
+
+@pytest.fixture
+def make_run(tmp_path):
+    """A function that writes a run of the given records and returns its folder."""
+
+    def make(records, name="run", **facts):
+        folder = tmp_path / name
+        run = store.Run(folder)
+        experiment = {"processes": 1, "frames": 2, "seed": 1, "override": {}, "image": {}}
+        cells = [{key: told[key] for key in FACTS} for told in records if told["repetition"] == 0]
+        experiment["measure"] = {"interval": 0.05}
+        described = {
+            "title": "A title", "experiment": experiment, "started": "now", "command": ["rayrace", "run"],
+            "environment": ENVIRONMENT, "cells": cells, **facts,
+        }  # fmt: skip
+        run.describe(**described)
+        picture = np.linspace(0, 1, 48).reshape(4, 4, 3)
+        np.save(folder / "pictures" / "r.reference.npy", picture)
+        for told in records:
+            if told["picture"]:
+                np.save(folder / told["picture"]["file"], picture)
+            if told["series"]:
+                (folder / told["series"]).write_text("t,cpu_s\n0.0,0.0\n0.5,0.5\n1.5,1.0\n")
+            run.append(json.loads(json.dumps(told)))
+        run.close()
+        return folder
+
+    return make
+
+
+@pytest.fixture
+def load(make_run):
+    """A function that loads a run of the given records."""
+    return lambda records, **facts: results.load(make_run(records, **facts))
+
+
+@pytest.fixture
+def report_text(make_run, tmp_path, monkeypatch):
+    """A function that gives the text of the report on the given records; figures are drawn and not saved."""
+    monkeypatch.setattr(style, "save", lambda figure, path: plt.close(figure))
+    return lambda records, **facts: report.write(make_run(records, **facts), tmp_path / "report").read_text("utf-8")
