@@ -6,7 +6,7 @@ first: the clock of the `import` phase starts here.
 
 import time
 
-STARTED = time.monotonic()
+_phase_start = time.monotonic()
 
 import json  # noqa: E402
 import os  # noqa: E402
@@ -55,16 +55,21 @@ def say(event, **values):
 
 
 @contextmanager
-def phase(name, start=None):
-    """Announce the enclosed work as one phase; `start` moves its beginning back."""
-    begin = time.monotonic() if start is None else start
+def phase(name):
+    """Announce the enclosed work as one phase.
+
+    Phases follow each other without a gap: one begins where the one before it ended, the first when this module did.
+    """
+    global _phase_start
     yield
-    say("phase", name=name, start=begin, end=time.monotonic())
+    end = time.monotonic()
+    say("phase", name=name, start=_phase_start, end=end)
+    _phase_start = end
 
 
 def importing():
-    """The `import` phase: from the first line of this module to the end of the block."""
-    return phase("import", STARTED)
+    """The `import` phase: what the block imports."""
+    return phase("import")
 
 
 def refuse(reason):

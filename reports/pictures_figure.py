@@ -1,6 +1,5 @@
 """Figure 4.1: every variant's picture, pixel for pixel, over its difference from the reference."""
 
-import math
 import textwrap
 from pathlib import Path
 
@@ -43,17 +42,11 @@ def shown(picture: np.ndarray) -> np.ndarray:
     return colour.encode_8bit(np.where(finite, picture, BROKEN))
 
 
-def find_reference(folder: Path, picture: np.ndarray, accuracy: dict) -> np.ndarray | Missing:
-    """The stored reference that gives the error of the record, which does not name the file of its reference."""
-    if accuracy.get("rmse") is None:
-        return Missing(accuracy.get("unavailable") or accuracy.get("wrong") or "not judged")
-    for path in sorted((folder / "pictures").glob("*.reference.npy")):
-        reference = np.load(path, mmap_mode="r")
-        if reference.shape == picture.shape:
-            rmse = float(np.sqrt(np.mean((picture.astype(np.float64) - reference) ** 2)))
-            if math.isclose(rmse, accuracy["rmse"], rel_tol=1e-9):
-                return reference
-    return Missing("no stored reference gives the error of the record")
+def read_reference(folder: Path, accuracy: dict) -> np.ndarray | Missing:
+    """The picture that the record was judged by."""
+    if accuracy.get("reference_file") is None:
+        return Missing(accuracy.get("unavailable") or "not judged")
+    return np.load(folder / "pictures" / Path(accuracy["reference_file"]).name, mmap_mode="r", allow_pickle=False)
 
 
 def verdict(accuracy: dict) -> str:
@@ -107,7 +100,7 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
     picture = np.load(results.folder / record["picture"]["file"])
     accuracy = record["accuracy"] or {}
     above.imshow(shown(picture), interpolation="nearest", aspect="auto")
-    reference = find_reference(results.folder, picture, accuracy)
+    reference = read_reference(results.folder, accuracy)
     text = verdict(accuracy)
     if cell.status != "ok":
         text = textwrap.fill(cell.verdict, 48)

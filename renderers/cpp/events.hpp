@@ -54,9 +54,14 @@ inline void say(const char* event, std::initializer_list<std::pair<const char*, 
     std::fflush(stdout);
 }
 
-inline void say_phase(const char* name, double start)
+// Phases follow each other without a gap: one begins where the one before it ended, the first before main().
+inline double phase_start = now();
+
+inline void say_phase(const char* name)
 {
-    say("phase", {{"name", json(name)}, {"start", json(start)}, {"end", json(now())}});
+    const double end = now();
+    say("phase", {{"name", json(name)}, {"start", json(phase_start)}, {"end", json(end)}});
+    phase_start = end;
 }
 
 // The process's peak memory. Where there is no /proc (anything but Linux) it is unknown, and null is said.

@@ -29,27 +29,25 @@ template<typename Frame>
 void render(const Job& job, const Frame& frame)
 {
     const Memory memory;
-    const double start = now();
     for (int index = 0; index <= job.frames; index++) {
         const double frame_start = now();
         frame();
         const double frame_end = now();
         say("frame", {{"index", json(index)}, {"start", json(frame_start)}, {"end", json(frame_end)}});
     }
-    say_phase("render", start);
     memory.say_peaks();
+    say_phase("render");
 }
 
 template<typename Real>
 void make_image(const Job& job)
 {
-    const double load_start = now();
     const Scene scene = read_scene(job.folder);
     const Tracer<Real> tracer(scene, job.depth, job.shadows);
     const Camera<Real> camera(scene, job.width, job.height, job.sample_x, job.sample_y);
     const int rows = job.y1 - job.y0, columns = job.x1 - job.x0;
     std::vector<Real> picture(std::size_t(rows) * std::size_t(columns) * 3);
-    say_phase("load", load_start);
+    say_phase("load");
 
     Counts counts;
     render(job, [&] {
@@ -66,9 +64,8 @@ void make_image(const Job& job)
     say("rays", {{"primary", json(counts.primary)}, {"reflected", json(counts.reflected)}, {"transmitted", "0"},
                  {"shadow", json(counts.shadow)}, {"non_finite", json(counts.non_finite)}});
 
-    const double save_start = now();
     write_npy(job.out + "/image.npy", {std::size_t(rows), std::size_t(columns), 3}, picture);
-    say_phase("save", save_start);
+    say_phase("save");
     say("output", {{"file", "\"image.npy\""}});
 }
 
@@ -77,7 +74,6 @@ void answer_rays(const Job& job)
 {
     constexpr int block = 256;  // rays that a thread takes at a time
 
-    const double load_start = now();
     const Scene scene = read_scene(job.folder);
     const Tracer<Real> tracer(scene, job.depth, job.shadows);
     std::vector<Ray<Real>> rays;
@@ -87,7 +83,7 @@ void answer_rays(const Job& job)
         rays.push_back({rounded<Real>(vec(table.row(i))), rounded<Real>(d / std::hypot(d.x, d.y, d.z))});
     }
     std::vector<double> hits(rays.size() * 8);
-    say_phase("load", load_start);
+    say_phase("load");
 
     render(job, [&] {
         for_each_row(int((rays.size() + block - 1) / block), job.threads, [&](int row, Counts&) {
@@ -108,9 +104,8 @@ void answer_rays(const Job& job)
         });
     });
 
-    const double save_start = now();
     write_npy(job.out + "/hits.npy", {rays.size(), 8}, hits);
-    say_phase("save", save_start);
+    say_phase("save");
     say("output", {{"file", "\"hits.npy\""}});
 }
 
@@ -125,11 +120,10 @@ void run(const Job& job)
 
 int main(int argc, char** argv)
 try {
-    const double start = now();
     const Job job(Flags(argc, argv));
     job.require({"sphere", "box", "polygon", "ellipsoid", "ambient", "diffuse", "phong", "shadows", "reflection",
                  "region", "rays"});
-    say_phase("import", start);
+    say_phase("import");
 
     if (job.precision == "float32")
         run<float>(job);

@@ -5,6 +5,7 @@ from renderers import worker
 with worker.importing():
     import math
     import sys
+    from array import array
     from itertools import chain
 
     from . import npy
@@ -24,7 +25,7 @@ def picture(scene, camera, job):
     """One frame: the pixels of the region as floats in C order, and the ray counts."""
     x0, y0, x1, y1 = job.region
     counts = Counts()
-    pixels = []
+    pixels = array("d")
     for j in range(y0, y1):
         for i in range(x0, x1):
             origin, direction = camera.ray(i, j)
@@ -32,7 +33,7 @@ def picture(scene, camera, job):
             red, green, blue = map(float, colour)
             if not (math.isfinite(red) and math.isfinite(green) and math.isfinite(blue)):
                 counts.non_finite += 1
-            pixels += (red, green, blue)
+            pixels.extend((red, green, blue))
     counts.primary = (x1 - x0) * (y1 - y0)
     return pixels, counts
 

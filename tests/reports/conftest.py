@@ -22,7 +22,8 @@ ENVIRONMENT = {
     "python": "CPython 3", "compilers": {"c++": "g++"}, "packages": {"numpy": "2"}, "commit": "abc",
 }  # fmt: skip
 ACCURACY = {
-    "reference": "judge", "wrong": None, "max_outside": 2e-15, "max_inside": None, "rmse": 0.0, "bad_pixels": 0.0,
+    "reference": "judge", "reference_file": "pictures/r.reference.npy", "wrong": None, "max_outside": 2e-15,
+    "max_inside": None, "rmse": 0.0, "bad_pixels": 0.0,
     "mask_fraction": 0.25, "tolerance": 1e-9,
 }  # fmt: skip
 FACTS = (

@@ -1,0 +1,84 @@
+"""Shared by all tests: who can be raced here, and one way to let them work."""
+
+import os
+
+import numpy as np
+import pytest
+
+from harness import registry, repetition
+from harness.job import Parameters
+from harness.scene import text
+from harness.scene.flatten import flatten
+from harness.scene.needs import needs, shapes
+
+VARIANTS = tuple(registry.entries())
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory):
+    """Builds of this session stay in this session."""
+    os.environ["RAYRACE_CACHE"] = str(tmp_path_factory.mktemp("cache"))
+
+
+@pytest.fixture(scope="session")
+def known():
+    return registry.entries()
+
+
+class Bench:
+    """Renders scene text and traces rays with any variant, sharing compiled code between the tests of a session."""
+
+    def __init__(self, known, caches):
+        self.known, self.caches = known, caches
+
+    def entry(self, variant):
+        entry = self.known[variant]
+        if entry.renderer.unavailable:
+            pytest.skip(entry.renderer.unavailable)
+        return entry
+
+    def result(self, variant, scene_text, **parameters):
+        """The Result of a picture; the test is skipped if the manifest says that the variant cannot make it."""
+        entry = self.entry(variant)
+        scene = text.read(scene_text, "scene of the test")
+        wanted = Parameters(**{"threads": entry.threads(), **parameters})
+        needed = needs(scene, wanted.depth, wanted.shadows)
+        reason = repetition.unsupported(entry, wanted, needed)
+        if reason:
+            pytest.skip(f"{variant} {reason}")
+        result = repetition.run(entry, flatten(scene), wanted, needed, cache=self.caches / variant)
+        assert result.status == "ok", f"{variant}: {result.status}: {result.reason}\n{result.stderr}"
+        return result
+
+    def picture(self, variant, scene_text, **parameters):
+        return self.result(variant, scene_text, **parameters).array
+
+    def hits(self, variant, scene_text, rays, precision="float64"):
+        """Hits (R, 8) of rays (R, 6), as the contract returns them."""
+        entry = self.entry(variant)
+        scene = text.read(scene_text, "scene of the test")
+        wanted = Parameters(kind="rays", precision=precision)
+        arrays = {**flatten(scene), "rays": np.asarray(rays, dtype=np.float64).reshape(-1, 6)}
+        result = repetition.run(entry, arrays, wanted, tuple(shapes(scene)), cache=self.caches / variant)
+        if result.status == "unsupported":
+            pytest.skip(f"{variant} {result.reason}")
+        assert result.status == "ok", f"{variant}: {result.status}: {result.reason}\n{result.stderr}"
+        return result.array
+
+
+@pytest.fixture(scope="session")
+def bench(known, tmp_path_factory):
+    return Bench(known, tmp_path_factory.mktemp("compiled"))
+
+
+@pytest.fixture(params=VARIANTS)
+def variant(request):
+    """Every variant in turn."""
+    return request.param
+
+
+# Variants that differ in more than the number of threads: enough where the question is about arithmetic.
+@pytest.fixture(params=[name for name, entry in registry.entries().items() if entry.variant.threads == 1])
+def serial(request):
+    """Every variant of one thread in turn."""
+    return request.param
