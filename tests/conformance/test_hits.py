@@ -158,11 +158,11 @@ def far_case(distance):
     """A unit sphere seen from far away, in random directions: impact parameters up to 1.5, half of them at the rim."""
     rng = np.random.default_rng([SEED, int(distance)])
     source = f"CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,5)\nSPHERE (0,0,0) 1 {MATERIAL}\n"
-    away = rng.normal(size=(200, 3))
+    away = rng.normal(size=(400, 3))
     away /= np.linalg.norm(away, axis=1, keepdims=True)
-    side = np.cross(away, rng.normal(size=(200, 3)))
+    side = np.cross(away, np.eye(3)[rng.integers(0, 3, 400)])  # the rim is met near an axis too
     side /= np.linalg.norm(side, axis=1, keepdims=True)
-    impact = np.concatenate([rng.uniform(0, 1.5, (100, 1)), rng.uniform(0.93, 0.9995, (100, 1))])
+    impact = np.concatenate([rng.uniform(0, 1.5, (200, 1)), rng.uniform(0.93, 0.9995, (200, 1))])
     rays = np.hstack([away * distance, side * impact - away * distance])
     scene = text.read(source, "scene of the test")
     return source, rays, [truth(scene, ray) for ray in rays]
