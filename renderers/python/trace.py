@@ -32,9 +32,10 @@ def trace(scene, origin, direction, depth, shadows, counts):
         if order == depth:
             break
         d_dot_n = dot(direction, normal)
-        weight *= shape.material.k_s * fresnel(scene, shape.material, d_dot_n)
-        if weight == 0:
+        share = shape.material.k_s * fresnel(scene, shape.material, d_dot_n)
+        if share == 0:
             break
+        weight *= share
         counts.reflected += 1
         side = 1 if d_dot_n <= 0 else -1
         origin = leave(point, normal, shape.size, side, scene.number.unit_roundoff)
