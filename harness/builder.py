@@ -49,8 +49,11 @@ def find_compiler(kind: str) -> str | None:
 
 @cache
 def compiler_version(path: str) -> str:
-    answer = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=30)
-    return (answer.stdout or answer.stderr).partition("\n")[0].strip()
+    try:
+        answer = subprocess.run([path, "--version"], capture_output=True, text=True, errors="replace", timeout=30)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"unavailable: {error}"
+    return (answer.stdout or answer.stderr).partition("\n")[0].strip() or "unavailable: it does not tell"
 
 
 @cache
@@ -91,8 +94,9 @@ def _make(renderer, recipe, compiler, version, final: Path) -> Built:
         start = time.monotonic()
         try:
             done = subprocess.run(
-                command, cwd=scratch, capture_output=True, text=True, timeout=TIMEOUT, stdin=subprocess.DEVNULL
-            )
+                command, cwd=scratch, capture_output=True, text=True, errors="replace", timeout=TIMEOUT,
+                stdin=subprocess.DEVNULL,
+            )  # fmt: skip
         except OSError as error:
             raise BuildError(f"{command[0]}: {error.strerror}") from None
         except subprocess.TimeoutExpired:

@@ -18,7 +18,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a scrip
 
 
 def main() -> None:
-    """The entry point: 0 good, 1 something that was measured failed, 2 wrong use."""
+    """The entry point: 0 good, 1 something that was measured failed, 2 wrong use, 130 stopped by Ctrl-C."""
     from harness.errors import UserError
 
     try:
@@ -26,11 +26,9 @@ def main() -> None:
     except UserError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2)
-    except KeyboardInterrupt:
-        print("stopped; what had finished is stored", file=sys.stderr)
-        sys.exit(130)
-    except BrokenPipeError:
-        sys.exit(141)
+    except OSError as error:
+        print(f"error: {error.filename or 'system'}: {error.strerror}", file=sys.stderr)
+        sys.exit(2)
 
 
 @app.command()
@@ -44,6 +42,7 @@ def run(
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Put key=value over the file: image.depth=5.")
     ] = None,
+    report: Annotated[bool, typer.Option("--report", help="Write the report of the run too.")] = False,
     renderer: RendererOption = None,
 ) -> None:
     """Run an experiment: every scene x renderer x swept value, in fresh interleaved processes."""
@@ -53,7 +52,8 @@ def run(
 
     asked = experiments.load(experiment, tuple(settings or ()))
     known = registry.entries(tuple(renderer or ()))
-    planned = plan.make(asked, experiment, known, tuple(filter(None, only.split(","))))
+    chosen = tuple(name.strip() for name in only.split(",") if name.strip())
+    planned = plan.make(asked, experiment, known, chosen)
     if dry_run:
         terminal.show_plan(planned)
         return
@@ -65,10 +65,18 @@ def run(
             folder.mkdir(parents=True)
         except FileExistsError:
             raise UserError(f"{out}: exists already; give --out another folder") from None
-    with terminal.progress() as tell:
-        records = race.run(asked, planned, known, folder, tell)
+    try:
+        with terminal.progress() as tell:
+            records = race.run(asked, planned, known, folder, tell)
+    except KeyboardInterrupt:
+        print(f"stopped; what had finished is in {folder}", file=sys.stderr)
+        raise
     terminal.show_summary(records)
     print(f"run: {folder}")
+    if report:
+        from reports import report as reports
+
+        print(f"report: {reports.write(folder, folder / 'report')}")
     raise typer.Exit(1 if any(record["status"] in race.BAD for record in records) else 0)
 
 

@@ -16,7 +16,7 @@ UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 def duration(value: Any) -> Any:
     """Seconds from "50 ms", "10 min" or a plain number of seconds."""
     if isinstance(value, str):
-        match = re.fullmatch(r"\s*([0-9.]+)\s*([a-z]+)\s*", value)
+        match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*([a-z]+)\s*", value)
         if not match or match[2] not in UNITS:
             raise ValueError(f'expected a time such as "50 ms", "30 s", "10 min" or "2 h", found "{value}"')
         return float(match[1]) * UNITS[match[2]]
@@ -96,7 +96,11 @@ class Experiment(Strict):
 
     @model_validator(mode="after")
     def _sweep_known(self):
+        swept = set()
         for table in (self.sweep,) if isinstance(self.sweep, dict) else self.sweep:
+            if swept & set(table):
+                raise ValueError(f"sweep: {', '.join(sorted(swept & set(table)))} is in two tables")
+            swept |= set(table)
             for key, values in table.items():
                 if key not in Image.model_fields:
                     raise ValueError(f"sweep.{key}: no such parameter; known: {', '.join(Image.model_fields)}")

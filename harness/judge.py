@@ -36,11 +36,17 @@ class Verdict:
         return asdict(self)
 
 
+def not_finite(picture: np.ndarray) -> str | None:
+    """None, or how many pixels have a channel that is NaN or infinite."""
+    broken = int(np.count_nonzero(~np.isfinite(picture).all(axis=-1)))
+    return f"{broken} pixels are not finite" if broken else None
+
+
 def judge(picture: np.ndarray, reference: np.ndarray, mask: np.ndarray, precision: str) -> Verdict:
     """Judge `picture` (height, width, 3) against `reference`; `mask` (height, width) marks ill-conditioned pixels."""
-    broken = int(np.count_nonzero(~np.isfinite(picture).all(axis=-1)))
+    broken = not_finite(picture)
     if broken:
-        return Verdict(f"{broken} pixels are not finite")
+        return Verdict(broken)
     if picture.shape != reference.shape:
         return Verdict(f"its shape is {picture.shape}, the reference's {reference.shape}")
     difference = np.abs(picture.astype(np.float64) - reference).max(axis=-1)

@@ -2,7 +2,7 @@
 
 A bare interpreter with the standard library only: Linux counts the starter's resident memory into the peak
 (ru_maxrss) of what it starts, so the smaller this process, the lower the floor under that number. The renderer
-gets a session of its own, so that a kill reaches everything it started.
+gets a session of its own, so that a kill reaches what it started too, unless that began a session of its own.
 
 SPEC.json: command (list), folder, environment (dict), stdout, stderr (paths), timeout (s).
 Prints two JSON lines: {"pid", "spawned"} when it has started, {"exited", "code", "signal", "timed_out", "user_s",
@@ -41,24 +41,28 @@ def spawn(spec):
 
 def wait(pid, deadline):
     """Wait for the end of `pid` without reaping it; True if the deadline came first or standard input closed."""
-    if hasattr(os, "pidfd_open"):
-        end = os.pidfd_open(pid)
-        while True:
-            left = deadline - time.monotonic()
-            ready = select.select([end, sys.stdin], [], [], max(0, left))[0]
-            if end in ready:
-                os.close(end)
-                return False
-            if sys.stdin in ready and os.read(sys.stdin.fileno(), 4096):
-                continue
-            os.close(end)
-            return True
-    while time.monotonic() < deadline:
-        if os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT | os.WNOHANG) is not None:
+    end = [os.pidfd_open(pid)] if hasattr(os, "pidfd_open") else []
+    pause = 60 if end else 0.002  # without a pidfd: look again soon
+    while (left := deadline - time.monotonic()) > 0:
+        ready = select.select([*end, sys.stdin], [], [], min(left, pause))[0]
+        if has_ended(pid):
             return False
-        if select.select([sys.stdin], [], [], 0.002)[0] and not os.read(sys.stdin.fileno(), 4096):
+        if sys.stdin in ready and not os.read(sys.stdin.fileno(), 4096):
             return True
-    return True
+    return not has_ended(pid)
+
+
+def has_ended(pid):
+    return os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT | os.WNOHANG) is not None
+
+
+def own_peak():
+    """Peak resident memory of this process. Its ru_maxrss would be that of the harness, which started it."""
+    with contextlib.suppress(OSError), open("/proc/self/status", encoding="ascii", errors="replace") as status:
+        for line in status:
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) * 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT
 
 
 def kill_group(pid, number):
@@ -69,19 +73,20 @@ def kill_group(pid, number):
 def main(path):
     with open(path, encoding="utf-8") as file:
         spec = json.load(file)
+    floor = own_peak()
     try:
         pid, spawned = spawn(spec)
-    except OSError as error:
-        print(json.dumps({"failed": f"could not start {spec['command'][0]}: {error.strerror}"}), flush=True)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in a word
+        why = getattr(error, "strerror", None) or error
+        print(json.dumps({"failed": f"could not start {spec['command'][0]}: {why}"}), flush=True)
         return
-    floor = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * RSS_UNIT
     print(json.dumps({"pid": pid, "spawned": spawned}), flush=True)
     timed_out = wait(pid, spawned + spec["timeout"])
     if timed_out:
         kill_group(pid, signal.SIGTERM)
         ended = time.monotonic() + GRACE
         while time.monotonic() < ended:
-            if os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT | os.WNOHANG) is not None:
+            if has_ended(pid):
                 break
             time.sleep(0.01)
     exited = time.monotonic()

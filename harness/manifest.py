@@ -12,7 +12,7 @@ CONTRACT = 1
 
 
 class Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class Requires(Strict):
@@ -61,16 +61,40 @@ def read_toml(path: Path) -> dict:
 
 def validated(model: type[BaseModel], tables: dict, path: Path) -> BaseModel:
     """`tables` as a `model`; UserError naming every faulty key of the file."""
+    tables = _frozen(tables)
     try:
         return model.model_validate(tables)
     except ValidationError as error:
-        lines = [f"{path}: {'.'.join(map(str, e['loc']))}: {_message(e, model)}" for e in error.errors()]
+        found = {}  # a value that may be of several types has one error for each
+        for fault in error.errors():
+            found.setdefault(_place(fault, tables), []).append(_message(fault, model))
+        lines = [f"{path}: {place + ': ' if place else ''}{' or: '.join(texts)}" for place, texts in found.items()]
         raise UserError("\n".join(lines)) from None
+
+
+def _frozen(value):
+    """`value` with tuples for its lists, which is what strict models take."""
+    if isinstance(value, dict):
+        return {key: _frozen(item) for key, item in value.items()}
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
+
+
+def _place(error: dict, tables: dict) -> str:
+    """The dotted key of a fault, without the names of types that pydantic puts between."""
+    keys, value = [], tables
+    for step in error["loc"]:
+        if (isinstance(value, dict) and step in value) or (isinstance(value, tuple) and step in range(len(value))):
+            value = value[step]
+            keys.append(str(step))
+    if error["type"] == "missing":
+        keys.append(str(error["loc"][-1]))
+    return ".".join(keys)
 
 
 def _message(error: dict, model: type[BaseModel]) -> str:
     if error["type"] != "extra_forbidden":
-        return error["msg"]
+        text = error["msg"].removeprefix("Value error, ")
+        return text.replace("tuple", "list").replace("Tuple", "List")  # as TOML has it
     import difflib
 
     known = list(_keys_at(model, error["loc"][:-1]))

@@ -14,6 +14,11 @@ def check_suffix(path: Path) -> None:
     """UserError unless a picture can be saved at `path`."""
     if path.suffix not in SUFFIXES:
         raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; known: {", ".join(SUFFIXES)}')
+    check_folder(path)
+
+
+def check_folder(path: Path) -> None:
+    """UserError unless the folder of a file to be written is there."""
     if not path.parent.is_dir():
         raise UserError(f"{path.parent}: no such folder")
 

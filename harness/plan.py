@@ -26,6 +26,7 @@ class Cell:
     key: str
     entry: Entry
     scene: str
+    scene_version: str  # hash of its content
     parameters: Parameters
     needs: tuple[str, ...]
     processes: int
@@ -84,7 +85,8 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
         try:
             image = Image.model_validate({**experiment.image.model_dump(), **point})
         except ValidationError as error:
-            raise UserError(f"{file}: sweep {point}: {error.errors()[0]['msg']}") from None
+            why = error.errors()[0]["msg"].removeprefix("Value error, ")
+            raise UserError(f"{file}: sweep {point}: {why}") from None
         override = experiment.override.get(entry.name)
         frames = experiment.frames if override is None or override.frames is None else override.frames
         threads = entry.threads() if image.threads == "default" else image.threads
@@ -95,6 +97,7 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
                 key=_key(entry, content),
                 entry=entry,
                 scene=name,
+                scene_version=fingerprint(arrays[name]),
                 parameters=parameters,
                 needs=needs(scenes[name], image.depth, image.shadows),
                 processes=(override and override.processes) or experiment.processes,
@@ -102,6 +105,11 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
                 point=point,
             )
         )
+    seen = {}
+    for cell in cells:
+        other = seen.setdefault(cell.key, cell)
+        if other is not cell:
+            raise UserError(f'{file}: "{other.label}" and "{cell.label}" are the same cell; leave one out')
     return Plan(tuple(cells), arrays)
 
 

@@ -1,7 +1,9 @@
 """Runs one renderer process: a launcher that starts it, a measurer that watches it, and what the two found."""
 
+import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -59,7 +61,9 @@ def run(
             }
         )
     )
-    measurer = _start([sys.executable, "-m", "harness.measurer", str(series), str(interval)]) if series else None
+    # -P: the current folder may hold modules of the same names
+    watch = [sys.executable, "-P", "-m", "harness.measurer", str(series), str(interval)]
+    measurer = _start(watch) if series else None
     if measurer:
         measurer.stdout.readline()  # ready: its imports must not run beside the renderer
     launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(spec)])
@@ -71,13 +75,15 @@ def run(
             _tell(measurer, started)
         ended = json.loads(launcher.stdout.readline() or '{"failed": "the launcher died"}')
         if "failed" in ended:
+            launcher_module.kill_group(started["pid"], signal.SIGKILL)
             return Outcome(ended["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
         audit = measurer.stdout.readline() if measurer else ""
         return Outcome(failed=None, spawned=started["spawned"], measurer=json.loads(audit) if audit else None, **ended)
     finally:
         for process in (launcher, measurer):
             if process:
-                process.stdin.close()
+                with contextlib.suppress(BrokenPipeError):  # it died before it read all
+                    process.stdin.close()
                 process.wait()
                 process.stdout.close()
         spec.unlink(missing_ok=True)
@@ -89,8 +95,6 @@ def _start(command: list[str]) -> subprocess.Popen:
 
 
 def _tell(process: subprocess.Popen, message: dict) -> None:
-    try:
+    with contextlib.suppress(BrokenPipeError):
         process.stdin.write(json.dumps(message) + "\n")
         process.stdin.flush()
-    except BrokenPipeError:
-        pass

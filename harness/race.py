@@ -54,7 +54,7 @@ def run(
             cells=[_cell_facts(cell) for cell in plan.cells],
         )
         order = plan.order(experiment.seed)
-        with tempfile.TemporaryDirectory(prefix="rayrace-caches-") as caches:
+        with tempfile.TemporaryDirectory(prefix="rayrace-caches-", ignore_cleanup_errors=True) as caches:
             bench = Bench(plan, known, run_store, Path(caches), experiment.measure.interval)
             for cell, number in order:
                 record = bench.repeat(cell, number)
@@ -73,7 +73,7 @@ class Bench:
     def __init__(self, plan: Plan, known: dict[str, Entry], run_store: store.Run, caches: Path, interval: float):
         self.plan, self.known, self.store = plan, known, run_store
         self.caches, self.interval = caches, interval
-        self.references: dict[str, reference.Reference | reference.NoReference] = {}
+        self.references: dict[str, tuple] = {}  # (Reference or NoReference, its files)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
 
     def repeat(self, cell: Cell, number: int) -> dict:
@@ -128,31 +128,34 @@ class Bench:
         return {"file": name, "sha256": digest}
 
     def _judge(self, cell: Cell, result: repetition.Result, record: dict) -> None:
-        found = self._reference(cell)
+        found, files = self._reference(cell)
         if isinstance(found, reference.NoReference):
             record["accuracy"] = {"unavailable": found.reason}
-            return
-        precision = cell.parameters.precision
-        verdict = judge.judge(result.array, found.picture, found.mask, precision)
-        record["accuracy"] = {"reference": found.maker, **verdict.record()}
-        wrong = verdict.wrong or judge.compare_rays(result.said.rays, found.rays, precision)
+            wrong = judge.not_finite(result.array)
+        else:
+            precision = cell.parameters.precision
+            verdict = judge.judge(result.array, found.picture, found.mask, precision)
+            record["accuracy"] = {"reference": found.maker, **files, **verdict.record()}
+            wrong = verdict.wrong or judge.compare_rays(result.said.rays, found.rays, precision)
         if wrong:
             result.status, result.reason = "wrong picture", wrong
 
     def _reference(self, cell: Cell):
-        """The reference for a cell, made when first asked for and kept in the run."""
+        """The reference for a cell and its files, made when first asked for and kept in the run."""
         maker = reference.choose(cell.entry, self.known, cell.parameters, cell.needs)
         if maker is None:
-            return reference.NoReference("no other renderer here can make this picture")
+            return reference.NoReference("no other renderer here can make this picture"), {}
         arrays = self.plan.arrays[cell.scene]
         wanted = replace(cell.parameters.picture(), precision="float64")
         key = job.fingerprint(arrays, wanted, maker.name, maker.renderer.version)
         if key not in self.references:
-            found = reference.make(maker, arrays, cell.parameters, cell.needs)
+            found = reference.make(maker, arrays, cell.parameters, cell.needs, self.caches / f"{maker.name}.reference")
+            files = {}
             if isinstance(found, reference.Reference):
-                np.save(self.store.folder / "pictures" / f"{key}.reference.npy", found.picture)
-                np.save(self.store.folder / "pictures" / f"{key}.mask.npy", found.mask)
-            self.references[key] = found
+                files = {f"{name}_file": f"pictures/{key}.{name}.npy" for name in ("reference", "mask")}
+                np.save(self.store.folder / files["reference_file"], found.picture)
+                np.save(self.store.folder / files["mask_file"], found.mask)
+            self.references[key] = found, files
         return self.references[key]
 
 
@@ -169,6 +172,7 @@ def _cell_facts(cell: Cell) -> dict:
         "renderer_version": entry.renderer.version,
         "technology": entry.renderer.manifest.technology,
         "scene": cell.scene,
+        "scene_version": cell.scene_version,
         "point": cell.point,
         "parameters": cell.parameters.values(),
         "needs": list(cell.needs),
@@ -217,11 +221,12 @@ def cover(said: events.Said, spawned: float, exited: float) -> list[list]:
 
 
 def last_cpu(series: Path) -> float | None:
-    """CPU time (s) in the last row of a series; None if it has none."""
+    """CPU time (s) in the last whole row of a series; None if it has none."""
     try:
-        rows = series.read_text(encoding="utf-8").splitlines()[1:]
+        whole, _, _ = series.read_text(encoding="utf-8").rpartition("\n")
     except OSError:
         return None
+    rows = whole.splitlines()[1:]
     return float(rows[-1].split(",")[1]) if rows else None
 
 

@@ -14,7 +14,10 @@ HIT_COLUMNS = ["hit", "t", "px", "py", "pz", "nx", "ny", "nz", "object"]
 
 
 def read(path: Path) -> np.ndarray:
-    """Rays of a CSV file, float64 (R, 6): origin, direction. UserError with file and line for a faulty row."""
+    """Rays of a CSV file, float64 (R, 6): origin, direction. UserError with file and line for a faulty row.
+
+    Directions may have any length but 0; what is returned has a largest component between 1/2 and 1.
+    """
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -44,10 +47,12 @@ def _ray(row: list[str], path: Path, line: int) -> list[float]:
         if not math.isfinite(value):
             raise UserError(f'{name}: expected a finite number, found "{text.strip()}"', file=path, line=line)
         values.append(value)
-    length = math.sqrt(sum(value * value for value in values[3:]))
-    if not 0 < length < math.inf:
-        raise UserError("the direction has no length that a float64 can hold", file=path, line=line)
-    return values
+    largest = max(map(abs, values[3:]))
+    if largest == 0:
+        raise UserError("the direction has length 0", file=path, line=line)
+    # Brought near length 1 by a power of two, which rounds nothing: its square then fits every precision.
+    _, exponent = math.frexp(largest)
+    return values[:3] + [math.ldexp(value, -exponent) for value in values[3:]]
 
 
 def write(file, hits: np.ndarray) -> None:

@@ -1,10 +1,12 @@
 """The picture that others are judged by, and the mask of pixels where no picture can be trusted."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from harness import repetition
+from harness.builder import BuildError
 from harness.job import Parameters
 from harness.registry import Entry
 
@@ -31,24 +33,41 @@ class NoReference:
     reason: str
 
 
-def choose(judged: Entry, known: dict[str, Entry], parameters: Parameters, needs: tuple[str, ...]) -> Entry | None:
+def choose(
+    judged: Entry,
+    known: dict[str, Entry],
+    parameters: Parameters,
+    needs: tuple[str, ...],
+    judges: tuple[str, ...] = JUDGES,
+) -> Entry | None:
     """The first judge of another renderer that is here and can do the job."""
     wanted = replace(parameters.picture(), precision="float64")
-    for name in JUDGES:
+    for name in judges:
         entry = known.get(name)
-        if entry is None or entry.renderer.folder == judged.renderer.folder or entry.renderer.unavailable:
+        if entry is None or entry.renderer.folder == judged.renderer.folder or not _runs(entry):
             continue
         if repetition.unsupported(entry, wanted, needs) is None:
             return entry
     return None
 
 
-def make(entry: Entry, arrays: dict[str, np.ndarray], parameters: Parameters, needs: tuple[str, ...]):
-    """A Reference made by `entry`, or a NoReference."""
+def _runs(entry: Entry) -> bool:
+    if entry.renderer.unavailable:
+        return False
+    try:
+        entry.renderer.build()
+    except BuildError:
+        return False
+    return True
+
+
+def make(entry: Entry, arrays: dict[str, np.ndarray], parameters: Parameters, needs: tuple[str, ...], cache: Path):
+    """A Reference made by `entry`, with its compiled code in `cache`, or a NoReference."""
     wanted = replace(parameters.picture(), precision="float64")
 
     def render(sample_x, sample_y):
-        return repetition.run(entry, arrays, replace(wanted, sample_x=sample_x, sample_y=sample_y), needs)
+        moved = replace(wanted, sample_x=sample_x, sample_y=sample_y)
+        return repetition.run(entry, arrays, moved, needs, cache=cache)
 
     result = render(wanted.sample_x, wanted.sample_y)
     if result.status != "ok":

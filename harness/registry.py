@@ -26,8 +26,13 @@ class Renderer:
     @cached_property
     def sources(self) -> list[Path]:
         """The files that make up the renderer, sorted."""
-        found = (p for p in self.folder.rglob("*") if p.is_file() and not NOT_SOURCES & set(p.parts))
-        return sorted(p for p in found if not p.name.startswith(".") and p.suffix != ".pyc")
+        found = []
+        for path in self.folder.rglob("*"):
+            parts = path.relative_to(self.folder).parts
+            hidden = any(part.startswith(".") for part in parts)
+            if path.is_file() and not hidden and not NOT_SOURCES & set(parts) and path.suffix != ".pyc":
+                found.append(path)
+        return sorted(found)
 
     @cached_property
     def version(self) -> str:
@@ -41,7 +46,7 @@ class Renderer:
     def unavailable(self) -> str | None:
         """None, or why it cannot run here and what to do about it."""
         for module in self.manifest.requires.modules:
-            if importlib.util.find_spec(module) is None:
+            if not _is_installed(module):
                 return f"no Python module {module} (pip install {module})"
         for program in self.manifest.requires.programs:
             if shutil.which(program) is None:
@@ -52,7 +57,17 @@ class Renderer:
 
     def build(self) -> builder.Built | None:
         """Its build, made or taken from the cache; None if it needs none. BuildError if it fails."""
-        return builder.build(self) if self.manifest.build else None
+        if isinstance(self._built, builder.BuildError):
+            raise self._built
+        return self._built
+
+    @cached_property
+    def _built(self):
+        """Or the BuildError: a build that fails is not tried again for each repetition."""
+        try:
+            return builder.build(self) if self.manifest.build else None
+        except builder.BuildError as error:
+            return error
 
 
 @dataclass(frozen=True)
@@ -71,6 +86,13 @@ class Entry:
         return 1 if self.variant.threads == 1 else usable_cores()
 
 
+def _is_installed(module: str) -> bool:
+    try:
+        return importlib.util.find_spec(module) is not None
+    except (ImportError, ValueError):  # of a package that is not there; of a name that cannot be
+        return False
+
+
 def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -78,7 +100,7 @@ def usable_cores() -> int:
 def folders(extra: tuple[Path, ...] = ()) -> list[Path]:
     """Folders of all known renderers, in the order of the three places."""
     home = Path(str(importlib.resources.files("renderers")))
-    own = sorted(p.parent for p in home.glob("*/renderer.toml"))
+    own = sorted(p.parent for p in home.resolve().glob("*/renderer.toml"))
     named = [Path(p) for p in os.environ.get(SEARCH_PATH, "").split(os.pathsep) if p]
     found = []
     for place in (*named, *extra):

@@ -1,7 +1,9 @@
 """One repetition: a variant does one job in a process of its own, and the record of it."""
 
+import os
 import shutil
 import signal
+import stat
 import sys
 import tempfile
 from dataclasses import dataclass, field
@@ -75,8 +77,8 @@ def start(entry, arrays, parameters, needs, timeout=600.0, series=None, interval
     try:
         built = entry.renderer.build()
     except BuildError as error:
-        return Result("unavailable", f"its build failed: {error}")
-    with tempfile.TemporaryDirectory(prefix="rayrace-") as scratch:
+        return Result("failed", f"its build failed: {error}")
+    with tempfile.TemporaryDirectory(prefix="rayrace-", ignore_cleanup_errors=True) as scratch:
         here = Path(scratch)
         job.write(here / "job", arrays, parameters, needs)
         for name in ("out", "neutral"):
@@ -104,26 +106,35 @@ def _collect(outcome, out: Path, stdout: Path, stderr: Path, parameters: Paramet
     said = events.read(stdout)
     events.tidy(said, outcome.spawned, outcome.exited)
     with open(stderr, "rb") as file:
-        text = file.read(2**16).decode("utf-8", errors="replace").strip()
+        file.seek(max(0, stderr.stat().st_size - 2**16))
+        text = file.read().decode("utf-8", errors="replace").strip()
     result = Result("ok", "", outcome, said, None, text)
     last_line = text.splitlines()[-1] if text else ""
-    why = said.error or last_line or "it did not say why"
+    why = said.error or events.words(last_line) or "it did not say why"
     if outcome.timed_out:
         result.status, result.reason = "timeout", f"killed after {outcome.wall_s:.3g} s"
     elif outcome.signal == signal.SIGKILL:
         result.status, result.reason = "killed", "by SIGKILL, perhaps for using too much memory (see dmesg)"
     elif outcome.signal is not None:
-        result.status, result.reason = "failed", f"ended by {signal.Signals(outcome.signal).name}: {why}"
+        result.status, result.reason = "failed", f"ended by {_signal(outcome.signal)}: {why}"
     elif outcome.code == UNSUPPORTED:
         result.status, result.reason = "unsupported", why
     elif outcome.code != 0:
         result.status, result.reason = "failed", f"exit {outcome.code}: {why}"
     else:
-        result.array, fault = _load(out, said, parameters)
-        fault = fault or _incomplete(said, parameters)
+        fault = _incomplete(said, parameters)
+        if fault is None:
+            result.array, fault = _load(out, said, parameters)
         if fault:
             result.status, result.reason = "failed", fault
     return result
+
+
+def _signal(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # a real-time signal
+        return f"signal {number}"
 
 
 def _incomplete(said: events.Said, parameters: Parameters) -> str | None:
@@ -139,17 +150,29 @@ def _load(out: Path, said: events.Said, parameters: Parameters):
     """The array that the renderer returned, and what is wrong with it."""
     if said.output is None:
         return None, "printed no output event"
-    path = out / said.output
-    if path.parent != out or not path.is_file():
+    try:
+        is_there = said.output in os.listdir(out) and stat.S_ISREG(os.lstat(out / said.output).st_mode)
+    except OSError:
+        is_there = False
+    if not is_there:
         return None, f'returned no file "{said.output}" in its output folder'
     try:
-        array = np.load(path, allow_pickle=False, mmap_mode=None)
-    except (ValueError, OSError, EOFError) as error:
-        return None, f"{said.output} is no array: {error}"
+        with open(out / said.output, "rb") as file:
+            array = np.lib.format.read_array(file, allow_pickle=False)
+    except Exception as error:  # of many kinds: the bytes can be anything
+        return None, f"{said.output} is no array: {events.words(error)}"
     if array.dtype not in (np.float64, np.float32):
         return None, f"{said.output} holds {array.dtype}, expected float64 or float32"
     if parameters.kind == "image" and array.shape != parameters.shape():
         return None, f"{said.output} has shape {array.shape}, expected {parameters.shape()}"
     if parameters.kind == "rays" and (array.ndim != 2 or array.shape[1] != 8):
         return None, f"{said.output} has shape {array.shape}, expected (rays, 8)"
+    if parameters.kind == "rays" and not _are_hits(array):
+        return None, f"{said.output} holds a row that is neither a hit nor a miss"
     return array, None
+
+
+def _are_hits(rows: np.ndarray) -> bool:
+    hit = rows[:, 7] >= 0
+    whole = rows[:, 7] == np.floor(rows[:, 7])
+    return bool(np.all(whole & np.where(hit, np.isfinite(rows).all(axis=1), rows[:, 7] == -1)))

@@ -73,6 +73,8 @@ def render(
 
 def trace(scene, ray_file, variant, out, precision, timeout, folders) -> None:
     """Trace the rays of a CSV file and write their hits. SystemExit(1) if the renderer fails."""
+    if out is not None:
+        picture.check_folder(out)
     read = load(scene)
     listed = rays.read(ray_file)
     parameters = Parameters(kind="rays", depth=0, precision=precision)

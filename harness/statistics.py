@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 LEVEL = 0.95
+LEAST = 3  # processes that an interval needs
 
 
 @dataclass(frozen=True)
@@ -18,15 +19,21 @@ class Estimate:
     note: str = ""
 
 
+def too_few(processes: int) -> str:
+    return f"no interval from {processes} process{'es' if processes > 1 else ''}"
+
+
 def mean(per_process: list[float]) -> Estimate:
     """Mean over processes, Student's interval."""
     from scipy import stats
 
     values = np.asarray(per_process, dtype=float)
     centre = float(values.mean())
-    if len(values) < 3:
-        return Estimate(centre, None, None, len(values), f"no interval from {len(values)} processes")
-    interval = stats.ttest_1samp(values, 0.0).confidence_interval(LEVEL) if values.std() else (centre, centre)
+    if len(values) < LEAST:
+        return Estimate(centre, None, None, len(values), too_few(len(values)))
+    if np.ptp(values) == 0:
+        return Estimate(centre, centre, centre, len(values))
+    interval = stats.ttest_1samp(values, 0.0).confidence_interval(LEVEL)
     return Estimate(centre, float(interval[0]), float(interval[1]), len(values))
 
 
@@ -37,8 +44,8 @@ def ratio(above: list[float], below: list[float], seed: int = 1) -> Estimate:
     a, b = np.asarray(above, dtype=float), np.asarray(below, dtype=float)
     value = float(a.mean() / b.mean())
     count = min(len(a), len(b))
-    if count < 3:
-        return Estimate(value, None, None, count, f"no interval from {count} processes")
+    if count < LEAST:
+        return Estimate(value, None, None, count, too_few(count))
 
     def statistic(x, y, axis=-1):
         return np.mean(x, axis=axis) / np.mean(y, axis=axis)

@@ -2,13 +2,13 @@
 
     run.json            the experiment, the plan's cells, the environment, when and by what command
     repetitions.jsonl   one line per repetition, appended and synced when it ends: nothing finished is lost
-    pictures/KEY.npy    the picture of each cell, linear float; KEY.mask.npy of each reference
+    pictures/KEY.npy    the picture of each cell, linear float; KEY.reference.npy and KEY.mask.npy of each reference
     series/KEY-N.csv    what the measurer saw (columns in measurer.py)
     logs/KEY-N.stdout, .stderr
 
 A line of repetitions.jsonl has these keys; what is not known is null, with the reason in `status` and `reason`:
 
-    cell, repetition, variant, renderer, technology, scene, point, parameters, needs
+    cell, repetition, variant, renderer, renderer_version, technology, scene, scene_version, point, parameters, needs
     status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
     reason      text; "" if ok
     started     ISO time
@@ -16,13 +16,14 @@ A line of repetitions.jsonl has these keys; what is not known is null, with the 
     phases      [[name, start_s, end_s], ..] since the start of the process, `start` and `exit` added by the harness
     frames_s    durations of the frames, the first one first
     cpu         {user_s, system_s, series_s}: from wait4, and what the measurer last saw
-    memory      {peak_bytes, render_peak_bytes, peak_virtual_bytes, method, floor_bytes}
+    memory      {peak_bytes, render_peak_bytes, peak_virtual_bytes, method, floor_bytes, wait4_peak_bytes}
     rays        {primary, reflected, transmitted, shadow, non_finite}
     used, versions   what the renderer said
     build       {seconds, compiler, command}: of the build it ran, when that was made
     picture     {file, sha256}
-    accuracy    the judge's verdict with `reference`, or {unavailable: reason}
+    accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, or {unavailable: reason}
     measurer    its audit of itself
+    series      file of what the measurer saw
     warnings    [text, ..]: what makes the row doubtful
 """
 
@@ -82,7 +83,7 @@ def read(folder: Path) -> tuple[dict, list[dict]]:
     whole, _, _ = text.rpartition("\n")
     for number, line in enumerate(whole.splitlines(), 1):
         try:
-            records.append(json.loads(line))
-        except ValueError:
+            records.append(dict(json.loads(line)))
+        except (ValueError, TypeError):
             raise UserError("a damaged line", file=folder / "repetitions.jsonl", line=number) from None
     return facts, records

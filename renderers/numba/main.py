@@ -8,6 +8,7 @@ with worker.importing():
     import sys
     from pathlib import Path
 
+    sys.modules["scipy"] = None  # Numba imports it where it finds it; nothing here uses it
     import llvmlite.binding
     import numba
     import numpy as np

@@ -1,0 +1,88 @@
+from pathlib import Path
+
+import pytest
+
+from harness import experiment
+from harness.errors import UserError
+
+REPOSITORY = Path(__file__).parents[2]
+BASE = 'title = "t"\nscenes = ["a.txt"]\nrenderers = ["python"]\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [
+        ("50 ms", 0.05),
+        ("30s", 30),
+        (" 10 min ", 600),
+        ("2 h", 7200),
+        ("1.5 s", 1.5),
+        (".5 s", 0.5),
+        (3, 3),
+        (0.25, 0.25),
+    ],
+)
+def test_durations(text, seconds):
+    assert experiment.duration(text) == pytest.approx(seconds, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "s", "5", "-5 s", "1.2.3 s", ". s", "5 days", "5 S", "1e3 s", "nan s", "5 s 3 ms"]
+)
+def test_bad_durations(text):
+    with pytest.raises(ValueError, match='expected a time such as "50 ms", "30 s", "10 min" or "2 h", found "'):
+        experiment.duration(text)
+
+
+def test_defaults(write):
+    found = experiment.load(write("e.toml", BASE))
+    assert (found.processes, found.frames, found.timeout, found.seed) == (5, 2, 600, 1)
+    assert found.image.bounds() is None and found.measure.interval == 0.05
+
+
+@pytest.mark.parametrize(
+    ("setting", "place", "value"),
+    [
+        ("processes=3", "processes", 3),
+        ("image.depth = 5", "image.depth", 5),
+        ('title="a = b"', "title", "a = b"),
+        ("title=plain words", "title", "plain words"),
+        ("timeout=10 min", "timeout", 600.0),
+        ('renderers=["cpp", "numpy"]', "renderers", ("cpp", "numpy")),
+        ("image.shadows=true", "image.shadows", True),
+        ("image.region=[1, 2, 3, 4]", "image.region", (1, 2, 3, 4)),
+        ("image.sample_x=0", "image.sample_x", 0.0),
+        ("sweep.depth=[1, 2]", "sweep", {"depth": (1, 2)}),
+    ],
+)
+def test_settings(setting, place, value, write):
+    found = experiment.load(write("e.toml", BASE), (setting,))
+    for step in place.split("."):
+        found = getattr(found, step)
+    assert found == value and type(found) is type(value)
+
+
+@pytest.mark.parametrize(
+    "setting", ["", "=", "=3", "processes", "title.x=3", "processes=", "image=3", "image.=3", "a b=3"]
+)
+def test_faulty_settings(setting, write):
+    with pytest.raises(UserError):
+        experiment.load(write("e.toml", BASE), (setting,))
+
+
+def test_every_fault_is_named_at_once(write):
+    file = write("e.toml", BASE + 'frames = "x"\nprocesses = 0\n[image]\ndeph = 3\n')
+    with pytest.raises(UserError) as fault:
+        experiment.load(file)
+    assert [line.split(": ")[1] for line in str(fault.value).splitlines()] == ["processes", "frames", "image.deph"]
+    assert all(line.startswith(f"{file}: ") for line in str(fault.value).splitlines())
+
+
+def test_schema_file_is_what_the_command_prints(rayrace):
+    assert (REPOSITORY / "experiments" / "schema.json").read_text() == rayrace("schema", code=0).stdout
+
+
+@pytest.mark.parametrize("file", sorted((REPOSITORY / "experiments").glob("*.toml")), ids=lambda path: path.name)
+def test_shipped_experiments(file, rayrace):
+    assert file.read_text().startswith("#:schema ./schema.json\n")
+    assert "cells" in rayrace("run", file, "--dry-run", code=0).stdout

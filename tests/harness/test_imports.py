@@ -1,0 +1,85 @@
+"""Who may import what: the contracts of pyproject.toml, and what processes really load."""
+
+import ast
+import re
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from harness import launcher, repetition
+from harness.job import Parameters
+from harness.scene import text
+from harness.scene.flatten import flatten
+
+REPOSITORY = Path(__file__).parents[2]
+HEAVY = {"pandas", "matplotlib", "pydantic", "scipy", "rich", "typer", "psutil", "PIL", "harness", "reports"}
+
+
+def imported(trace):
+    """Top-level names of the modules in what -X importtime printed."""
+    return {name.strip().split(".")[0] for name in re.findall(r"import time: .*\|(.*)", trace)}
+
+
+def test_contracts():
+    done = subprocess.run(
+        [Path(sys.executable).with_name("lint-imports"), "--no-cache"], cwd=REPOSITORY, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert " 0 broken" in done.stdout
+
+
+def test_launcher_imports_only_the_standard_library():
+    names = set()
+    for node in ast.walk(ast.parse(Path(launcher.__file__).read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names.add("." * node.level + (node.module or ""))
+    assert names and {name.split(".")[0] for name in names} <= sys.stdlib_module_names
+
+
+def test_launcher_stays_small():
+    """What it loads is part of the floor below every peak from wait4."""
+    command = [sys.executable, "-I", "-S", "-X", "importtime", launcher.__file__, "/nowhere.json"]
+    loaded = imported(subprocess.run(command, capture_output=True, text=True).stderr)
+    assert not loaded & {"subprocess", "ctypes", "asyncio", "multiprocessing", "logging", "typing", "site"}
+
+
+@pytest.mark.parametrize("name", ["python", "numpy", "numba"])
+def test_a_measured_process_imports_its_own_technology(name, known, tmp_path):
+    entry = known[name]
+    if entry.renderer.unavailable:
+        pytest.skip(entry.renderer.unavailable)
+    python, *rest = entry.variant.command
+    traced = replace(entry, variant=entry.variant.model_copy(update={"command": (python, "-X", "importtime", *rest)}))
+    scene = flatten(
+        text.read("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nSPHERE (0,0,-1) 0.8 (0.7,0.5,0.3) 0 1 (0,0,0) 1e6 1")
+    )
+    result = repetition.run(traced, scene, Parameters(width=4, height=4), ("sphere",), log=tmp_path / "log")
+    assert result.status == "ok", result.reason
+    loaded = imported((tmp_path / "log.stderr").read_text())
+    own = entry.renderer.manifest.name
+    assert not loaded & HEAVY
+    wanted = {"python": set(), "numpy": {"numpy"}, "numba": {"numba", "numpy"}}[own]
+    assert "renderers" in loaded and loaded & {"numpy", "numba"} == wanted
+
+
+def test_help_loads_nothing_heavy():
+    command = [sys.executable, "-X", "importtime", "-m", "harness", "--help"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0 and "Races ray tracers" in done.stdout
+    assert not imported(done.stderr) & {"pandas", "matplotlib", "numba", "scipy", "numpy", "pydantic", "psutil"}
+
+
+def test_help_is_quick(rayrace):
+    """Under 0.3 s on a quiet machine; the quickest of five, with room for a busy one."""
+    times = []
+    for _ in range(5):
+        start = time.monotonic()
+        rayrace("--help", code=0)
+        times.append(time.monotonic() - start)
+    assert min(times) < 1
