@@ -54,9 +54,7 @@ def draw(results: Results, place: tuple[str, str]):
     cells = results.at(place)
     height = HEAD + len(cells) * PANEL + FOOT
     figure, panels = plt.subplots(len(cells), 1, figsize=(WIDTH, height), squeeze=False)
-    figure.subplots_adjust(
-        left=0.09, right=0.91, top=1 - (HEAD + 0.22) / height, bottom=FOOT / height, hspace=0.85
-    )
+    figure.subplots_adjust(left=0.09, right=0.91, top=1 - (HEAD + 0.22) / height, bottom=FOOT / height, hspace=0.85)
     seen = {}
     cores = results.facts["environment"]["cores"]["logical"]
     for cell, axes in zip(cells, panels[:, 0], strict=True):

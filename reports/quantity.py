@@ -7,6 +7,7 @@ from reports.results import Missing
 
 NO_INTERVAL = "(no interval, n = {})"  # n processes are too few
 
+
 def text(value: Estimate | Missing | float | str, scale: float = 1.0) -> str:
     """A value times `scale`: mean ± half-width of its 95 % interval, or why it has no interval, or why it is absent."""
     if isinstance(value, str):

@@ -54,7 +54,7 @@ class Cell:
 
     @property
     def status(self) -> str:
-        """"ok" if a repetition was good and none made a wrong picture; "not run" if none was stored."""
+        """ "ok" if a repetition was good and none made a wrong picture; "not run" if none was stored."""
         found = set(self.rows["status"])
         if "wrong picture" in found:
             return "wrong picture"
@@ -107,7 +107,7 @@ class Cell:
 
     @property
     def unranked(self) -> str:
-        """"" or why the cell takes no part in a comparison: only a steady time with a judged picture does."""
+        """ "" or why the cell takes no part in a comparison: only a steady time with a judged picture does."""
         if self.status != "ok":
             return self.verdict
         if not self.values("steady_s"):

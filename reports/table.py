@@ -29,9 +29,7 @@ class Column:
         return self.name.startswith("study_")
 
 
-def section(
-    out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell], list[Column]]], caption: str
-) -> str:
+def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell], list[Column]]], caption: str) -> str:
     """The Markdown of tables, each (scene, cells, columns); each also goes to `out`/STEM-NUMBER-SCENE.csv.
 
     People are spared the study's columns where no cell of a table repeats a case of the study.

@@ -61,8 +61,11 @@ def test_a_measured_process_imports_its_own_technology(name, known, tmp_path):
     )
     result = repetition.run(traced, scene, Parameters(width=4, height=4), ("sphere",), log=tmp_path / "log")
     assert result.status == "ok", result.reason
-    loaded = imported((tmp_path / "log.stderr").read_text())
+    trace = (tmp_path / "log.stderr").read_text()
+    loaded = imported(trace)
     own = entry.renderer.manifest.name
+    if own == "numba" and " scipy." not in trace:  # it asks for scipy and is refused: a line, but nothing below it
+        loaded -= {"scipy"}
     assert not loaded & HEAVY
     wanted = {"python": set(), "numpy": {"numpy"}, "numba": {"numba", "numpy"}}[own]
     assert "renderers" in loaded and loaded & {"numpy", "numba"} == wanted
