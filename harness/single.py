@@ -2,10 +2,12 @@
 
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 
 from harness import picture, rays, registry, repetition
+from harness.builder import cache_folder
 from harness.errors import UserError
 from harness.job import Parameters
 from harness.scene import load
@@ -42,7 +44,7 @@ def render(
     needs = needs_of(read, depth, shadows)
     entry = pick(variant, registry.entries(folders), parameters, needs)
     parameters = Parameters(**{**vars(parameters), "threads": threads or entry.threads()})
-    result = repetition.run(entry, flatten(read), parameters, needs, timeout)
+    result = repetition.run(entry, flatten(read), parameters, needs, timeout, cache=_kernels(entry))
     _stop_unless_ok(entry, result)
     if out.suffix == ".png" and not np.isfinite(result.array).all():
         raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
@@ -80,7 +82,8 @@ def trace(scene, ray_file, variant, out, precision, timeout, folders) -> None:
     parameters = Parameters(kind="rays", depth=0, precision=precision)
     needs = tuple(sorted(shapes(read)))
     entry = pick(variant, registry.entries(folders), parameters, needs)
-    result = repetition.run(entry, {**flatten(read), "rays": listed}, parameters, needs, timeout)
+    arrays = {**flatten(read), "rays": listed}
+    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=_kernels(entry))
     _stop_unless_ok(entry, result)
     if len(result.array) != len(listed):
         raise SystemExit(f"error: {entry.name} answered {len(result.array)} of {len(listed)} rays")
@@ -89,6 +92,11 @@ def trace(scene, ray_file, variant, out, precision, timeout, folders) -> None:
     else:
         with open(out, "w", encoding="utf-8", newline="") as file:
             rays.write(file, result.array)
+
+
+def _kernels(entry: registry.Entry) -> Path:
+    """Where a renderer keeps compiled code from one command to the next. A measured run starts with an empty folder."""
+    return cache_folder("kernels") / entry.renderer.manifest.name
 
 
 def _region(text: str, width: int, height: int):

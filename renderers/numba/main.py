@@ -9,6 +9,7 @@ with worker.importing():
     from pathlib import Path
 
     sys.modules["scipy"] = None  # Numba imports it where it finds it; nothing here uses it
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # or NumPy's idle BLAS threads spin while this imports
     import llvmlite.binding
     import numba
     import numpy as np
