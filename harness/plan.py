@@ -73,7 +73,7 @@ def points(experiment: Experiment) -> list[dict]:
 
 def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tuple[str, ...] = ()) -> Plan:
     """The plan of an experiment read from `file`. UserError for an unknown renderer, a faulty scene or swept value."""
-    chosen = [registry.find(name, known) for name in experiment.renderers]
+    chosen = [registry.find(name, known, file) for name in experiment.renderers]
     for name in only:
         if name not in experiment.renderers:
             raise UserError(f"--only {name}: not among the experiment's renderers: {', '.join(experiment.renderers)}")

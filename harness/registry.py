@@ -122,12 +122,12 @@ def entries(extra: tuple[Path, ...] = ()) -> dict[str, Entry]:
     return known
 
 
-def find(name: str, known: dict[str, Entry]) -> Entry:
-    """The variant called `name`; UserError with the nearest names if there is none."""
+def find(name: str, known: dict[str, Entry], file: Path | None = None) -> Entry:
+    """The variant called `name`; UserError with the nearest names, and `file` as its place, if there is none."""
     if name in known:
         return known[name]
     import difflib
 
     near = difflib.get_close_matches(name, known, n=1)
     hint = f'did you mean "{near[0]}"?' if near else "known: " + ", ".join(known)
-    raise UserError(f'no renderer "{name}"; {hint}')
+    raise UserError(f'no renderer "{name}"', file=file, remedy=hint)

@@ -115,5 +115,5 @@ def show_checks(checks) -> int:
             flush=True,
         )
         failed += not check.passed
-    print(f"{failed} checks failed" if failed else "all checks passed")
+    print(f"checks failed: {failed}" if failed else "all checks passed")
     return 1 if failed else 0

@@ -43,7 +43,7 @@ def test_bad(variant, rule, rayrace, bad_folder):
     done = rayrace("check", bad_folder(variant, name="wrong"), code=1)
     failed = [line for line in done.stdout.splitlines() if line.startswith("FAIL")]
     assert failed[0].startswith(f"FAIL  {variant}: {rule}"), done.stdout
-    assert done.stdout.endswith(f"{len(failed)} checks failed\n")
+    assert done.stdout.endswith(f"checks failed: {len(failed)}\n")
     assert len(failed) <= 4, "one fault, and what follows from it"
 
 
