@@ -36,11 +36,12 @@ def progress():
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=Console(stderr=True)) as bar:
+    # Drawn between repetitions only: the harness is to sleep while a renderer is measured.
+    with Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
         task = bar.add_task("starting", total=None)
 
         def tell(cell, record, done, total):
-            bar.update(task, completed=done, total=total, description=escape(cell.label))
+            bar.update(task, completed=done, total=total, description=escape(cell.label), refresh=True)
             if record["status"] != "ok" and record["repetition"] == 0:
                 bar.console.print(escape(_line(cell, record, done, total)))
 
