@@ -1,0 +1,73 @@
+"""Numba's cache on disk: its own key sees neither an edit of a module that the kernel calls nor a change of options."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness import job
+from harness.scene import text
+from harness.scene.flatten import flatten
+
+pytest.importorskip("numba")
+RENDERERS = Path(__file__).parents[2] / "renderers"
+SCENE = (
+    "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,4)\nAMBIENT (1,1,1)\nSPHERE (0.2,0.6,-1) 0.8 (0.6,0.5,0.4) 0 1 (0,0,0) 4 1\n"
+)
+
+
+@pytest.fixture
+def render(tmp_path):
+    """render(variant, precision) with a copy of the renderers that may be edited: the picture and "cold" or "warm"."""
+    shutil.copytree(RENDERERS, tmp_path / "renderers", ignore=shutil.ignore_patterns("__pycache__"))
+    parameters = job.Parameters(width=9, height=9, depth=0)
+    job.write(tmp_path / "job", flatten(text.read(SCENE)), parameters, ("sphere", "ambient"))
+    (tmp_path / "neutral").mkdir()
+
+    def run(variant="numba", precision="float64"):
+        wanted = job.Parameters(width=9, height=9, depth=0, precision=precision, threads=2)
+        flags = job.flags(tmp_path / "job", tmp_path, variant, tmp_path / "cache", wanted, ("sphere", "ambient"))
+        done = subprocess.run(
+            [sys.executable, "-m", "renderers.numba.main", *flags],
+            cwd=tmp_path / "neutral",
+            env={**os.environ, "PYTHONPATH": str(tmp_path)},
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stderr
+        used = next(json.loads(line) for line in done.stdout.splitlines() if '"used"' in line)
+        return np.load(tmp_path / "image.npy"), used["methods"]["compile_cache"]
+
+    run.folder = tmp_path / "renderers" / "numba"
+    return run
+
+
+@pytest.mark.slow
+def test_an_edit_of_any_module_is_seen(render):
+    first, state = render()
+    assert state == "cold"
+    again, state = render()
+    assert state == "warm" and np.array_equal(first, again)
+    camera = render.folder / "camera.py"
+    source = camera.read_text()
+    edited = source.replace("u, v, e = row(camera, 1), row(camera, 2)", "u, v, e = row(camera, 2), row(camera, 1)")
+    assert edited != source
+    camera.write_text(edited)
+    turned, state = render()
+    assert state == "cold" and not np.array_equal(first, turned)
+    camera.write_text(source)
+    back, state = render()
+    assert state == "warm" and np.array_equal(first, back)
+
+
+@pytest.mark.slow
+def test_variants_and_precisions_are_kept_apart(render):
+    states = [render(variant)[1] for variant in 2 * ("numba", "numba-parallel")]
+    assert states == ["cold", "cold", "warm", "warm"]
+    picture, state = render("numba", "float32")
+    assert state == "cold" and picture.dtype == np.float32
