@@ -3,7 +3,6 @@
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -129,7 +128,7 @@ class Examination:
         if result.status != "ok":
             yield Check(what, False, f"{result.status}: {result.reason}")
             return
-        found = self._reference
+        found = self._reference(precision)
         if found is None:
             yield Check(what, True, "not checked: no other renderer here can make this picture")
             return
@@ -143,10 +142,10 @@ class Examination:
             told = "" if result.said.rays else "unavailable: it does not count them"
             yield Check("counts the rays of SPEC.md", wrong is None, wrong or told)
 
-    @cached_property
-    def _reference(self) -> reference.Reference | reference.NoReference | None:
-        maker = self._other(self.parameters, self.needs)
-        return maker and reference.make(maker, self.arrays, self.parameters, self.needs, self.cache / "reference")
+    def _reference(self, precision: str) -> reference.Reference | reference.NoReference | None:
+        parameters = replace(self.parameters, precision=precision)
+        maker = self._other(parameters, self.needs)
+        return maker and reference.make(maker, self.arrays, parameters, self.needs, self.cache / "reference")
 
     def _other(self, parameters: Parameters, needs: tuple[str, ...]) -> Entry | None:
         # The plainest first: for so small a picture it is also the quickest, having nothing to compile.

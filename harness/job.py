@@ -9,6 +9,13 @@ from pathlib import Path
 import numpy as np
 
 
+def default_epsilon(precision: str) -> float:
+    """32 u (NUM-2, OFF-1) of a precision: float64, float32, or mpmath's with so many digits, such as mp60."""
+    if precision.startswith("mp") and precision[2:].isdigit():
+        return 16 * 10.0 ** (1 - int(precision[2:]))
+    return 32 * {"float32": 2.0**-24}.get(precision, 2.0**-53)
+
+
 @dataclass(frozen=True)
 class Parameters:
     """The parameters of a job, with the names and units of the contract."""
@@ -22,6 +29,7 @@ class Parameters:
     sample_x: float = 0.5
     sample_y: float = 0.5
     precision: str = "float64"
+    epsilon: float | None = None  # None: 32 u of the precision (OFF-1)
     threads: int = 1
     frames: int = 0
 
@@ -38,6 +46,7 @@ class Parameters:
         values = dataclasses.asdict(self)
         values["region"] = ",".join(map(str, self.bounds()))
         values["shadows"] = int(self.shadows)
+        values["epsilon"] = default_epsilon(self.precision) if self.epsilon is None else self.epsilon
         return values
 
     def picture(self) -> "Parameters":

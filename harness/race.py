@@ -5,7 +5,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -146,7 +145,7 @@ class Bench:
         if maker is None:
             return reference.NoReference("no other renderer here can make this picture"), {}
         arrays = self.plan.arrays[cell.scene]
-        wanted = replace(cell.parameters.picture(), precision="float64")
+        wanted = cell.parameters.picture()
         key = job.fingerprint(arrays, wanted, maker.name, maker.renderer.version)
         if key not in self.references:
             found = reference.make(maker, arrays, cell.parameters, cell.needs, self.caches / f"{maker.name}.reference")

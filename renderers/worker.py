@@ -34,6 +34,7 @@ class Job:
         self.depth = int(flags.get("depth", 0))
         self.shadows = flags.get("shadows", "0") == "1"
         self.sample = float(flags.get("sample_x", 0.5)), float(flags.get("sample_y", 0.5))
+        self.epsilon = float(flags.get("epsilon", 2.0**-48))
         self.precision = flags.get("precision", "float64")
         self.threads = int(flags.get("threads", 1))
         self.frames = int(flags.get("frames", 0))

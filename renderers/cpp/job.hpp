@@ -86,7 +86,7 @@ struct Job {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // CAM-5
     int depth, threads, frames;
     bool shadows;
-    double sample_x, sample_y;
+    double sample_x, sample_y, epsilon;
     std::vector<std::string> needs;
 
     explicit Job(const Flags& flags)
@@ -94,7 +94,8 @@ struct Job {
           precision(flags.text("precision", "float64")), depth(flags.integer("depth", 0, 0)),
           threads(flags.text("variant") == "cpp" ? 1 : flags.integer("threads", 1, 1)),
           frames(flags.integer("frames", 0, 0)), shadows(flags.integer("shadows", 0, 0) != 0),
-          sample_x(flags.fraction("sample_x", 0.5)), sample_y(flags.fraction("sample_y", 0.5)), needs(flags.list("needs"))
+          sample_x(flags.fraction("sample_x", 0.5)), sample_y(flags.fraction("sample_y", 0.5)),
+          epsilon(flags.fraction("epsilon", 0x1p-48)), needs(flags.list("needs"))
     {
         if (kind == "image")
             read_size(flags);

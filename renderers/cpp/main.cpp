@@ -43,7 +43,7 @@ template<typename Real>
 void make_image(const Job& job)
 {
     const Scene scene = read_scene(job.folder);
-    const Tracer<Real> tracer(scene, job.depth, job.shadows);
+    const Tracer<Real> tracer(scene, job);
     const Camera<Real> camera(scene, job.width, job.height, job.sample_x, job.sample_y);
     const int rows = job.y1 - job.y0, columns = job.x1 - job.x0;
     std::vector<Real> picture(std::size_t(rows) * std::size_t(columns) * 3);
@@ -75,7 +75,7 @@ void answer_rays(const Job& job)
     constexpr int block = 256;  // rays that a thread takes at a time
 
     const Scene scene = read_scene(job.folder);
-    const Tracer<Real> tracer(scene, job.depth, job.shadows);
+    const Tracer<Real> tracer(scene, job);
     std::vector<Ray<Real>> rays;
     const Array<double> table = read_table<double>(job.folder, "rays", 6);
     for (std::size_t i = 0; i < table.rows(); i++) {

@@ -2,8 +2,6 @@
 #pragma once
 #include "vector.hpp"
 
-#include <limits>
-
 template<typename Real>
 struct Ray {
     Vec3<Real> origin, direction;  // the direction has unit length (HIT-1)
@@ -17,9 +15,8 @@ struct Surface {
     Real size;  // of the shape, for OFF-1
 
     // OFF-1: where a ray starts that leaves on the side the normal points to (+1) or on the other (-1).
-    Vec3<Real> leave(Real side) const
+    Vec3<Real> leave(Real side, Real epsilon) const
     {
-        constexpr Real u = std::numeric_limits<Real>::epsilon() / 2;  // NUM-2
-        return point + side * 32 * u * std::max(largest(point), size) * normal;
+        return point + side * epsilon * std::max(largest(point), size) * normal;
     }
 };

@@ -3,6 +3,7 @@
 #include "box.hpp"
 #include "counts.hpp"
 #include "ellipsoid.hpp"
+#include "job.hpp"
 #include "polygon.hpp"
 #include "scene.hpp"
 #include "shade.hpp"
@@ -25,12 +26,13 @@ struct Tracer {
     std::vector<Material<Real>> materials;
     std::vector<Light<Real>> lights;
     Vec3<Real> ambient, background;
+    Real epsilon;
     int depth;
     bool shadows;
 
-    Tracer(const Scene& scene, int depth, bool shadows)
+    Tracer(const Scene& scene, const Job& job)
         : ambient(rounded<Real>(vec(scene.ambient.row(0)))), background(rounded<Real>(vec(scene.background.row(0)))),
-          depth(depth), shadows(shadows)
+          epsilon(Real(job.epsilon)), depth(job.depth), shadows(job.shadows)
     {
         for (std::size_t i = 0; i < scene.spheres.rows(); i++)
             spheres.emplace_back(scene.spheres.row(i));
@@ -114,7 +116,7 @@ struct Tracer {
                 continue;
             if (shadows) {
                 counts.shadow++;
-                if (blocked({at.leave(1), l}, distance))
+                if (blocked({at.leave(1, epsilon), l}, distance))
                     continue;
             }
             sum = sum + n_l * material.diffuse * light.colour;  // LOC-3
@@ -146,7 +148,7 @@ struct Tracer {
                 return sum;
             counts.reflected++;
             weight = weight * share;
-            ray = {at.leave(outside ? 1 : -1), reflect(ray.direction, at.normal, d_n)};
+            ray = {at.leave(outside ? 1 : -1, epsilon), reflect(ray.direction, at.normal, d_n)};
         }
     }
 };

@@ -28,7 +28,7 @@ class Scene(NamedTuple):
     sample: np.ndarray  # (2,): place in the pixel
     colours: np.ndarray  # (2, 3), linear RGB: ambient light, background
     air: np.ndarray  # (2,): refractive index, mu_r
-    leave: float  # 32 u of OFF-1
+    epsilon: float  # of OFF-1
     lights: np.ndarray  # (L, 6): position, linear RGB
     materials: np.ndarray  # (M, 7): diffuse linear RGB, k_s, m, refractive index, mu_r
     ids: np.ndarray  # int32 (n, 2): object, row of materials
@@ -62,7 +62,7 @@ def load(job, real):
         sample=rounded(job.sample),
         colours=rounded([read("ambient"), read("background")]),
         air=rounded([np.sqrt(air[0] * air[1]), air[1]]),
-        leave=real(16 * np.finfo(real).eps),
+        epsilon=real(job.epsilon),
         lights=rounded(read("lights")[:, :6]),
         materials=rounded(np.column_stack([materials[:, :5], np.sqrt(eps_r * mu_r), mu_r])),
         ids=np.concatenate(ids),

@@ -28,7 +28,7 @@ def trace(scene, origin, direction, depth, shadows):
             return along(colour, weight, row(scene.colours, BACKGROUND)), order, feelers
         point, normal = surface(scene, index, origin, direction, t)
         material = scene.ids[index, 1]
-        step = scale(scene.leave * max(largest(point), scene.sizes[index]), normal)
+        step = scale(scene.epsilon * max(largest(point), scene.sizes[index]), normal)
         outside = add(point, step)
         light, more = local_light(scene, material, point, normal, direction, outside, shadows)
         colour = along(colour, weight, light)

@@ -25,6 +25,7 @@ class Scene:
             return array(name).astype(precision)[:, np.newaxis]
 
         self.precision = precision
+        self.epsilon = job.epsilon
         self.ambient, self.background = vector("ambient"), vector("background")
         self.air_refractive_index, self.air_mu = _index_and_mu(*array("air")[:2]).astype(precision)
         lights = array("lights").T.astype(precision)

@@ -5,11 +5,10 @@ import numpy as np
 from .vector import dot, largest, normalise
 
 
-def leave(points, normals, sizes, outward):
+def leave(scene, points, normals, shapes, outward):
     """Points just off the surface, on the side of the normal where `outward`, else on the other (OFF-1)."""
-    u = float(np.finfo(points.dtype).eps) / 2
-    epsilon = 32 * u * np.maximum(largest(points), sizes)
-    return points + np.where(outward, epsilon, -epsilon) * normals
+    step = scene.epsilon * np.maximum(largest(points), scene.sizes[shapes])
+    return points + np.where(outward, step, -step) * normals
 
 
 def local(scene, directions, points, normals, d_dot_n, shapes, shadows):
@@ -18,7 +17,7 @@ def local(scene, directions, points, normals, d_dot_n, shapes, shadows):
     colours = diffuse * scene.ambient
     feelers = 0
     if shadows:
-        starts = leave(points, normals, scene.sizes[shapes], True)
+        starts = leave(scene, points, normals, shapes, True)
     for position, light_colour in scene.lights:
         l = position - points  # noqa: E741, the SPEC's letter
         distances = np.sqrt(dot(l, l))

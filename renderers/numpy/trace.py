@@ -75,7 +75,7 @@ def add_light(scene, rays, picture, shadows, reflects, counts):
     shares = scene.k_s[shapes] * fresnel(scene, shapes, d_dot_n)
     weights = weights * shares
     alive = np.flatnonzero(shares != 0)
-    starts = leave(points, normals, scene.sizes[shapes], d_dot_n <= 0)
+    starts = leave(scene, points, normals, shapes, d_dot_n <= 0)
     mirrored = reflect(directions, normals, d_dot_n)
     return Rays(starts.take(alive, axis=1), mirrored.take(alive, axis=1), weights[alive], pixels[alive])
 

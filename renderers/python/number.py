@@ -1,4 +1,4 @@
-"""The type of number that everything is computed in (NUM-1, NUM-2).
+"""The type of number that everything is computed in (NUM-1).
 
 `float64` is the machine's float; `mp60` is mpmath with 60 decimal digits (any number of digits from 16 up will do),
 which turns this renderer into an oracle for spot pixels and rays.
@@ -11,17 +11,15 @@ from typing import Any, NamedTuple
 class Number(NamedTuple):
     real: Any  # makes a number from a float
     sqrt: Any
-    unit_roundoff: Any
 
 
 def number(precision):
     """The Number that the job's `precision` names; ValueError if it names none."""
     if precision == "float64":
-        return Number(float, math.sqrt, 2.0**-53)
+        return Number(float, math.sqrt)
     if precision.startswith("mp") and precision[2:].isdigit() and int(precision[2:]) >= 16:
         import mpmath
 
-        digits = int(precision[2:])
-        mpmath.mp.dps = digits
-        return Number(mpmath.mpf, mpmath.sqrt, mpmath.mpf(10) ** (1 - digits) / 2)
+        mpmath.mp.dps = int(precision[2:])
+        return Number(mpmath.mpf, mpmath.sqrt)
     raise ValueError(f'no precision "{precision}": float64 or mp60 (mpmath, any number of digits from 16)')

@@ -27,6 +27,7 @@ class Scene:
             return tuple(real(x) for x in npy.read(job.array(name)))
 
         self.number = number
+        self.epsilon = real(job.epsilon)
         self.camera = rows("camera")
         self.ambient = vector("ambient")
         self.background = vector("background")

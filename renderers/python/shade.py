@@ -3,9 +3,9 @@
 from .vector import largest
 
 
-def leave(point, normal, size, side, unit_roundoff):
+def leave(point, normal, size, side, epsilon):
     """A point just off the surface, on the side of the normal if `side` is 1, on the other if -1 (OFF-1)."""
-    shift = side * 32 * unit_roundoff * max(largest(point), size)
+    shift = side * epsilon * max(largest(point), size)
     return point[0] + shift * normal[0], point[1] + shift * normal[1], point[2] + shift * normal[2]
 
 
@@ -31,7 +31,7 @@ def local(scene, direction, point, normal, shape, shadows, counts):
             continue
         if shadows:
             counts.shadow += 1
-            start = leave(point, normal, shape.size, 1, scene.number.unit_roundoff)
+            start = leave(point, normal, shape.size, 1, scene.epsilon)
             if scene.nearest(start, (lx, ly, lz), distance) is not None:
                 continue
         # -(r · d) with r = 2 (n · l) n - l

@@ -38,6 +38,6 @@ def trace(scene, origin, direction, depth, shadows, counts):
         weight *= share
         counts.reflected += 1
         side = 1 if d_dot_n <= 0 else -1
-        origin = leave(point, normal, shape.size, side, scene.number.unit_roundoff)
+        origin = leave(point, normal, shape.size, side, scene.epsilon)
         direction = reflect(direction, normal, d_dot_n, scene.number.sqrt)
     return red, green, blue

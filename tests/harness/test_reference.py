@@ -62,12 +62,19 @@ def test_a_maker_that_fails_is_no_reference(known, scene, bad_folder, tmp_path):
 
 def test_perturbations_are_few_ulps_and_the_same_each_time():
     wanted = replace(SMALL, width=100, height=50)
-    moves = np.array(reference.perturbed(wanted)) - 0.5
+    moves = np.array(reference.perturbed(wanted, 8)) - 0.5
     radii = np.hypot(moves[:, 0] / 100, moves[:, 1] / 50)
-    assert len(moves) == reference.PERTURBATIONS
+    assert len(moves) == 8
     assert np.allclose(radii, 4 * 2.0**-23 / 2, rtol=1e-6)
     assert np.all(moves.min(axis=0) < 0) and np.all(moves.max(axis=0) > 0)
-    assert reference.perturbed(wanted) == reference.perturbed(wanted)
+    assert reference.perturbed(wanted, 8) == reference.perturbed(wanted, 8)
+
+
+def test_a_float32_picture_is_compared_at_its_own_epsilon():
+    """Else the comparison measures epsilon: contact shadows begin that far out (OFF-1)."""
+    assert reference.job_of(replace(SMALL, precision="float32")).epsilon == 2.0**-19
+    assert reference.job_of(SMALL).epsilon == reference.job_of(replace(SMALL, precision="mp60")).epsilon == 2.0**-48
+    assert reference.job_of(replace(SMALL, epsilon=1e-3)).epsilon == 1e-3
 
 
 @pytest.mark.slow
