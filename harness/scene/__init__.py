@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from harness.errors import UserError
-from harness.scene import text
+from harness.scene import nff, text
 from harness.scene.tokens import read_text
 
-READERS = {".txt": text.read}
+READERS = {".txt": text.read, ".nff": nff.read}
 
 
 def load(path):

@@ -4,7 +4,12 @@ A `Vector` is three floats: a point, a direction or red, green, blue. What the r
 finite, in range and of proper shapes (check.py).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
 
 Vector = tuple[float, float, float]
 
@@ -50,9 +55,12 @@ class Material:
 
 @dataclass(frozen=True, slots=True)
 class Object:
-    """What all shapes have. `line` is where the file has it, from 1; 0 if it came from no file."""
+    """What all shapes have. `line` is where the file has it, from 1; 0 if it came from no file.
 
-    material: Material
+    A part of a CSG solid has no material of its own: None.
+    """
+
+    material: Material | None
     line: int = field(default=0, compare=False, kw_only=True)
 
 
@@ -83,6 +91,67 @@ class Ellipsoid(Object):
 
     centre: Vector
     axes: tuple[Vector, Vector, Vector]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh(Object):
+    """Triangles in the scene's frame, as mesh.py makes them: float64 `vertices` (V, 3), int32 `triangles` (T, 3).
+
+    A closed mesh is a solid, its triangles turned outward; an open one is flat. `path` and what follows say where
+    it is from and how it was placed: T * Rx * Ry * Rz * S, angles in degrees. Meshes are equal if their triangles are.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    closed: bool
+    path: str = ""
+    position: Vector = (0.0, 0.0, 0.0)
+    rotation: Vector = (0.0, 0.0, 0.0)
+    scale: float = 1.0
+
+    def _key(self):
+        return self.material, self.closed, self.vertices.tobytes(), self.triangles.tobytes()
+
+    def __eq__(self, other):
+        return isinstance(other, Mesh) and self._key() == other._key()
+
+    def __hash__(self):
+        return hash((self.material, self.closed, self.vertices.shape, self.triangles.shape))
+
+
+class Operator(Enum):
+    """OR and AND take the two operands before them, NOT takes one."""
+
+    OR = "OR"
+    AND = "AND"
+    NOT = "NOT"
+
+
+@dataclass(frozen=True, slots=True)
+class Csg(Object):
+    """A solid made of others: a tree in postfix, so that no nesting is too deep for anything that reads it.
+
+    Parts are spheres, boxes, ellipsoids and closed meshes, of material None.
+    """
+
+    code: tuple[Object | Operator, ...]
+
+    def parts(self):
+        return [word for word in self.code if not isinstance(word, Operator)]
+
+    def fold(self, part: Callable, either: Callable, both: Callable, other: Callable) -> Any:
+        """What the tree comes to when each part is `part(it)`, and OR, AND and NOT are the other three."""
+        stack = []
+        for word in self.code:
+            if word is Operator.NOT:
+                stack.append(other(stack.pop()))
+            elif isinstance(word, Operator):
+                second = stack.pop()
+                stack.append((either if word is Operator.OR else both)(stack.pop(), second))
+            else:
+                stack.append(part(word))
+        (whole,) = stack
+        return whole
 
 
 @dataclass(frozen=True, slots=True)

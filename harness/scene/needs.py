@@ -1,40 +1,70 @@
 """The features that a picture of a scene uses: what a renderer's manifest must name to be given the job."""
 
-from harness.scene.model import Box, Ellipsoid, Polygon, Sphere
+from harness.scene.media import media, solid
+from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere
 
-SHAPES = {Sphere: "sphere", Box: "box", Polygon: "polygon", Ellipsoid: "ellipsoid"}
+SHAPES = {
+    Sphere: "sphere",
+    Box: "box",
+    Polygon: "polygon",
+    Ellipsoid: "ellipsoid",
+    Mesh: "mesh",
+    Csg: "csg",
+}
 
 BLACK = OPAQUE = (0.0, 0.0, 0.0)
 CLEAR = (1.0, 1.0, 1.0)
 
 
-def needs(scene, depth, shadows):
-    """Sorted names of the features of a job of kind `image` at this depth, with shadows on or off.
+def needs(scene, parameters):
+    """Sorted names of the features of a job of kind `image` with these `job.Parameters`.
 
-    sphere, box, polygon, ellipsoid   there is one
-    ambient        the ambient light is not black
-    diffuse        there is a light, and some diffuse colour is not black
-    phong          there is a light, and some k_s > 0
-    shadows        asked for, and there are a light and an object
-    reflection     depth > 0, and some k_s > 0
-    transmission   depth > 0, and some k_s > 0 with an attenuation that is not (0, 0, 0)
-    attenuation    AIR's attenuation is not (1, 1, 1), or that of a material counted in `transmission` is not
+    sphere, box, polygon, ellipsoid, mesh, csg   there is one; parts of a CSG solid are csg, and mesh if one is a mesh
+    ambient         the ambient light is not black
+    diffuse         there is a light, and some diffuse colour is not black
+    phong           there is a light, and some k_s > 0
+    shadows         asked for, and there are a light and an object
+    soft            shadows, with feelers to a light that has a radius
+    reflection      depth > 0, and some k_s > 0
+    transmission    depth > 0, and some k_s > 0 with an attenuation that is not (0, 0, 0)
+    glossy          reflection, with glossy rays
+    attenuation     not (1, 1, 1) in AIR, or in a clear solid that a ray can be in: one of `transmission`, one that
+                    holds the eye, or any if the eye is a lens
+    media           some clear solids have a rank (MED-2)
+    supersampling   sampler uniform or jittered
+    adaptive        sampler adaptive
+    lens            lens_radius > 0
     """
+    depth, lens = parameters.depth, parameters.lens_radius > 0
     materials = {thing.material for thing in scene.objects}
     glossy = {m for m in materials if m.k_s > 0}
-    clear = {m for m in glossy if m.attenuation != OPAQUE} if depth > 0 else set()
+    ranked = media(scene)
+    inside = {scene.objects[i].material for i, eye in ranked if eye}
+    for thing in scene.objects:
+        m = thing.material
+        if m.attenuation != OPAQUE and (lens or (depth > 0 and m.k_s > 0)) and solid(thing):
+            inside.add(m)
+    shadows = parameters.shadows and scene.lights and scene.objects
     tests = {
         "ambient": scene.ambient != BLACK,
         "diffuse": scene.lights and any(m.diffuse != BLACK for m in materials),
         "phong": scene.lights and glossy,
-        "shadows": shadows and scene.lights and scene.objects,
+        "shadows": shadows,
+        "soft": shadows and parameters.feelers > 0 and any(light.radius > 0 for light in scene.lights),
         "reflection": depth > 0 and glossy,
-        "transmission": clear,
-        "attenuation": scene.air.attenuation != CLEAR or any(m.attenuation != CLEAR for m in clear),
+        "transmission": depth > 0 and any(m.attenuation != OPAQUE for m in glossy),
+        "glossy": depth > 0 and glossy and parameters.glossy_rays > 0,
+        "attenuation": scene.air.attenuation != CLEAR or any(m.attenuation != CLEAR for m in inside),
+        "media": ranked,
+        "supersampling": parameters.sampler in ("uniform", "jittered"),
+        "adaptive": parameters.sampler == "adaptive",
+        "lens": lens,
     }
     return tuple(sorted(shapes(scene) | {name for name, needed in tests.items() if needed}))
 
 
 def shapes(scene):
     """The set of names of the shapes in a scene: all that a list of rays needs."""
-    return {SHAPES[type(thing)] for thing in scene.objects}
+    parts = (part for thing in scene.objects if isinstance(thing, Csg) for part in thing.parts())
+    meshes = {"mesh"} if any(isinstance(part, Mesh) for part in parts) else set()
+    return meshes | {SHAPES[type(thing)] for thing in scene.objects}

@@ -1,61 +1,56 @@
-"""Reader of the course's scene text (`.txt`), the format of DigiPen's CS500.
+"""Reader of the course's scene text (`.txt`), the format of DigiPen's CS500, with meshes as files and CSG in blocks.
 
 Entities come in any order. Keywords are in capitals, `vec` is `(x,y,z)`, `#` begins a comment:
 
     CAMERA     vec:C vec:u vec:v (vec:e | distance)     with a distance, e = distance * normalise(u x v)
-    SPHERE     vec:centre radius material
-    BOX        vec:corner vec:edge vec:edge vec:edge material
-    POLYGON    n vec*n material                         convex and planar
-    ELLIPSOID  vec:centre vec:semi-axis vec:semi-axis vec:semi-axis material
     LIGHT      vec:position vec:colour radius
     AIR        eps_r mu_r vec:attenuation               without it: 1 1 (1,1,1)
     AMBIENT    vec:colour                               without it: (0,0,0)
     BACKGROUND vec:colour                               without it: (0,0,0); not in the course's format
+    POLYGON    n vec*n material                         convex and planar
+    solid material
+    block material
 
+    solid    = SPHERE    vec:centre radius
+             | BOX       vec:corner vec:edge vec:edge vec:edge
+             | ELLIPSOID vec:centre vec:semi-axis vec:semi-axis vec:semi-axis
+             | MESH      path vec:position vec:rotation scale
+    block    = (OR part part* | AND part part* | NOT part) END
+    part     = solid | block                            to any depth; a mesh among them must be closed
     material = vec:diffuse k_s exponent vec:attenuation eps_r mu_r [roughness]
 
 One CAMERA is required. A number after mu_r is the roughness, else 0. In another dialect of the course a
 BOX is a centre and three half-axes. A file cannot tell which it means: here it is always a corner and three edges.
+
+A path is a word, or "words between quotes"; it is taken from the folder of the scene file. A mesh is scaled, then
+turned about z, y and x by the angles of `rotation`, in degrees, then moved: T * Rx * Ry * Rz * S. One that is not
+closed is flat (HIT-3) and bounds no medium. A block is one solid of one material: AND a NOT b END END is a without b.
 """
 
 import difflib
 import re
-from typing import NamedTuple
+from pathlib import Path
 
 from harness.errors import UserError
-from harness.scene import check
-from harness.scene.model import Air, Box, Camera, Ellipsoid, Light, Material, Polygon, Scene, Sphere
-from harness.scene.tokens import tokens
+from harness.scene import check, mesh
+from harness.scene.fields import ANY, FRACTION, NOT_NEGATIVE, POSITIVE, Fields
+from harness.scene.model import Air, Box, Camera, Csg, Ellipsoid, Light, Mesh, Operator, Polygon, Scene, Sphere
 
-_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _COUNT = re.compile(r"\d{1,9}", re.ASCII)
-_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
-
-
-class _Range(NamedTuple):
-    low: float
-    high: float
-    words: str
-
-
-_ANY = _Range(-check.LARGEST, check.LARGEST, f"a number of at most {check.LARGEST:g} in size")
-_POSITIVE = _Range(check.SMALLEST, check.LARGEST, f"a number from {check.SMALLEST:g} to {check.LARGEST:g}")
-_NOT_NEGATIVE = _Range(0, check.LARGEST, f"a number from 0 to {check.LARGEST:g}")
-_FRACTION = _Range(0, 1, "a number from 0 to 1")
 
 
 def read(text, file="scene.txt"):
-    """The `Scene` that `text` describes. UserError, with `file` as its place, at the first fault."""
+    """The `Scene` that `text` describes. UserError, with `file` as its place, at the first fault.
+
+    Meshes are read from the folder of `file`.
+    """
     return _Reader(text, file).scene()
 
 
-class _Reader:
-    """Takes one token after the other; `self.token` is the next one."""
-
+class _Reader(Fields):
     def __init__(self, text, file):
-        self.file = file
-        self.tokens = tokens(text)
-        self.token = next(self.tokens)
+        super().__init__(text, file)
+        self.meshes = mesh.Files(Path(file).parent)
 
     def scene(self):
         if not self.token.text:
@@ -64,8 +59,14 @@ class _Reader:
         while self.token.text:
             keyword = self.take()
             name, line = keyword.text, keyword.line
-            if name in _OBJECTS:
-                objects.append(_OBJECTS[name](self, line))
+            if name in _SOLIDS:
+                shape, fields = _SOLIDS[name](self)
+                objects.append(shape(self.material(), *fields, line=line))
+            elif name in _BLOCKS:
+                code = self.block(keyword)
+                objects.append(Csg(self.material(), code, line=line))
+            elif name == "POLYGON":
+                objects.append(self.polygon(line))
             elif name == "LIGHT":
                 lights.append(self.light())
             elif name in lines:
@@ -74,6 +75,8 @@ class _Reader:
             elif name in _ONCE:
                 lines[name] = line
                 once[name.lower()] = _ONCE[name](self)
+            elif name == "END":
+                raise self.error("END without an OR, AND or NOT before it", keyword)
             else:
                 raise self.unknown(keyword)
         if "camera" not in once:
@@ -95,16 +98,13 @@ class _Reader:
         self.blame(check.eye(u, v, e), [place])
         return Camera(centre, u, v, e)
 
-    def sphere(self, line):
-        centre = self.vector("the centre")
-        radius = self.number("the radius", _POSITIVE)
-        return Sphere(self.material(), centre, radius, line=line)
+    def light(self):
+        return Light(self.vector("the position"), self.colour(), self.number("the radius", NOT_NEGATIVE))
 
-    def box(self, line):
-        corner = self.vector("the corner")
-        edges, places = self.vectors(("edge 1", "edge 2", "edge 3"))
-        self.blame(check.box(edges), places)
-        return Box(self.material(), corner, edges, line=line)
+    def air(self):
+        eps_r = self.number("eps_r", POSITIVE)
+        mu_r = self.number("mu_r", POSITIVE)
+        return Air(eps_r, mu_r, self.vector("the attenuation", FRACTION))
 
     def polygon(self, line):
         count = self.take()
@@ -114,79 +114,89 @@ class _Reader:
         self.blame(check.polygon(vertices), places)
         return Polygon(self.material(), vertices, line=line)
 
-    def ellipsoid(self, line):
+    # Solids, after their keyword: the class, and its fields but for the material
+
+    def sphere(self):
+        return Sphere, (self.vector("the centre"), self.number("the radius", POSITIVE))
+
+    def box(self):
+        corner = self.vector("the corner")
+        edges, places = self.vectors(("edge 1", "edge 2", "edge 3"))
+        self.blame(check.box(edges), places)
+        return Box, (corner, edges)
+
+    def ellipsoid(self):
         centre = self.vector("the centre")
         axes, places = self.vectors(("semi-axis 1", "semi-axis 2", "semi-axis 3"))
         self.blame(check.ellipsoid(axes), places)
-        return Ellipsoid(self.material(), centre, axes, line=line)
+        return Ellipsoid, (centre, axes)
 
-    def light(self):
-        return Light(self.vector("the position"), self.colour(), self.number("the radius", _NOT_NEGATIVE))
+    def mesh(self):
+        path, token = self.path("the path of a mesh")
+        position, rotation = self.vector("the position"), self.vector("the rotation in degrees", ANY)
+        scale = self.number("the scale", POSITIVE)
+        try:
+            placed = self.meshes.placed(path, position, rotation, scale)
+        except UserError as fault:
+            raise self.error(fault.message, token, fault.remedy) from None
+        return Mesh, (*placed, path, position, rotation, scale)
 
-    def air(self):
-        eps_r = self.number("eps_r", _POSITIVE)
-        mu_r = self.number("mu_r", _POSITIVE)
-        return Air(eps_r, mu_r, self.vector("the attenuation", _FRACTION))
+    # CSG
 
-    def colour(self):
-        return self.vector("the colour", _NOT_NEGATIVE)
+    def block(self, keyword):
+        """The postfix code of a block, to its last END. A loop, so that no nesting is too deep."""
+        code, waiting = [], []  # waiting: the keyword and the number of parts of each block that is not at its END
+        while True:
+            word = keyword.text
+            if word in _BLOCKS:
+                self.one_part_in_not(waiting, keyword)
+                waiting.append([keyword, 0])
+            elif word == "END":
+                opened, count = waiting.pop()
+                if not count:
+                    raise self.error(f"{opened.text} without a part (opened on line {opened.line})", keyword)
+                if opened.text == "NOT":
+                    code.append(Operator.NOT)
+                if not waiting:
+                    return tuple(code)
+                self.add_part(code, waiting[-1])
+            elif word in _SOLIDS:
+                self.one_part_in_not(waiting, keyword)
+                place = self.token
+                shape, fields = _SOLIDS[word](self)
+                part = shape(None, *fields, line=keyword.line)
+                if shape is Mesh and not part.closed:
+                    why = f'a ray is never inside of the open mesh "{part.path}", so it cannot be a part of CSG'
+                    raise self.error(why, place, "close its holes, or use it outside of CSG")
+                code.append(part)
+                self.add_part(code, waiting[-1])
+            else:
+                raise self.no_part(waiting[-1][0], keyword)
+            keyword = self.take()
 
-    # Parts of entities
+    @staticmethod
+    def add_part(code, block):
+        """A part of `block` has just been put at the end of `code`: fold it with those before (left to right)."""
+        block[1] += 1
+        if block[1] > 1:
+            code.append(Operator[block[0].text])
 
-    def material(self):
-        diffuse = self.vector("the diffuse colour", _NOT_NEGATIVE)
-        k_s = self.number("k_s", _NOT_NEGATIVE)
-        exponent = self.number("the exponent", _NOT_NEGATIVE)
-        attenuation = self.vector("the attenuation", _FRACTION)
-        eps_r = self.number("eps_r", _POSITIVE)
-        mu_r = self.number("mu_r", _POSITIVE)
-        roughness = self.number("the roughness", _NOT_NEGATIVE) if _numeric(self.token.text) else 0.0
-        return Material(diffuse, k_s, exponent, attenuation, eps_r, mu_r, roughness)
+    def one_part_in_not(self, waiting, keyword):
+        if waiting and waiting[-1][0].text == "NOT" and waiting[-1][1]:
+            raise self.error(f"a second part in NOT, {keyword}; it takes one", keyword, "put them in an OR or an AND")
 
-    def vectors(self, names):
-        """The vectors of these names, and the token that each begins with."""
-        vectors, places = [], []
-        for name in names:
-            places.append(self.token)
-            vectors.append(self.vector(name))
-        return tuple(vectors), places
-
-    def vector(self, name, within=_ANY):
-        if self.token.text != "(":
-            raise self.error(f"expected a vector (x,y,z) for {name}, found {self.token}", self.token)
-        numbers = []
-        for _ in range(3):
-            self.mark("," if numbers else "(", name)
-            numbers.append(self.number(name, within))
-        self.mark(")", name)
-        return tuple(numbers)
-
-    def mark(self, mark, name):
-        token = self.take()
-        if token.text != mark:
-            raise self.error(f'expected "{mark}" in the vector for {name}, found {token}', token)
-
-    def number(self, name, within=_ANY):
-        token = self.take()
-        if not _NUMBER.fullmatch(token.text):
-            kind = "a finite number" if _NOT_FINITE.fullmatch(token.text) else "a number"
-            raise self.error(f"expected {kind} for {name}, found {token}", token)
-        value = float(token.text)
-        if not within.low <= value <= within.high:
-            raise self.error(f"expected {within.words} for {name}, found {token}", token)
-        return value
-
-    # Tokens and errors
-
-    def take(self):
-        token = self.token
-        if token.text:
-            self.token = next(self.tokens)
-        return token
-
-    def blame(self, fault, places):
-        if fault:
-            raise self.error(fault.text, places[fault.index])
+    def no_part(self, opened, token):
+        block = f"{opened.text} of line {opened.line}"
+        if token.text == "POLYGON":
+            return self.error("a ray is never inside of a POLYGON, so it cannot be a part of CSG", token, "use a BOX")
+        if not token.text:
+            return self.error(f"expected END for the {block}, found {token}", token)
+        if token.text in _KEYWORDS:
+            return self.error(f"{token.text} inside of the {block}", token, "is an END missing before it?")
+        if token.text == "(" or token.text[:1] in tuple("+-.0123456789"):
+            late = "the parts of a block have no material; it follows the last END"
+            return self.error(f"expected a part or END in the {block}, found {token}", token, late)
+        return self.unknown(token)
 
     def unknown(self, token):
         near = difflib.get_close_matches(token.text.upper(), _KEYWORDS, 1)
@@ -194,25 +204,18 @@ class _Reader:
             return self.error(f"unknown keyword {token}", token, f"did you mean {near[0]}?")
         return self.error(f"expected a keyword, found {token}", token, "keywords are " + ", ".join(_KEYWORDS))
 
-    def error(self, message, token, remedy=None):
-        return UserError(message, file=self.file, line=token.line, column=token.column, remedy=remedy)
 
-
-def _numeric(text):
-    """Whether `text` is meant as a number, be it a good one or not."""
-    return text[:1] in tuple("+-.0123456789") or _NOT_FINITE.fullmatch(text)
-
-
-_OBJECTS = {
+_SOLIDS = {
     "SPHERE": _Reader.sphere,
     "BOX": _Reader.box,
-    "POLYGON": _Reader.polygon,
     "ELLIPSOID": _Reader.ellipsoid,
+    "MESH": _Reader.mesh,
 }
+_BLOCKS = ("OR", "AND", "NOT")
 _ONCE = {
     "CAMERA": _Reader.camera,
     "AMBIENT": _Reader.colour,
     "BACKGROUND": _Reader.colour,
     "AIR": _Reader.air,
 }
-_KEYWORDS = (*_OBJECTS, "LIGHT", *_ONCE)
+_KEYWORDS = (*_SOLIDS, "POLYGON", *_BLOCKS, "END", "LIGHT", *_ONCE)

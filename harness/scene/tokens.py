@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from harness.errors import UserError
 
-_TOKEN = re.compile(r"#.*|[(),]|[^\s(),]+")
+_TOKEN = re.compile(r'#.*|"[^"\n]*"|[(),]|[^\s(),]+')
 
 
 class Token(NamedTuple):
@@ -27,7 +27,8 @@ class Token(NamedTuple):
 def tokens(text):
     """Yield the tokens of `text`, then the end just behind the last one.
 
-    Whitespace separates; `(`, `)` and `,` stand alone; `#` at the start of a token begins a comment.
+    Whitespace separates, but not between quotes; `(`, `)` and `,` stand alone; `#` at the start of a token begins a
+    comment.
     """
     line, column = 1, 1
     for number, content in enumerate(io.StringIO(text, newline=None), 1):

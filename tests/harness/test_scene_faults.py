@@ -19,7 +19,7 @@ FAULTS = [
     (" \n# nothing\n", "1:1", "the file is empty"),
     ("SHPERE (0,0,0) 1", "1:1", 'unknown keyword "SHPERE"; did you mean SPHERE?'),
     ("sphere (0,0,0) 1", "1:1", "did you mean SPHERE?"),
-    (CAMERA + "  MESH a.obj", "2:3", 'expected a keyword, found "MESH"; keywords are SPHERE, BOX'),
+    (CAMERA + "  TEXTURE a.png", "2:3", 'expected a keyword, found "TEXTURE"; keywords are SPHERE, BOX'),
     (CAMERA + "(0,0,0)", "2:1", 'expected a keyword, found "("'),
     (CAMERA + "\x07", "2:1", r"found '\x07'"),
     (CAMERA + "x" * 1000, "2:1", "x..."),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from harness.errors import UserError
+from harness.job import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.generate import comparison
@@ -23,7 +24,7 @@ def test_study_scene():
     assert arrays["spheres"].tolist() == [[*centre, 0.4] for centre in grid]
     assert arrays["lights"][:, :3].tolist() == [[10, 10, 10], [-10, 8, 8], [0, -10, 6]]
     assert np.all(arrays["materials"][:, 3:] == [1, 30, 0, 0, 0, 1e6, 1, 0])
-    assert needs(scene, 10, shadows=False) == ("diffuse", "phong", "reflection", "sphere")
+    assert needs(scene, Parameters(depth=10)) == ("diffuse", "phong", "reflection", "sphere")
 
 
 def test_camera_is_square_and_at_right_angles():
@@ -61,3 +62,17 @@ def test_empty_and_negative():
     assert text.read(comparison(spheres=0, lights=0)).objects == ()
     with pytest.raises(UserError, match="from 0, found -1 and 3"):
         comparison(spheres=-1)
+
+
+def test_the_knot_is_closed_and_outward(rayrace, tmp_path):
+    """The committed mesh is what the generator writes, and a solid."""
+    from harness.scene.mesh import Files
+
+    out = tmp_path / "knot.obj"
+    rayrace("generate", "knot", "-o", out, code=0)
+    committed = Path(__file__).parents[2] / "experiments" / "scenes" / "gallery" / "knot.obj"
+    assert out.read_text() == committed.read_text()
+    vertices, triangles, closed = Files(tmp_path).placed("knot.obj", (0, 0, 0), (0, 0, 0), 1.0)
+    assert closed and len(triangles) == 2 * 144 * 16
+    a, b, c = (vertices[corner] for corner in triangles.T)
+    assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6 > 30

@@ -1,0 +1,128 @@
+"""Meshes from files (OBJ, PLY, STL, OFF, glTF), cleaned and placed in the scene's frame.
+
+Equal vertices become one, so that triangles that meet share their edge; faces of more corners are cut in a fan of
+triangles, which suits convex ones; triangles without an area go. What is closed then is turned outward (surface.py).
+"""
+
+import io
+import math
+
+import numpy as np
+
+from harness.errors import UserError
+from harness.scene import check, surface
+
+SUFFIXES = (".obj", ".ply", ".stl", ".off", ".glb", ".gltf")
+
+
+class Files:
+    """The meshes of one scene; `folder` is where relative paths begin. A file is read once, however often it is used.
+
+    UserError, without a place, for a file that holds none.
+    """
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.read = {}
+
+    def placed(self, path, position, rotation, scale):
+        """Vertices, triangles and whether they are closed, moved by T * Rx * Ry * Rz * S (angles in degrees)."""
+        if path not in self.read:
+            self.read[path] = _clean(*_load(path, self.folder / path), path)
+        vertices, triangles, closed = self.read[path]
+        vertices = (scale * vertices) @ rotate(rotation).T + position
+        if np.abs(vertices).max() > check.LARGEST:
+            raise UserError(f'the mesh "{path}" has a vertex farther than {check.LARGEST:g} from the origin')
+        return *_with_area(vertices, triangles, path), closed
+
+
+def rotate(degrees):
+    """The matrix Rx * Ry * Rz of three angles. Quarter turns are exact."""
+    matrix = np.eye(3)
+    for axis, angle in enumerate(degrees):
+        quarters = round(math.remainder(angle, 360) / 90)
+        rest = math.radians(math.remainder(angle, 360) - 90 * quarters)
+        c, s = math.cos(rest), math.sin(rest)
+        c, s = ((c, s), (-s, c), (-c, -s), (s, -c))[quarters % 4]
+        j, k = (axis + 1) % 3, (axis + 2) % 3
+        turn = np.eye(3)
+        turn[j, j], turn[j, k], turn[k, j], turn[k, k] = c, -s, s, c
+        matrix = matrix @ turn
+    return matrix
+
+
+def _load(path, file):
+    """Vertices (V, 3) and triangles (T, 3) as the file has them, all its parts in one frame."""
+    if file.suffix.lower() not in SUFFIXES:
+        known = "supported: " + ", ".join(SUFFIXES)
+        raise UserError(f'unknown kind of mesh file "{path}"', remedy=known)
+    if not _is_file(file):
+        raise UserError(f'no such file: "{file}"', remedy="the path is taken from the folder of the scene file")
+
+    import trimesh  # here, because few scenes have a mesh
+
+    try:
+        source, suffix = file, file.suffix.lower()
+        if suffix == ".obj":  # names and comments may be in any encoding, and nobody needs them
+            source = io.StringIO(file.read_bytes().decode("utf-8", "replace"))
+        loaded = trimesh.load_scene(source, file_type=suffix[1:], process=False, skip_materials=True)
+        vertices, triangles, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
+        for node in loaded.graph.nodes_geometry:
+            matrix, name = loaded.graph[node]
+            part = loaded.geometry[name]
+            if not isinstance(part, trimesh.Trimesh):
+                continue  # points or lines
+            # Products with a matrix that says nothing may still round.
+            still = np.array_equal(matrix, np.eye(4))
+            points = np.asarray(part.vertices, np.float64)
+            vertices.append(points if still else points @ matrix[:3, :3].T + matrix[:3, 3])
+            triangles.append(np.asarray(part.faces, np.int64) + count)
+            count += len(points)
+        vertices, triangles = np.concatenate(vertices), np.concatenate(triangles)
+    except Exception as error:  # trimesh raises of all kinds at a file that is not what it says
+        why = " ".join(str(error).split()) or type(error).__name__
+        remedy = "open it in a modelling program and save it again"
+        raise UserError(f'the mesh "{path}" cannot be read: {why[:200]}', remedy=remedy) from None
+    if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
+        raise UserError(f'the mesh "{path}" names vertices that it does not have')
+    return vertices, triangles
+
+
+def _is_file(file):
+    try:
+        return file.is_file()
+    except ValueError:  # a NUL in the path
+        return False
+
+
+def _clean(vertices, triangles, path):
+    """Vertices, triangles and whether they are closed; each vertex once, no triangle twice."""
+    if not len(triangles):
+        raise UserError(f'the mesh "{path}" has no triangles')
+    if not np.isfinite(vertices[triangles]).all():
+        raise UserError(f'the mesh "{path}" has a vertex that is not finite')
+    vertices, numbers = np.unique(vertices, axis=0, return_inverse=True)
+    triangles = numbers.reshape(-1)[triangles]
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    # The same three vertices in the same turn, from whichever of them.
+    turned = np.take_along_axis(triangles, (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
+    triangles = triangles[np.sort(np.unique(turned, axis=0, return_index=True)[1])]
+    if not len(triangles):
+        raise UserError(f'the mesh "{path}" has no triangle with an area')
+    outward = surface.outward(vertices, triangles)
+    return vertices, triangles if outward is None else outward, outward is not None
+
+
+def _with_area(vertices, triangles, path):
+    """Without triangles that have no normal (TRI-2), and without vertices that no triangle has.
+
+    This is after `surface.outward`: where three vertices in line fill a seam, the seam stays closed.
+    """
+    a, b, c = (vertices[corner] for corner in triangles.T)
+    normals = np.cross(b - a, c - a)
+    triangles = triangles[np.einsum("ij,ij->i", normals, normals) > 0]
+    if not len(triangles):
+        raise UserError(f'the mesh "{path}" has no triangle with an area')
+    used, numbers = np.unique(triangles, return_inverse=True)
+    return vertices[used], numbers.reshape(-1, 3).astype(np.int32)
