@@ -1,20 +1,28 @@
 """Boxes of a corner and three edges, at any angle (BOX-1, BOX-2)."""
 
-from .vector import add, dot, largest, normalise, reciprocal, scale, subtract
+from .shape import Shape
+from .vector import add, corners, dot, largest, normalise, reciprocal, scale, subtract
 
 
-class Box:
-    """A box; `axes` holds (g, g · corner) of the three axes, `faces` the point and outward normal of each side."""
+class Box(Shape):
+    """A box; `axes` holds the reciprocal vectors, `faces` the point and outward normal of each side."""
 
     def __init__(self, corner, edges, material, identity, number):
-        self.material, self.identity = material, identity
+        super().__init__(material, identity)
         self.size = max(largest(edge) for edge in edges)
-        self.corner = corner
+        self.corner, self.edges = corner, edges
         self.axes = reciprocal(*edges)
+        self.condition = self.size * max(largest(g) for g in self.axes)
         self.faces = []
         for edge, g in zip(edges, self.axes, strict=True):
             normal = normalise(g, number.sqrt)
             self.faces.append(((corner, scale(normal, -1)), (add(corner, edge), normal)))
+
+    def bounds(self):
+        vertices = [self.corner]
+        for edge in self.edges:
+            vertices += [add(vertex, edge) for vertex in vertices]
+        return corners(vertices)
 
     def surface(self, origin, direction, t, face):
         """Point and outward normal of the hit at distance t on face (axis, side) (BOX-2)."""
@@ -22,18 +30,32 @@ class Box:
         p = add(origin, scale(direction, t))
         return subtract(p, scale(normal, dot(subtract(p, on_face), normal))), normal
 
+    def crossings(self, origin, direction):
+        """The boundaries (t, shape, face) on the whole line, in rising order (CSG-1)."""
+        span = slabs(self, origin, direction)
+        if span is None:
+            return ()
+        enter, enter_face, leave, leave_face = span
+        return (enter, self, enter_face), (leave, self, leave_face)
+
 
 def nearest(boxes, origin, direction, best, _sqrt):
     """The nearest hit closer than `best` = (t, shape, face), or `best`."""
     for box in boxes:
-        hit = slabs(box, origin, direction)
-        if hit is not None and 0 < hit[0] < best[0]:
-            best = hit[0], box, hit[1]
+        span = slabs(box, origin, direction)
+        if span is not None:
+            enter, enter_face, leave, leave_face = span
+            t, face = (enter, enter_face) if enter > 0 else (leave, leave_face)
+            if 0 < t < best[0]:
+                best = t, box, face
     return best
 
 
 def slabs(box, origin, direction):
-    """(t, (axis, side)) of the box's first hit with t > 0, or None (BOX-1). Side 0 is low, 1 is high."""
+    """Where the line enters and leaves the box, t and face (axis, side) of both, or None (BOX-1).
+
+    Side 0 is low, 1 is high.
+    """
     f = subtract(origin, box.corner)
     enter, leave = None, None
     enter_face = leave_face = None
@@ -51,6 +73,4 @@ def slabs(box, origin, direction):
             leave, leave_face = far, (axis, 1 - near_side)
     if enter is None or not enter <= leave:
         return None
-    if enter > 0:
-        return enter, enter_face
-    return (leave, leave_face) if leave > 0 else None
+    return enter, enter_face, leave, leave_face

@@ -1,20 +1,38 @@
 """Ellipsoids of a centre and three semi-axes (ELL-1, ELL-2): the image of the unit sphere."""
 
-from .vector import add, dot, largest, normalise, reciprocal, scale, subtract
+from .shape import Shape
+from .vector import add, dot, largest, length, normalise, reciprocal, scale, subtract
 
 
-class Ellipsoid:
+class Ellipsoid(Shape):
     def __init__(self, centre, axes, material, identity, number):
+        super().__init__(material, identity)
         self.centre, self.axes = centre, axes
-        self.material, self.identity = material, identity
         self.size = max(largest(axis) for axis in axes)
         self.inverse = reciprocal(*axes)
+        self.condition = self.size * max(largest(g) for g in self.inverse)
         self.sqrt = number.sqrt
+
+    def bounds(self):
+        reach = tuple(length(components, self.sqrt) for components in zip(*self.axes, strict=True))
+        return subtract(self.centre, reach), add(self.centre, reach)
 
     def to_unit(self, vector):
         """`vector` in the frame where the ellipsoid is the unit sphere: m of the SPEC without the centre."""
         g1, g2, g3 = self.inverse
         return dot(g1, vector), dot(g2, vector), dot(g3, vector)
+
+    def quadratic(self, origin, direction):
+        """(a, b, k, s) of ELL-1, or None where the line passes by."""
+        f = self.to_unit(subtract(origin, self.centre))
+        delta = self.to_unit(direction)
+        a = dot(delta, delta)
+        b = -dot(f, delta)
+        l = add(f, scale(delta, b / a))  # noqa: E741, the SPEC's letter
+        discriminant = 1 - dot(l, l)
+        if not discriminant >= 0:
+            return None
+        return a, b, dot(f, f) - 1, self.sqrt(a * discriminant)
 
     def surface(self, origin, direction, t, _face):
         """Point and outward normal of the hit at distance t (ELL-2)."""
@@ -24,20 +42,25 @@ class Ellipsoid:
         normal = normalise(add(add(scale(g1, x), scale(g2, y)), scale(g3, z)), self.sqrt)
         return add(self.centre, add(add(scale(a1, x), scale(a2, y)), scale(a3, z))), normal
 
+    def crossings(self, origin, direction):
+        """The boundaries (t, shape, face) on the whole line, in rising order (CSG-1)."""
+        found = self.quadratic(origin, direction)
+        if found is None:
+            return ()
+        a, b, k, s = found
+        if b < 0:
+            return ((b - s) / a, self, None), (k / (b - s), self, None)
+        far = b + s
+        return (k / far if far else far, self, None), (far / a, self, None)
 
-def nearest(ellipsoids, origin, direction, best, sqrt):
+
+def nearest(ellipsoids, origin, direction, best, _sqrt):
     """The nearest hit closer than `best` = (t, shape, face), or `best`."""
     for ellipsoid in ellipsoids:
-        f = ellipsoid.to_unit(subtract(origin, ellipsoid.centre))
-        delta = ellipsoid.to_unit(direction)
-        a = dot(delta, delta)
-        b = -dot(f, delta)
-        l = add(f, scale(delta, b / a))  # noqa: E741, the SPEC's letter
-        discriminant = 1 - dot(l, l)
-        if not discriminant >= 0:
+        found = ellipsoid.quadratic(origin, direction)
+        if found is None:
             continue
-        k = dot(f, f) - 1
-        s = sqrt(a * discriminant)
+        a, b, k, s = found
         if k > 0:
             if b <= 0:
                 continue

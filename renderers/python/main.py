@@ -9,32 +9,75 @@ with worker.importing():
     from itertools import chain
 
     from . import npy
-    from .camera import Camera
+    from .camera import Camera, Lens
+    from .csg import TooManyCrossings
     from .number import number
+    from .sample import SAMPLERS
     from .scene import Scene, first_hit
-    from .trace import Counts, trace
+    from .trace import Counts, Tracer
     from .vector import normalise
+    from .walk import CannotWalk
 
 FEATURES = (
-    *("sphere", "box", "polygon", "ellipsoid"),
-    *("ambient", "diffuse", "phong", "shadows", "reflection", "region", "rays"),
+    *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
+    *("ambient", "diffuse", "phong", "shadows", "soft"),
+    *("reflection", "transmission", "attenuation", "media", "glossy"),
+    *("supersampling", "adaptive", "lens", "region", "rays"),
 )
+METHODS = {
+    "sampler": SAMPLERS,
+    "walk": ("least", "recursion", "table", "stack", "chain"),
+    "accel": ("auto", "none", "bvh"),
+    "glossy_weight": ("plain", "study"),
+}
+NOT_FINITE = math.nan, math.nan, math.nan
 
 
-def picture(scene, camera, job):
+class Eye:
+    """Looks at places of the picture: `look(x, y, pixel, sample)` is the colour there."""
+
+    def __init__(self, scene, job):
+        self.tracer = Tracer(scene, job)
+        if "lens" in job.needs:
+            real = scene.number.real
+            self.camera = Lens(
+                *scene.camera,
+                *(job.width, job.height, scene.number),
+                radius=real(job.lens_radius),
+                focal_distance=real(job.focal_distance),
+            )
+            self.look = self.through_lens
+        else:
+            self.camera = Camera(*scene.camera, job.width, job.height, scene.number)
+            self.look = self.through_pinhole
+
+    def through_pinhole(self, x, y, pixel, sample):
+        return self.follow(*self.camera.ray(x, y), pixel, sample)
+
+    def through_lens(self, x, y, pixel, sample):
+        _, _, u2, u3 = self.tracer.random.numbers(pixel, sample, 0, 0)
+        return self.follow(*self.camera.ray(x, y, u2, u3), pixel, sample)
+
+    def follow(self, origin, direction, pixel, sample):
+        """The colour of an eye ray, counted (CNT-1, CNT-2)."""
+        counts = self.tracer.counts
+        counts.primary += 1
+        try:
+            colour = self.tracer.colour(origin, direction, pixel, sample)
+        except TooManyCrossings:
+            colour = NOT_FINITE
+        red, green, blue = colour
+        if not (math.isfinite(red) and math.isfinite(green) and math.isfinite(blue)):
+            counts.non_finite += 1
+        return colour
+
+
+def picture(eye, job, number):
     """One frame: the pixels of the region as floats in C order, and the ray counts."""
-    x0, y0, x1, y1 = job.region
-    counts = Counts()
+    counts = eye.tracer.counts = Counts()
     pixels = array("d")
-    for j in range(y0, y1):
-        for i in range(x0, x1):
-            origin, direction = camera.ray(i, j)
-            colour = trace(scene, origin, direction, job.depth, job.shadows, counts)
-            red, green, blue = map(float, colour)
-            if not (math.isfinite(red) and math.isfinite(green) and math.isfinite(blue)):
-                counts.non_finite += 1
-            pixels.extend((red, green, blue))
-    counts.primary = (x1 - x0) * (y1 - y0)
+    for colour in SAMPLERS[job.sampler](eye.look, job, number, eye.tracer.random):
+        pixels.extend(map(float, colour))
     return pixels, counts
 
 
@@ -42,7 +85,11 @@ def hits(scene, rays):
     """One frame: a row (t, point, normal, object) of floats for each ray."""
     rows = []
     for ray in rays:
-        hit = first_hit(scene, ray[0:3], normalise(ray[3:6], scene.number.sqrt), math.inf)
+        try:
+            hit = first_hit(scene, ray[0:3], normalise(ray[3:6], scene.number.sqrt), math.inf)
+        except TooManyCrossings:
+            rows.append((math.nan,) * 7 + (-1,))
+            continue
         if hit is None:
             rows.append((math.inf, 0, 0, 0, 0, 0, 0, -1))
         else:
@@ -54,6 +101,10 @@ def hits(scene, rays):
 def main(arguments):
     job = worker.Job(arguments)
     worker.require(job, FEATURES)
+    for method, choices in METHODS.items():
+        chosen = getattr(job, method)
+        if chosen not in choices:
+            worker.refuse(f'no {method} "{chosen}": {", ".join(choices)}')
     try:
         kind_of_number = number(job.precision)
     except ValueError as error:
@@ -63,20 +114,25 @@ def main(arguments):
         if job.kind == "rays":
             rays = [tuple(map(kind_of_number.real, row)) for row in npy.read(job.array("rays"))]
         else:
-            camera = Camera(*scene.camera, job.width, job.height, job.sample, kind_of_number)
+            try:
+                eye = Eye(scene, job)
+            except CannotWalk as error:
+                worker.refuse(str(error))
+    methods = {"precision": job.precision, "threads": 1, "contraction": "off", "accel": scene.accel}
     if job.kind == "rays":
         rows = worker.render(job, lambda: hits(scene, rays))
         with worker.phase("save"):
             npy.write(job.output("hits.npy"), chain.from_iterable(rows), (len(rows), 8))
             worker.say("output", file="hits.npy")
     else:
-        pixels, counts = worker.render(job, lambda: picture(scene, camera, job))
+        pixels, counts = worker.render(job, lambda: picture(eye, job, kind_of_number))
         with worker.phase("save"):
             x0, y0, x1, y1 = job.region
             npy.write(job.output("image.npy"), pixels, (y1 - y0, x1 - x0, 3))
-            worker.say_rays(counts.primary, counts.reflected, counts.shadow, counts.non_finite)
+            worker.say_rays(counts.primary, counts.reflected, counts.shadow, counts.non_finite, counts.transmitted)
             worker.say("output", file="image.npy")
-    worker.say("used", features=job.needs, methods={"precision": job.precision, "threads": 1, "contraction": "off"})
+        methods |= eye.tracer.methods(job)
+    worker.say("used", features=job.needs, methods=methods)
     worker.say_python_versions()
 
 

@@ -11,15 +11,20 @@ from typing import Any, NamedTuple
 class Number(NamedTuple):
     real: Any  # makes a number from a float
     sqrt: Any
+    cos: Any
+    sin: Any
+    pi: Any
+    roundoff: Any  # u of NUM-2
 
 
 def number(precision):
     """The Number that the job's `precision` names; ValueError if it names none."""
     if precision == "float64":
-        return Number(float, math.sqrt)
+        return Number(float, math.sqrt, math.cos, math.sin, math.pi, 2.0**-53)
     if precision.startswith("mp") and precision[2:].isdigit() and int(precision[2:]) >= 16:
         import mpmath
 
-        mpmath.mp.dps = int(precision[2:])
-        return Number(mpmath.mpf, mpmath.sqrt)
+        digits = mpmath.mp.dps = int(precision[2:])
+        roundoff = mpmath.mpf(10) ** (1 - digits) / 2
+        return Number(mpmath.mpf, mpmath.sqrt, mpmath.cos, mpmath.sin, +mpmath.pi, roundoff)
     raise ValueError(f'no precision "{precision}": float64 or mp60 (mpmath, any number of digits from 16)')

@@ -2,14 +2,18 @@
 
 from itertools import pairwise
 
-from .vector import add, cross, dot, largest, normalise, scale, subtract
+from .shape import Shape
+from .vector import add, corners, cross, dot, largest, length, normalise, scale, subtract
 
 
-class Polygon:
+class Polygon(Shape):
     """A polygon; `edges` holds, for each edge, a point on it and the vector in the plane that points inside."""
 
+    flat = True
+
     def __init__(self, vertices, material, identity, number):
-        self.material, self.identity = material, identity
+        super().__init__(material, identity)
+        self.vertices = vertices
         self.first = vertices[0]
         arms = [subtract(vertex, self.first) for vertex in vertices]
         self.size = max(largest(arm) for arm in arms)
@@ -17,8 +21,15 @@ class Polygon:
         for a, b in pairwise(arms):
             normal = add(normal, cross(a, b))
         self.normal = normalise(normal, number.sqrt)
-        following = vertices[1:] + vertices[:1]
-        self.edges = [(v, cross(self.normal, subtract(after, v))) for v, after in zip(vertices, following, strict=True)]
+        edges = [subtract(after, v) for v, after in zip(vertices, vertices[1:] + vertices[:1], strict=True)]
+        self.edges = [(v, cross(self.normal, edge)) for v, edge in zip(vertices, edges, strict=True)]
+        # beyond a sharp corner both edges are still near
+        lengths = [length(edge, number.sqrt) for edge in edges]
+        sines = [length(cross(edges[i - 1], edges[i]), number.sqrt) for i in range(len(edges))]
+        self.condition = max((lengths[i - 1] * lengths[i] / s for i, s in enumerate(sines) if s), default=1)
+
+    def bounds(self):
+        return corners(self.vertices)
 
     def surface(self, origin, direction, t, _face):
         """Point and normal, towards the origin, of the hit at distance t (POL-3)."""

@@ -1,73 +1,134 @@
 """The scene of a job, as objects made of the job's type of number."""
 
-from . import box, ellipsoid, npy, polygon, sphere
+from itertools import groupby
+
+from . import box, bvh, csg, ellipsoid, mesh, npy, polygon, sphere
+from .media import Media, Medium
 
 
-class Material:
-    def __init__(self, row):
+class Material(Medium):
+    def __init__(self, row, air, number):
+        super().__init__(row[8], row[9], row[5:8], number)
         self.diffuse = row[0:3]
         self.k_s, self.exponent = row[3], row[4]
-        self.eps_r, self.mu_r = row[8], row[9]
+        # N and M of REF-1 where a ray comes from AIR, and where it comes from inside
+        self.entering = air.n / self.n, air.mu_r / self.mu_r
+        self.leaving = self.n / air.n, self.mu_r / air.mu_r
+
+
+class Reader:
+    """The arrays of a job in its type of number."""
+
+    def __init__(self, job, number):
+        self.job, self.number = job, number
+
+    def integers(self, name):
+        return npy.read(self.job.array(name))
+
+    def rows(self, name):
+        return [tuple(map(self.number.real, row)) for row in npy.read(self.job.array(name))]
+
+    def vector(self, name):
+        return tuple(map(self.number.real, npy.read(self.job.array(name))))
 
 
 class Scene:
-    """Everything that rays meet.
-
-    `kinds` holds, for each kind of shape that the scene has, its search function and the shapes, in the order of
-    HIT-2: what the scene lacks costs nothing.
-    """
+    """Everything that rays meet. `nearest` is the search for a first hit that suits the scene."""
 
     def __init__(self, job, number):
-        real = number.real
-
-        def rows(name):
-            return [tuple(real(x) for x in row) for row in npy.read(job.array(name))]
-
-        def vector(name):
-            return tuple(real(x) for x in npy.read(job.array(name)))
-
+        read = Reader(job, number)
         self.number = number
-        self.epsilon = real(job.epsilon)
-        self.camera = rows("camera")
-        self.ambient = vector("ambient")
-        self.background = vector("background")
-        self.air = vector("air")
-        self.lights = [(row[0:3], row[3:6]) for row in rows("lights")]
-        materials = [Material(row) for row in rows("materials")]
+        self.epsilon = number.real(job.epsilon)
+        self.camera = read.rows("camera")
+        self.ambient = read.vector("ambient")
+        self.background = read.vector("background")
+        self.lights = [(row[0:3], row[3:6], row[6]) for row in read.rows("lights")]
+        air = read.vector("air")
+        self.air = Medium(air[0], air[1], air[2:5], number)
+        self.materials = [Material(row, self.air, number) for row in read.rows("materials")]
+        self.media = Media(read.integers("media"), self.air, self.materials)
+        self.accelerate(job.accel, shapes(read, self.materials, job.accel))
 
-        def shapes(make, parts, name):
-            ids = npy.read(job.array(name + "_ids"))
-            return [
-                make(*part, materials[material], identity, number)
-                for part, (identity, material) in zip(parts, ids, strict=True)
-            ]
-
-        def corner_and_three(row):
-            return row[0:3], (row[3:6], row[6:9], row[9:12])
-
-        vertices = rows("polygon_vertices")
-        spheres = shapes(sphere.Sphere, ((row[0:3], row[3]) for row in rows("spheres")), "sphere")
-        boxes = shapes(box.Box, map(corner_and_three, rows("boxes")), "box")
-        polygons = shapes(
-            polygon.Polygon,
-            ((vertices[first : first + count],) for first, count in npy.read(job.array("polygon_ranges"))),
-            "polygon",
+    def accelerate(self, accel, items):
+        """Choose the search among `items`, pairs (search, shape) in the order of HIT-2."""
+        for _, shape in items:
+            shape.bit = self.media.bits.get(shape.identity, 0)
+        pays = bvh.pays(accel, [search for search, _ in items])
+        self.accel = (
+            "bvh" if pays or any(search is csg.nearest and shape.has_tree for search, shape in items) else "none"
         )
-        ellipsoids = shapes(ellipsoid.Ellipsoid, map(corner_and_three, rows("ellipsoids")), "ellipsoid")
-        searches = [
-            (sphere.nearest, [one.row for one in spheres]),
-            (box.nearest, boxes),
-            (polygon.nearest, polygons),
-            (ellipsoid.nearest, ellipsoids),
-        ]
-        self.kinds = [(search, found) for search, found in searches if found]
+        if pays:
+            self.tree = bvh.Tree(items, self.number)
+            self.nearest = self.by_tree
+        else:
+            # for each kind of shape that the scene has, its search and the rows: what it lacks costs nothing
+            self.kinds = [(search, [shape.row for _, shape in kind]) for search, kind in groupby(items, lambda i: i[0])]
+            self.nearest = self.by_trying_all
 
-    def nearest(self, origin, direction, limit):
+    def by_trying_all(self, origin, direction, limit):
         """The first hit (t, shape, face) with 0 < t < limit, or None (HIT-1, HIT-2)."""
         best = nothing = (limit, None, None)
-        for search, shapes in self.kinds:
-            best = search(shapes, origin, direction, best, self.number.sqrt)
+        for search, rows in self.kinds:
+            best = search(rows, origin, direction, best, self.number.sqrt)
         return None if best is nothing else best
+
+    def by_tree(self, origin, direction, limit):
+        """The same (HIT-6)."""
+        nothing = limit, None, None
+        best = self.tree.nearest(origin, direction, nothing)
+        return None if best is nothing else best
+
+
+def shapes(read, materials, accel):
+    """All shapes as pairs (search, shape), in the order of HIT-2."""
+    number = read.number
+    items = []
+
+    def put(search, name, make, parts):
+        for (identity, material), part in zip(read.integers(name + "_ids"), parts, strict=True):
+            items.append((search, make(*part, materials[material], identity, number)))
+
+    vertices = read.rows("polygon_vertices")
+    polygons = [(vertices[first : first + count],) for first, count in read.integers("polygon_ranges")]
+    put(sphere.nearest, "sphere", sphere.Sphere, [(row[0:3], row[3]) for row in read.rows("spheres")])
+    put(box.nearest, "box", box.Box, map(point_and_three, read.rows("boxes")))
+    put(polygon.nearest, "polygon", polygon.Polygon, polygons)
+    put(ellipsoid.nearest, "ellipsoid", ellipsoid.Ellipsoid, map(point_and_three, read.rows("ellipsoids")))
+
+    vertices, triangles = read.rows("mesh_vertices"), read.integers("mesh_triangles")
+    for (first, count, closed), (identity, material) in zip(
+        read.integers("mesh_ranges"), read.integers("mesh_ids"), strict=True
+    ):
+        rows = triangles[first : first + count]
+        made = mesh.triangles(vertices, rows, closed, materials[material], identity, number)
+        items += [(mesh.nearest, triangle) for triangle in made]
+
+    spheres, boxes, ellipsoids = (read.rows("csg_" + name) for name in ("spheres", "boxes", "ellipsoids"))
+    meshes, code = read.integers("csg_meshes"), read.integers("csg_code")
+    for (first, count), (identity, material) in zip(read.integers("csg_ranges"), read.integers("csg_ids"), strict=True):
+        common = materials[material], identity, number
+
+        def word(operation, row, common=common):
+            match operation:
+                case 0:
+                    return sphere.Sphere(spheres[row][0:3], spheres[row][3], *common)
+                case 1:
+                    return box.Box(*point_and_three(boxes[row]), *common)
+                case 2:
+                    return ellipsoid.Ellipsoid(*point_and_three(ellipsoids[row]), *common)
+                case 3:
+                    start, number_of = meshes[row]
+                    made = list(mesh.triangles(vertices, triangles[start : start + number_of], True, *common))
+                    return csg.Mesh(made, bvh.pays(accel, [mesh.nearest] * len(made)), number)
+            return {4: csg.OR, 5: csg.AND, 6: csg.NOT}[operation]
+
+        items.append((csg.nearest, csg.Solid([word(*row) for row in code[first : first + count]], *common)))
+    return items
+
+
+def point_and_three(row):
+    """A point and three vectors, from twelve numbers."""
+    return row[0:3], (row[3:6], row[6:9], row[9:12])
 
 
 def first_hit(scene, origin, direction, limit):

@@ -1,15 +1,23 @@
 """Spheres (SPH-1, SPH-2)."""
 
+from .shape import Shape
 
-class Sphere:
+
+class Sphere(Shape):
     """A sphere; `row` is what the search for the nearest hit reads: centre, radius squared, itself."""
 
+    row = None
+
     def __init__(self, centre, radius, material, identity, number):
+        super().__init__(material, identity)
         self.centre, self.radius = centre, radius
-        self.material, self.identity = material, identity
         self.size = radius
         self.sqrt = number.sqrt
         self.row = (*centre, radius * radius, self)
+
+    def bounds(self):
+        (x, y, z), r = self.centre, self.radius
+        return (x - r, y - r, z - r), (x + r, y + r, z + r)
 
     def surface(self, origin, direction, t, _face):
         """Point and outward normal of the hit at distance t (SPH-2)."""
@@ -21,6 +29,22 @@ class Sphere:
         nx, ny, nz = nx / length, ny / length, nz / length
         r = self.radius
         return (cx + r * nx, cy + r * ny, cz + r * nz), (nx, ny, nz)
+
+    def crossings(self, origin, direction):
+        """The boundaries (t, shape, face) on the whole line, in rising order (CSG-1)."""
+        cx, cy, cz, r2, _ = self.row
+        dx, dy, dz = direction
+        fx, fy, fz = origin[0] - cx, origin[1] - cy, origin[2] - cz
+        b = -(fx * dx + fy * dy + fz * dz)
+        lx, ly, lz = fx + b * dx, fy + b * dy, fz + b * dz
+        discriminant = r2 - (lx * lx + ly * ly + lz * lz)
+        if not discriminant >= 0:
+            return ()
+        s, k = self.sqrt(discriminant), fx * fx + fy * fy + fz * fz - r2
+        if b < 0:
+            return (b - s, self, None), (k / (b - s), self, None)
+        far = b + s
+        return (k / far if far else far, self, None), (far, self, None)
 
 
 def nearest(rows, origin, direction, best, sqrt):

@@ -1,9 +1,12 @@
 """From a ray to its colour (REF-4 to REF-6)."""
 
 import math
+from functools import partial
 
+from . import walk
+from .random import Random
 from .scene import first_hit
-from .shade import fresnel, leave, local, reflect
+from .shade import WEIGHTS, fresnel, gloss, leave, local, reflect, spread, transmit
 from .vector import dot
 
 
@@ -11,33 +14,137 @@ class Counts:
     """Rays traced in one frame (CNT-1), and samples that are not finite (CNT-2)."""
 
     def __init__(self):
-        self.primary = self.reflected = self.shadow = self.non_finite = 0
+        self.primary = self.reflected = self.transmitted = self.shadow = self.non_finite = 0
 
 
-def trace(scene, origin, direction, depth, shadows, counts):
-    """Colour (red, green, blue) of an eye ray.
+class Tracer:
+    """Gives eye rays their colour, by the functions that this job needs and no others.
 
-    Without transmission every ray has at most one child, so the study's tree is a chain and a loop walks it.
+    `colour(origin, direction, pixel, sample)` is (red, green, blue).
     """
-    red = green = blue = 0
-    weight = 1
-    for order in range(depth + 1):
+
+    def __init__(self, scene, job):
+        self.scene, self.depth, self.shadows = scene, job.depth, job.shadows
+        self.counts = Counts()
+        self.lights = [(position, colour) for position, colour, _ in scene.lights]
+        self.number = scene.number
+        self.transmits = "transmission" in job.needs
+        self.attenuates = "attenuation" in job.needs
+        self.feelers = job.feelers if "soft" in job.needs else 0
+        self.glossy_rays = job.glossy_rays if "glossy" in job.needs else 0
+        self.weigh = WEIGHTS[job.glossy_weight]
+        self.random = Random(job.seed, scene.number.real)
+        # of RND-4; WLK-1 counts the transmitted child only where there is one
+        self.children_of_path = max(job.glossy_rays, 1) + 1
+        children = max(self.glossy_rays, 1) + self.transmits
+        example = (scene.number.real(1) / 3,) * 3
+        row = example, 0, (example, example, scene.media.eye, 0)
+        self.walk = walk.Walk(job.walk, job.depth, children, row)
+        special = self.transmits or self.attenuates or self.feelers or self.glossy_rays or "media" in job.needs
+        self.colour = self.tree if special or self.walk.name != "chain" else self.mirrors
+
+    def methods(self, job):
+        """What was chosen, for the event `used`."""
+        chosen = {"sampler": job.sampler, "walk": self.walk.name}
+        if self.walk.rows is not None:  # WLK-2
+            chosen |= {"walk_rows": self.walk.rows, "walk_bytes": self.walk.bytes}
+        if self.glossy_rays:
+            chosen["glossy_weight"] = job.glossy_weight
+        return chosen
+
+    def mirrors(self, origin, direction, _pixel, _sample):
+        """The colour of an eye ray where nothing transmits or attenuates: a loop along the one ray that there is."""
+        scene, depth, shadows, counts, lights = self.scene, self.depth, self.shadows, self.counts, self.lights
+        red = green = blue = 0
+        weight = 1
+        for order in range(depth + 1):
+            hit = first_hit(scene, origin, direction, math.inf)
+            if hit is None:
+                r, g, b = scene.background
+                return red + weight * r, green + weight * g, blue + weight * b
+            _, point, normal, shape = hit
+            r, g, b = local(scene, lights, direction, point, normal, shape, shadows, counts)
+            red, green, blue = red + weight * r, green + weight * g, blue + weight * b
+            if order == depth:
+                break
+            material = shape.material
+            d_dot_n = dot(direction, normal)
+            side, (n, m) = (1, material.entering) if d_dot_n <= 0 else (-1, material.leaving)
+            share = material.k_s * fresnel(n, m, d_dot_n, scene.number.sqrt)
+            if share == 0:
+                break
+            weight *= share
+            counts.reflected += 1
+            origin = leave(point, normal, shape.size, side, scene.epsilon)
+            direction = reflect(direction, normal, d_dot_n, scene.number.sqrt)
+        return red, green, blue
+
+    def tree(self, origin, direction, pixel, sample):
+        """The colour of an eye ray: its tree, walked as the job says (WLK-1)."""
+        self.numbers = partial(self.random.numbers, pixel, sample)
+        return self.walk.colour(self.visit, (origin, direction, self.scene.media.eye, 0))
+
+    def visit(self, ray, order):
+        """The colour that a ray brings by itself, and the rays it sends on: pairs (weight by channel, ray) (REF-4).
+
+        A ray is origin, direction, the set of solids that it is in, and its path (RND-4).
+        """
+        scene = self.scene
+        origin, direction, inside, path = ray
         hit = first_hit(scene, origin, direction, math.inf)
         if hit is None:
-            r, g, b = scene.background
-            return red + weight * r, green + weight * g, blue + weight * b
-        _, point, normal, shape = hit
-        r, g, b = local(scene, direction, point, normal, shape, shadows, counts)
-        red, green, blue = red + weight * r, green + weight * g, blue + weight * b
-        if order == depth:
-            break
+            return scene.background, ()
+        t, point, normal, shape = hit
+        lights = self.lights
+        if self.feelers:
+            lights = spread(scene.lights, self.feelers, partial(self.numbers, path), self.number)
+        colour = local(scene, lights, direction, point, normal, shape, self.shadows, self.counts)
+        last = order == self.depth
+        if last and not self.attenuates:
+            return colour, ()
         d_dot_n = dot(direction, normal)
-        share = shape.material.k_s * fresnel(scene, shape.material, d_dot_n)
-        if share == 0:
-            break
-        weight *= share
-        counts.reflected += 1
+        here, beyond, i, o = scene.media.sides(inside, shape, d_dot_n <= 0)
+        children = () if last else self.children(ray, point, normal, d_dot_n, shape, here, beyond, i, o)
+        if i.attenuation is not None:  # ATT-1
+            ar, ag, ab = (a**t for a in i.attenuation)
+            colour = colour[0] * ar, colour[1] * ag, colour[2] * ab
+            children = [((weight * ar, weight * ag, weight * ab), child) for weight, child in children]
+        else:
+            children = [((weight, weight, weight), child) for weight, child in children]
+        return colour, children
+
+    def children(self, ray, point, normal, d_dot_n, shape, here, beyond, i, o):
+        """The reflected and transmitted rays of a hit, as pairs (weight, ray) (REF-4, MED-5).
+
+        The ray was in the set `here` and its medium `i`; on the other side are the set `beyond` and the medium `o`.
+        """
+        sqrt, counts = self.number.sqrt, self.counts
+        material, epsilon = shape.material, self.scene.epsilon
+        _, direction, _, path = ray
+        n, m = i.n / o.n, i.mu_r / o.mu_r
+        r = fresnel(n, m, d_dot_n, sqrt)
         side = 1 if d_dot_n <= 0 else -1
-        origin = leave(point, normal, shape.size, side, scene.epsilon)
-        direction = reflect(direction, normal, d_dot_n, scene.number.sqrt)
-    return red, green, blue
+        first_child = path * self.children_of_path + 1
+        children = []
+        share = material.k_s * r
+        if share != 0:
+            start = leave(point, normal, shape.size, side, epsilon)
+            mirrored = reflect(direction, normal, d_dot_n, sqrt)
+            if self.glossy_rays:
+                rays, numbers = self.glossy_rays, partial(self.numbers, path)
+                lobe = gloss(mirrored, normal, material.exponent, rays, self.weigh, numbers, self.number)
+                for child, (away, w) in enumerate(lobe):
+                    weight = share * w / rays
+                    if weight != 0:
+                        children.append((weight, (start, away, here, first_child + child)))
+            else:
+                children.append((share, (start, mirrored, here, first_child)))
+            counts.reflected += len(children)
+        if material.clear:
+            share = material.k_s * (1 - r)
+            if share != 0:
+                counts.transmitted += 1
+                start = leave(point, normal, shape.size, -side, epsilon)
+                onward = direction if shape.flat else transmit(direction, normal, d_dot_n, n, m, sqrt)
+                children.append((share, (start, onward, beyond, first_child + self.children_of_path - 1)))
+        return children

@@ -37,3 +37,13 @@ def reciprocal(a, b, c):
     bc, ca, ab = cross(b, c), cross(c, a), cross(a, b)
     volume = dot(a, bc)
     return tuple((x / volume, y / volume, z / volume) for x, y, z in (bc, ca, ab))
+
+
+def length(a, sqrt):
+    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+def corners(points):
+    """Smallest and largest corner of the box along the axes that holds all of `points`."""
+    columns = list(zip(*points, strict=True))
+    return tuple(map(min, columns)), tuple(map(max, columns))

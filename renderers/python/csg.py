@@ -1,0 +1,156 @@
+"""Solids made of others by OR, AND and NOT (CSG-1 to CSG-6)."""
+
+from . import bvh, mesh
+from .shape import Shape
+from .vector import add, corners, dot, largest, scale
+
+OR, AND, NOT = "OR", "AND", "NOT"
+MOST_CROSSINGS = 64  # of one mesh (CSG-6)
+
+
+class TooManyCrossings(ArithmeticError):
+    """A line crosses a mesh more often than CSG-6 allows: the sample is not finite."""
+
+
+class Mesh:
+    """A closed mesh as a part."""
+
+    condition = 1
+
+    def __init__(self, triangles, accelerate, number):
+        self.triangles = triangles
+        self.rows = [triangle.row for triangle in triangles]
+        self.tree = bvh.Tree([(None, triangle) for triangle in triangles], number) if accelerate else None
+
+    def bounds(self):
+        return corners([vertex for row in self.rows for vertex in row[:3]])
+
+    def crossings(self, origin, direction):
+        """The boundaries (t, shape, face) on the whole line, in rising order (CSG-1)."""
+        rows = self.rows if self.tree is None else self.tree.along(origin, direction)
+        found = mesh.crossings(rows, origin, direction)
+        if len(found) > MOST_CROSSINGS:
+            raise TooManyCrossings
+        found.sort(key=lambda boundary: boundary[0])
+        return found
+
+
+class Boundary:
+    """A crossing of the surface of a solid: what `nearest` finds, in the place of a shape."""
+
+    flat = False
+
+    def __init__(self, solid, t, shape, face, leaves, origin, direction):
+        self.material, self.identity, self.bit, self.order = solid.material, solid.identity, solid.bit, solid.order
+        self.t, self.size = t, shape.size
+        self.point, normal = shape.surface(origin, direction, t, face)
+        slope = dot(direction, normal)
+        self.normal = normal if (slope > 0) == leaves else scale(normal, -1)  # CSG-5
+        self.slope = abs(slope)
+        self.reach = max(largest(add(origin, scale(direction, t))), self.size)
+
+    def surface(self, _origin, _direction, _t, _face):
+        return self.point, self.normal
+
+
+class Solid(Shape):
+    """`code` is postfix: parts, each with `crossings`, and OR, AND and NOT."""
+
+    order = 0
+
+    def __init__(self, code, material, identity, number):
+        super().__init__(material, identity)
+        self.parts, self.code = [], []
+        for word in code:
+            if word in (OR, AND, NOT):
+                self.code.append(word)
+            else:
+                self.code.append(len(self.parts))
+                self.parts.append(word)
+        self.condition = max(part.condition for part in self.parts)
+        self.has_tree = any(isinstance(part, Mesh) and part.tree is not None for part in self.parts)
+        self.tolerance = 8 * number.roundoff
+
+    def value(self, inside):
+        """Whether the solid is where its parts are `inside` or not."""
+        stack = []
+        for word in self.code:
+            if word is NOT:
+                stack[-1] = not stack[-1]
+            elif word is OR:
+                right = stack.pop()
+                stack[-1] = stack[-1] or right
+            elif word is AND:
+                right = stack.pop()
+                stack[-1] = stack[-1] and right
+            else:
+                stack.append(inside[word])
+        return stack[0]
+
+    def boundaries(self, origin, direction):
+        """Those of the solid on the whole line, without slivers and gaps (CSG-3, CSG-4)."""
+        found = []
+        for index, part in enumerate(self.parts):
+            found += [(t, index, shape, face) for t, shape, face in part.crossings(origin, direction)]
+        if not found:
+            return found
+        found.sort(key=lambda crossing: crossing[0])
+        inside = [False] * len(self.parts)
+        value = self.value(inside)
+        kept = []
+        for t, index, shape, face in found:
+            inside[index] = not inside[index]
+            before, value = value, self.value(inside)
+            if value == before:
+                continue
+            boundary = Boundary(self, t, shape, face, before, origin, direction)
+            if kept and self.coincide(kept[-1], boundary):
+                kept.pop()
+            else:
+                kept.append(boundary)
+        return kept
+
+    def coincide(self, a, b):
+        """Whether two boundaries are one place in all that rounding can tell (CSG-4, without its division)."""
+        return (b.t - a.t) * min(a.slope, b.slope) <= self.tolerance * max(a.reach, b.size)
+
+    def bounds(self):
+        """Of a box that holds the solid; None if there is none."""
+        stack = []  # bounds of the set and of what is not in it
+        for word in self.code:
+            if word is NOT:
+                stack[-1] = stack[-1][::-1]
+            elif word in (OR, AND):
+                (right, not_right), (left, not_left) = stack.pop(), stack.pop()
+                if word is OR:
+                    stack.append((union(left, right), intersection(not_left, not_right)))
+                else:
+                    stack.append((intersection(left, right), union(not_left, not_right)))
+            else:
+                stack.append((self.parts[word].bounds(), None))
+        return stack[0][0]
+
+
+def union(a, b):
+    if a is None or b is None:
+        return None
+    (a_low, a_high), (b_low, b_high) = a, b
+    return tuple(map(min, a_low, b_low)), tuple(map(max, a_high, b_high))
+
+
+def intersection(a, b):
+    if a is None or b is None:
+        return a or b
+    (a_low, a_high), (b_low, b_high) = a, b
+    return tuple(map(max, a_low, b_low)), tuple(map(min, a_high, b_high))
+
+
+def nearest(solids, origin, direction, best, _sqrt):
+    """The nearest hit closer than `best` = (t, shape, face), or `best` (CSG-5)."""
+    for solid in solids:
+        for boundary in solid.boundaries(origin, direction):
+            if boundary.t > 0:
+                if boundary.t < best[0]:
+                    best = boundary.t, boundary, None
+                break
+    return best
