@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from .shape import Shapes
 from .vector import coordinates, dot, largest, reciprocal
 
 
-class Boxes:
+class Boxes(Shapes):
     """The boxes of a scene: corners (3, B), edges, reciprocal vectors g and normals (axis, 3, B)."""
 
     def __init__(self, rows, precision):
@@ -29,17 +30,28 @@ class Boxes:
         rays = np.flatnonzero((t0 <= t1) & (t > 0))
         return rays, t[rays]
 
-    def surface(self, shapes, origins, directions, t):
-        """Points and outward normals (3, N) where ray i hits box `shapes[i]` at the distance t[i] (BOX-2)."""
+    def boundaries(self, shape, origins, directions):
+        """The rays whose lines cross box number `shape`, and the distances t (2, n) of the crossings (CSG-1)."""
+        entry, leave, _ = self._slabs(slice(shape, shape + 1), origins, directions)
+        t0, t1 = entry.max(axis=0), leave.min(axis=0)
+        rays = np.flatnonzero(t0 <= t1)
+        return rays, np.stack([t0[rays], t1[rays]])
+
+    def surface(self, shapes, origins, directions, t, enters=None):
+        """Points, outward normals (3, N) and sizes where ray i hits box `shapes[i]` at the distance t[i] (BOX-2).
+
+        It is hit where the ray enters it if that is in front of the ray, or where `enters` says so.
+        """
         entry, leave, w = self._slabs(shapes, origins, directions)
-        enters = entry.max(axis=0) > 0
+        if enters is None:
+            enters = entry.max(axis=0) > 0
         axis = np.where(enters, entry.argmax(axis=0), leave.argmin(axis=0))
         high = (w[axis, np.arange(len(axis))] < 0) == enters
         outward = self.normals[axis, :, shapes].T
         normals = np.where(high, outward, -outward)
         on_face = self.corners[:, shapes] + np.where(high, self.edges[axis, :, shapes].T, 0)
         points = origins + t * directions
-        return points - dot(points - on_face, normals) * normals, normals
+        return points - dot(points - on_face, normals) * normals, normals, self.sizes[shapes]
 
     def _slabs(self, shapes, origins, directions):
         """Distances (axis, N) where the rays enter and leave each slab of the boxes `shapes`, and w = g·d."""

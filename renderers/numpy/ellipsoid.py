@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from .sphere import first_root
+from .shape import Shapes
+from .sphere import both_roots, first_root
 from .vector import coordinates, dot, normalise, of_rays, reciprocal
 
 
-class Ellipsoids:
+class Ellipsoids(Shapes):
     """The ellipsoids of a scene: centres (3, E), semi-axes and their reciprocal vectors g (axis, 3, E)."""
 
     def __init__(self, rows, precision):
@@ -22,20 +23,30 @@ class Ellipsoids:
 
     def hits(self, shape, origins, directions):
         """The rays that hit ellipsoid number `shape`: their indices, and the distances t (ELL-1)."""
+        rays, *roots = self._meet(shape, origins, directions)
+        return rays, first_root(*roots)
+
+    def boundaries(self, shape, origins, directions):
+        """The rays whose lines cross ellipsoid number `shape`, and the distances t (2, n) of the crossings (CSG-1)."""
+        rays, *roots = self._meet(shape, origins, directions)
+        return rays, both_roots(*roots)
+
+    def surface(self, shapes, origins, directions, t):
+        """Points, outward normals (3, N) and sizes where ray i hits ellipsoid `shapes[i]` at t[i] (ELL-2)."""
+        f, delta = self._unit_sphere(shapes, origins, directions)
+        on_unit = normalise(f + t * delta)[:, np.newaxis]
+        points = self.centres[:, shapes] + (on_unit * self.axes[:, :, shapes]).sum(axis=0)
+        return points, normalise((on_unit * self.g[:, :, shapes]).sum(axis=0)), self.sizes[shapes]
+
+    def _meet(self, shape, origins, directions):
+        """The rays whose lines meet ellipsoid number `shape`, and their k, b, √(a Δ) and a."""
         f, delta = self._unit_sphere(slice(shape, shape + 1), origins, directions)
         a, b = dot(delta, delta), -dot(f, delta)
         l = f + (b / a) * delta  # noqa: E741, the SPEC's letter
         discriminant = 1 - dot(l, l)
         rays = np.flatnonzero(discriminant >= 0)
         f, a = of_rays(f, rays), a[rays]
-        return rays, first_root(dot(f, f) - 1, b[rays], np.sqrt(a * discriminant[rays]), a)
-
-    def surface(self, shapes, origins, directions, t):
-        """Points and outward normals (3, N) where ray i hits ellipsoid `shapes[i]` at t[i] (ELL-2)."""
-        f, delta = self._unit_sphere(shapes, origins, directions)
-        on_unit = normalise(f + t * delta)[:, np.newaxis]
-        points = self.centres[:, shapes] + (on_unit * self.axes[:, :, shapes]).sum(axis=0)
-        return points, normalise((on_unit * self.g[:, :, shapes]).sum(axis=0))
+        return rays, dot(f, f) - 1, b[rays], np.sqrt(a * discriminant[rays]), a
 
     def _unit_sphere(self, shapes, origins, directions):
         """f = m(o) and δ: the rays where the ellipsoids `shapes` are the unit sphere (ELL-1)."""

@@ -3,10 +3,16 @@
 from renderers import worker
 
 FEATURES = [
-    *("sphere", "box", "polygon", "ellipsoid"),
-    *("ambient", "diffuse", "phong", "shadows", "reflection", "region", "rays"),
+    *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
+    *("ambient", "diffuse", "phong", "shadows", "soft", "reflection", "glossy"),
+    *("transmission", "attenuation", "media", "supersampling", "adaptive", "lens", "region", "rays"),
 ]
-PRECISIONS = "float64", "float32"
+METHODS = {
+    "precision": ("float64", "float32"),
+    "walk": ("least",),
+    "accel": ("auto", "none"),
+    "glossy_weight": ("plain", "study"),
+}
 
 
 def main():
@@ -15,16 +21,19 @@ def main():
 
     job = worker.Job(sys.argv[1:])
     worker.require(job, FEATURES)
-    if job.precision not in PRECISIONS:
-        worker.refuse(f'no precision "{job.precision}": ' + " or ".join(PRECISIONS))
+    for method, choices in METHODS.items():
+        choice = getattr(job, method)
+        if choice not in choices:
+            worker.refuse(f'no {method} "{choice}": ' + " or ".join(choices))
     for library in ("OPENBLAS", "MKL", "OMP"):  # read when NumPy is imported
         os.environ[library + "_NUM_THREADS"] = str(job.threads)
     with worker.importing():
         import numpy as np
 
         from .camera import Camera
+        from .sample import render
         from .scene import Scene
-        from .trace import first_hits, trace
+        from .trace import first_hits
     np.seterr(all="ignore")  # NUM-5 and CNT-2 say what becomes of what is not finite
     with worker.phase("load"):
         scene = Scene(job, job.precision)
@@ -33,17 +42,18 @@ def main():
         else:
             rays = np.load(job.array("rays")).T.astype(job.precision)
     if job.kind == "image":
-        answer, counts = worker.render(job, lambda: trace(scene, camera, job.depth, job.shadows))
+        answer, counts = worker.render(job, lambda: render(scene, camera, job))
     else:
         answer = worker.render(job, lambda: first_hits(scene, rays))
     file = "image.npy" if job.kind == "image" else "hits.npy"
     with worker.phase("save"):
         np.save(job.output(file), answer)
         if job.kind == "image":
-            non_finite = np.count_nonzero(~np.isfinite(answer).all(axis=2))
-            worker.say_rays(counts.primary, counts.reflected, counts.shadow, non_finite)
+            worker.say_rays(
+                counts.primary, counts.reflected, counts.shadow, counts.non_finite, transmitted=counts.transmitted
+            )
     worker.say("output", file=file)
-    methods = {"precision": job.precision, "threads": 1, "contraction": "off"}
+    methods = {"precision": job.precision, "threads": 1, "contraction": "off", "walk": "wavefront", "accel": "none"}
     worker.say("used", features=job.needs, methods=methods)
     worker.say_python_versions(numpy=np.__version__)
 

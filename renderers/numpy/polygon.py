@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from .shape import Shapes
 from .vector import dot, largest, normalise, of_rays
 
 
-class Polygons:
+class Polygons(Shapes):
     """The polygons of a scene: first vertices and normals (3, P), and for each polygon its vertices and
     vectors in its plane, at right angles to the edges and pointing inside (3, m)."""
 
@@ -38,11 +39,16 @@ class Polygons:
         return rays[inside], t[inside]
 
     def surface(self, shapes, origins, directions, t):
-        """Points and normals (3, N), towards the origin, where ray i hits polygon `shapes[i]` at t[i] (POL-3)."""
+        """Points, normals (3, N) towards the origin, and sizes where ray i hits polygon `shapes[i]` at t[i] (POL-3)."""
         normals = self.normals.take(shapes, axis=1)
-        points = origins + t * directions
-        points -= dot(points - self.first.take(shapes, axis=1), normals) * normals
-        return points, np.where(dot(directions, normals) < 0, normals, -normals)
+        points = on_plane(origins + t * directions, self.first.take(shapes, axis=1), normals)
+        return points, np.where(dot(directions, normals) < 0, normals, -normals), self.sizes[shapes]
+
+
+def on_plane(points, first, normals):
+    """The points moved onto the planes through `first` (HIT-4)."""
+    points -= dot(points - first, normals) * normals
+    return points
 
 
 def _normal(polygon):

@@ -3,87 +3,155 @@
 import numpy as np
 
 from .box import Boxes
+from .csg import Box, Csg, Mesh, Solid
 from .ellipsoid import Ellipsoids
+from .media import Media
+from .mesh import Meshes, Triangles
 from .polygon import Polygons
 from .sphere import Spheres
 from .vector import of_rays
 
 
 class Scene:
-    """Lights, materials and shapes.
+    """Lights, materials and shapes, and what the job wants of them.
 
     `kinds` holds the kinds of shape that the scene has, in the order of HIT-2, each with the number of its first
-    shape: all shapes are numbered in that order. `objects`, `sizes` and what is known of their materials, from
-    `diffuse` (3, shapes) to `mu`, have an entry for each shape.
+    shape: all shapes are numbered in that order, each triangle of a mesh is one. `objects`, `diffuse` (3, shapes),
+    `k_s`, `exponent`, `clear` and `flat` have an entry for each shape; `refractive_index`, `mu` and `attenuation`
+    (3, materials + 1) one for each material, and AIR last.
     """
 
     def __init__(self, job, precision):
-        def array(name):
-            return np.load(job.array(name))
+        self.precision, self.epsilon, self.seed = precision, job.epsilon, job.seed
+        self.depth = job.depth if "reflection" in job.needs else 0
+        self.shadows, self.soft, self.feelers = job.shadows, "soft" in job.needs, job.feelers
+        self.transmits, self.attenuates = "transmission" in job.needs, "attenuation" in job.needs
+        self.glossy_rays = job.glossy_rays if "glossy" in job.needs else 0
+        self.glossy_study = job.glossy_weight == "study"
+        self.branches = max(job.glossy_rays, 1) + 1  # B (RND-4)
+        self.chain = not self.transmits and self.glossy_rays <= 1
+        self.draws = self.glossy_rays > 0 or self.soft  # on the way, beyond the eye
 
-        def vector(name):
-            return array(name).astype(precision)[:, np.newaxis]
+        self.ambient, self.background = (_load(job, name).astype(precision)[:, np.newaxis] for name in LIGHTING)
+        lights = _load(job, "lights").astype(precision)[:, :, np.newaxis]
+        self.lights = [(light[:3], light[3:6], light[6]) for light in lights]
 
-        self.precision = precision
-        self.epsilon = job.epsilon
-        self.ambient, self.background = vector("ambient"), vector("background")
-        self.air_refractive_index, self.air_mu = _index_and_mu(*array("air")[:2]).astype(precision)
-        lights = array("lights").T.astype(precision)
-        self.lights = [(lights[:3, i : i + 1], lights[3:6, i : i + 1]) for i in range(lights.shape[1])]
-
-        kinds, ids = [], [np.zeros((0, 2), np.int32)]
-        for name, make in (
-            ("sphere", lambda: Spheres(array("spheres"), precision)),
-            ("box", lambda: Boxes(array("boxes"), precision)),
-            ("polygon", lambda: Polygons(array("polygon_vertices"), array("polygon_ranges"), precision)),
-            ("ellipsoid", lambda: Ellipsoids(array("ellipsoids"), precision)),
-        ):
-            rows = array(name + "_ids")
+        self.kinds, counts, ids = [], [], [np.zeros((0, 2), np.int32)]
+        for name, make in KINDS.items():
+            rows = _load(job, name + "_ids")
             if len(rows):
-                kinds.append((sum(map(len, ids)), make()))
-                ids.append(rows)
-        self.kinds = kinds
+                kind = make(job, precision)
+                self.kinds.append((sum(counts), kind))
+                counts.append(len(kind))
+                ids.append(rows if name != "mesh" else np.repeat(rows, _load(job, "mesh_ranges")[:, 1], axis=0))
         self.objects, rows = np.concatenate(ids).T
-        materials = array("materials")[rows].T
-        self.diffuse, (self.k_s, self.exponent) = np.split(materials[:5].astype(precision), [3])
-        self.refractive_index, self.mu = _index_and_mu(*materials[8:10]).astype(precision)
-        self.sizes = np.concatenate([kind.sizes for _, kind in kinds] or [np.zeros(0, precision)])
+        self.may_fail = any(isinstance(kind, Csg) and kind.may_fail for _, kind in self.kinds)
+        self.flat = np.concatenate([np.zeros(0, bool), *(_flat(kind) for _, kind in self.kinds)])
+
+        materials = _load(job, "materials").T
+        self.diffuse, (self.k_s, self.exponent) = np.split(materials[:5, rows].astype(precision), [3])
+        eps_r, mu_r, *air = _load(job, "air")
+        self.mu = np.append(materials[9], mu_r)
+        self.refractive_index = np.sqrt(np.append(materials[8], eps_r) * self.mu).astype(precision)  # REF-1
+        self.mu = self.mu.astype(precision)
+        attenuation = np.column_stack([materials[5:8], air])
+        opaque = (attenuation == 0).all(axis=0)
+        self.clear = ~opaque[rows]  # MED-1
+        self.attenuation = np.where(opaque, 1, attenuation).astype(precision)  # ATT-1
+        ranked = _load(job, "media") if "media" in job.needs else []
+        self.media = Media(ranked, self.objects, rows, materials.shape[1])
 
     def nearest(self, origins, directions):
-        """Distance t (N,) to the first hit of each ray, inf if none, and number of the shape, -1 if none."""
+        """Distance t (N,) to the first hit of each ray, inf if none, and number of the shape, -1 if none.
+
+        Where a line crosses a mesh too often (CSG-6) t is NaN.
+        """
         t = np.full(directions.shape[1], np.inf, self.precision)
         shapes = np.full(directions.shape[1], -1)
         for first, kind in self.kinds:
-            for shape in range(len(kind)):
-                rays, distances = kind.hits(shape, origins, directions)
-                closer = (distances > 0) & (distances < t[rays])
-                rays = rays[closer]
-                t[rays] = distances[closer]
-                shapes[rays] = first + shape
+            kind.nearest(first, origins, directions, t, shapes)
         return t, shapes
 
     def blocked(self, origins, directions, limits):
-        """Whether anything is hit with 0 < t < limit (N,) (HIT-5)."""
-        blocked = np.zeros(len(limits), bool)
-        for _, kind in self.kinds:
-            for shape in range(len(kind)):
-                rays, distances = kind.hits(shape, origins, directions)
-                blocked[rays[(distances > 0) & (distances < limits[rays])]] = True
+        """Whether anything is hit with 0 < t < limit (N,) (HIT-5); NaN where a line fails (CSG-6)."""
+        blocked = np.zeros(len(limits), self.precision if self.may_fail else bool)
+        for _, kind in self.kinds if len(limits) else ():
+            kind.block(origins, directions, limits, blocked)
         return blocked
 
     def surface(self, shapes, origins, directions, t):
-        """Points and normals (3, N) where ray i hits shape `shapes[i]` at the distance t[i] (HIT-3, HIT-4)."""
+        """Points, normals (3, N) and sizes where ray i hits shape `shapes[i]` at the distance t[i] (HIT-3, HIT-4)."""
         if len(self.kinds) == 1:
             return self.kinds[0][1].surface(shapes, origins, directions, t)
         points, normals = np.empty((2, *directions.shape), self.precision)
+        sizes = np.empty_like(t)
         for first, kind in self.kinds:
             rays = np.flatnonzero((shapes >= first) & (shapes < first + len(kind)))
-            points[:, rays], normals[:, rays] = kind.surface(
+            points[:, rays], normals[:, rays], sizes[rays] = kind.surface(
                 shapes[rays] - first, of_rays(origins, rays), directions[:, rays], t[rays]
             )
-        return points, normals
+        return points, normals, sizes
 
 
-def _index_and_mu(eps_r, mu_r):
-    """The refractive index √(ε_r μ_r) and μ_r (REF-1)."""
-    return np.stack([np.sqrt(eps_r * mu_r), mu_r])
+LIGHTING = "ambient", "background"
+
+
+def _load(job, name):
+    return np.load(job.array(name))
+
+
+def _spheres(job, precision):
+    return Spheres(_load(job, "spheres"), precision)
+
+
+def _boxes(job, precision):
+    return Boxes(_load(job, "boxes"), precision)
+
+
+def _polygons(job, precision):
+    return Polygons(_load(job, "polygon_vertices"), _load(job, "polygon_ranges"), precision)
+
+
+def _ellipsoids(job, precision):
+    return Ellipsoids(_load(job, "ellipsoids"), precision)
+
+
+def _meshes(job, precision):
+    return Meshes(_load(job, "mesh_vertices"), _load(job, "mesh_triangles"), _load(job, "mesh_ranges"), precision)
+
+
+def _csg(job, precision):
+    spheres = Spheres(_load(job, "csg_spheres"), precision)
+    boxes = Boxes(_load(job, "csg_boxes"), precision)
+    ellipsoids = Ellipsoids(_load(job, "csg_ellipsoids"), precision)
+    meshes = _load(job, "csg_meshes")
+
+    def mesh(row):
+        first, count = meshes[row]
+        corners = _load(job, "mesh_triangles")[first : first + count]
+        return Mesh(Triangles(_load(job, "mesh_vertices"), corners, precision))
+
+    make = [
+        lambda row: Solid(spheres, row),
+        lambda row: Box(boxes, row),
+        lambda row: Solid(ellipsoids, row),
+        mesh,
+    ]
+    return Csg(lambda kind, row: make[kind](row), _load(job, "csg_code"), _load(job, "csg_ranges"), precision)
+
+
+def _flat(kind):
+    """Whether each of these shapes bounds no medium (MED-4)."""
+    if isinstance(kind, Meshes):
+        return ~kind.closed
+    return np.full(len(kind), isinstance(kind, Polygons))
+
+
+KINDS = {  # in the order of HIT-2
+    "sphere": _spheres,
+    "box": _boxes,
+    "polygon": _polygons,
+    "ellipsoid": _ellipsoids,
+    "mesh": _meshes,
+    "csg": _csg,
+}

@@ -1,32 +1,35 @@
-"""Light at a point (LOC-1 to LOC-5), leaving it (OFF-1) and what it reflects (REF-1 to REF-3)."""
+"""Light at a point (LOC-1 to LOC-5, SOF-1), and where rays go from it (OFF-1, REF-1 to REF-3, TRA-1, GLO-2)."""
 
 import numpy as np
 
+from .random import GLOSSY
 from .vector import dot, largest, normalise
 
 
-def leave(scene, points, normals, shapes, outward):
-    """Points just off the surface, on the side of the normal where `outward`, else on the other (OFF-1)."""
-    step = scene.epsilon * np.maximum(largest(points), scene.sizes[shapes])
-    return points + np.where(outward, step, -step) * normals
+def offsets(scene, points, normals, sizes):
+    """From points to where rays leave the surface on the side of the normals (OFF-1)."""
+    return scene.epsilon * np.maximum(largest(points), sizes) * normals
 
 
-def local(scene, directions, points, normals, d_dot_n, shapes, shadows):
-    """Colours (3, N) of `points` seen along `directions`, and the number of feelers (LOC-1 to LOC-5)."""
+def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams):
+    """Colours (3, N) of `points` seen along `directions`, and the number of feelers, from `starts` (LOC-1 to LOC-5)."""
     diffuse = scene.diffuse.take(shapes, axis=1)
     colours = diffuse * scene.ambient
     feelers = 0
-    if shadows:
-        starts = leave(scene, points, normals, shapes, True)
-    for position, light_colour in scene.lights:
+
+    def add(total, position, light_colour):
+        nonlocal feelers
         l = position - points  # noqa: E741, the SPEC's letter
         distances = np.sqrt(dot(l, l))
         l /= distances  # noqa: E741
         cosines = dot(normals, l)
         lit = cosines > 0
-        if shadows:
+        if scene.shadows:
             rays = np.flatnonzero(lit)
-            lit[rays] = ~scene.blocked(starts.take(rays, axis=1), l.take(rays, axis=1), distances[rays])
+            blocked = scene.blocked(starts.take(rays, axis=1), l.take(rays, axis=1), distances[rays])
+            lit[rays] = blocked == 0
+            if scene.may_fail:
+                total[:, rays[np.isnan(blocked)]] = np.nan
             feelers += len(rays)
         light = diffuse * np.where(lit, cosines, 0)
         highlights = dot(l, directions) - 2 * cosines * d_dot_n  # -(r·d) with r = 2 (n·l) n - l
@@ -34,24 +37,72 @@ def local(scene, directions, points, normals, d_dot_n, shapes, shadows):
         of = shapes[bright]
         light[:, bright] += scene.k_s[of] * np.minimum(highlights[bright], 1) ** scene.exponent[of]
         light *= light_colour
-        colours += light
+        total += light
+
+    for number, (position, light_colour, radius) in enumerate(scene.lights):
+        if scene.soft and radius > 0:
+            total = np.zeros_like(colours)
+            for feeler in range(scene.feelers):
+                sphere = on_sphere(*streams.uniform(1 + number * scene.feelers + feeler)[:2])
+                add(total, position + radius * sphere, light_colour)
+            colours += total / scene.feelers  # SOF-1
+        else:
+            add(colours, position, light_colour)
     return colours, feelers
 
 
-def fresnel(scene, shapes, d_dot_n):
-    """Reflectance R (N,) of the surfaces between AIR and the materials of `shapes` (REF-1, REF-2)."""
-    inward = d_dot_n <= 0
-    index, mu = scene.refractive_index[shapes], scene.mu[shapes]
-    n = np.where(inward, scene.air_refractive_index / index, index / scene.air_refractive_index)
-    m = np.where(inward, scene.air_mu / mu, mu / scene.air_mu)
+def on_sphere(u0, u1):
+    """Points (3, N) on the unit sphere (SOF-2)."""
+    z = 1 - 2 * u0
+    return np.stack([*_turned(z, u1), z])
+
+
+def fresnel(scene, i, t, d_dot_n):
+    """N, s and the reflectance R (N,) between the media `i` and `t`, and where there is no surface (REF-2)."""
+    n, m = scene.refractive_index[i] / scene.refractive_index[t], scene.mu[i] / scene.mu[t]
     c = np.minimum(np.abs(d_dot_n), 1)
     x = 1 - n * n * (1 - c * c)
     s = np.sqrt(x)
     perpendicular = (n * c - m * s) / (n * c + m * s)
     parallel = (m * c - n * s) / (m * c + n * s)
-    return np.where(x < 0, 1, (perpendicular * perpendicular + parallel * parallel) / 2)
+    r = np.where(x <= 0, 1, (perpendicular * perpendicular + parallel * parallel) / 2)
+    matched = (n == 1) & (m == 1)
+    r[matched] = 0
+    return n, s, r, matched
 
 
 def reflect(directions, normals, d_dot_n):
     """The mirrored directions (REF-3)."""
     return normalise(directions - 2 * d_dot_n * normals)
+
+
+def transmit(directions, normals, d_dot_n, n, s):
+    """The transmitted directions (TRA-1)."""
+    g = np.where(d_dot_n <= 0, -s, s)
+    return normalise(n * directions + (g - n * d_dot_n) * normals)
+
+
+def gloss(mirrored, normals, exponents, streams, numbers):
+    """Directions (3, N) around the mirrored ones, and z^m of the study, for the glossy rays `numbers` (GLO-2)."""
+    u0, u1, *_ = streams.uniform(GLOSSY + numbers)
+    z = (1 - u0) ** (1 / (exponents + 1))
+    x, y = _turned(z, u1)
+    p, q = basis(mirrored)
+    across, along = x * p + y * q, z * mirrored
+    beyond = (dot(across + along, normals) > 0) != (dot(mirrored, normals) > 0)
+    return normalise(np.where(beyond, -across, across) + along), z**exponents
+
+
+def basis(r):
+    """Two vectors at right angles to each other and to r (GLO-3)."""
+    x, y, z = r
+    sign = np.where(z >= 0, x.dtype.type(1), x.dtype.type(-1))
+    a = -1 / (sign + z)
+    b = x * y * a
+    return np.stack([1 + sign * x * x * a, sign * b, -sign * x]), np.stack([b, sign + y * y * a, -y])
+
+
+def _turned(z, u1):
+    """x and y of unit vectors with this z (SOF-2, GLO-2)."""
+    w, angle = np.sqrt(np.maximum(0, 1 - z * z)), 2 * np.pi * u1
+    return w * np.cos(angle), w * np.sin(angle)

@@ -2,22 +2,38 @@
 
 import numpy as np
 
+from .shape import Shapes
 from .vector import dot, normalise, of_rays
 
 
-class Spheres:
+class Spheres(Shapes):
     """The spheres of a scene: centres (3, S) and radii (S,)."""
 
     def __init__(self, rows, precision):
         rows = rows.T.astype(precision)
         self.centres, self.radii = rows[:3], rows[3]
-        self.sizes = self.radii
 
     def __len__(self):
         return len(self.radii)
 
     def hits(self, shape, origins, directions):
         """The rays that hit sphere number `shape`: their indices, and the distances t (SPH-1)."""
+        rays, *roots = self._meet(shape, origins, directions)
+        return rays, first_root(*roots)
+
+    def boundaries(self, shape, origins, directions):
+        """The rays whose lines cross sphere number `shape`, and the distances t (2, n) of the crossings (CSG-1)."""
+        rays, *roots = self._meet(shape, origins, directions)
+        return rays, both_roots(*roots)
+
+    def surface(self, shapes, origins, directions, t):
+        """Points, outward normals (3, N) and sizes where ray i hits sphere `shapes[i]` at the distance t[i] (SPH-2)."""
+        centres, radii = self.centres.take(shapes, axis=1), self.radii[shapes]
+        normals = normalise(origins + t * directions - centres)
+        return centres + radii * normals, normals, radii
+
+    def _meet(self, shape, origins, directions):
+        """The rays whose lines meet sphere number `shape`, and their k, b and √Δ."""
         r2 = self.radii[shape] * self.radii[shape]
         f = origins - self.centres[:, shape, np.newaxis]
         h = dot(f, directions)  # -b
@@ -25,13 +41,7 @@ class Spheres:
         l2 = dot(np.subtract(f, l, out=l), l)
         rays = np.flatnonzero(l2 <= r2)
         f = of_rays(f, rays)
-        return rays, first_root(dot(f, f) - r2, -h[rays], np.sqrt(r2 - l2[rays]))
-
-    def surface(self, shapes, origins, directions, t):
-        """Points and outward normals (3, N) where ray i hits sphere `shapes[i]` at the distance t[i] (SPH-2)."""
-        centres = self.centres.take(shapes, axis=1)
-        normals = normalise(origins + t * directions - centres)
-        return centres + self.radii[shapes] * normals, normals
+        return rays, dot(f, f) - r2, -h[rays], np.sqrt(r2 - l2[rays])
 
 
 def first_root(k, b, s, a=1):
@@ -41,3 +51,10 @@ def first_root(k, b, s, a=1):
     """
     q = b + np.where(b >= 0, s, -s)
     return np.where((k <= 0) & (b >= 0), q / a, k / q)
+
+
+def both_roots(k, b, s, a=1):
+    """Distances (2, n) to the two sides of a sphere or ellipsoid that the line meets (CSG-1)."""
+    q = b + np.where(b >= 0, s, -s)
+    x, y = q / a, np.where(q == 0, 0, k / q)
+    return np.where(b >= 0, [y, x], [x, y])

@@ -1,83 +1,104 @@
-"""From rays to colours: the wavefront (REF-4 to REF-6)."""
-
-from typing import Any, NamedTuple
+"""From samples to colours: the wavefront (REF-4 to REF-6)."""
 
 import numpy as np
 
-from .shade import fresnel, leave, local, reflect
+from .random import Streams
+from .rays import Queue, Rays, Surfaces, leaving
+from .shade import local, offsets
 from .vector import dot, normalise, of_rays
 
 CHUNK = 1 << 14  # rays at once: their arrays stay in the processor's cache
-WAVE = 1 << 18  # pixels at once: bounds the memory of a large picture
-
-
-class Rays(NamedTuple):
-    """Rays that each add `weights` times their colour to one pixel."""
-
-    origins: Any  # (3, N), or (3, 1) for eye rays
-    directions: Any  # (3, N)
-    weights: Any  # (N,)
-    pixels: Any  # (N,)
+CHILDREN = 1 << 17  # rays that may leave the surfaces of one chunk: bounds the memory
+WAVE = 1 << 18  # samples at once: bounds the memory of a large picture
 
 
 class Counts:
-    """Rays traced in one frame (CNT-1)."""
+    """Rays traced in one frame (CNT-1), and samples that are not finite (CNT-2)."""
 
     def __init__(self):
-        self.primary = self.reflected = self.shadow = 0
+        self.primary = self.reflected = self.transmitted = self.shadow = self.non_finite = 0
 
 
-def trace(scene, camera, depth, shadows):
-    """One frame: the picture (rows, columns, 3) of the camera's region, and the counts."""
-    pixels = camera.rows * camera.columns
-    picture = np.zeros((3, pixels), scene.precision)
-    counts = Counts()
-    counts.primary = pixels
-    for start in range(0, pixels, WAVE):
-        wave = eye_rays(camera, start, min(start + WAVE, pixels))
-        for order in range(depth + 1):
-            reflected = [add_light(scene, rays, picture, shadows, order < depth, counts) for rays in wave]
-            if order == depth or not reflected:
+def wave_size(scene):
+    return WAVE if scene.chain else max(1, WAVE // (2 * scene.depth + 2))
+
+
+def trace(scene, samples, first, light, counts):
+    """Set `light` (3, n) to the colours of n samples, from number `first` on.
+
+    The rays of each order wait in a queue. Whenever the deepest full chunk is next, no queue is ever longer than a
+    chunk and its children. A sample's rays of one order are added up apart, in the order of the queue, so that how
+    they fell into chunks changes nothing; without branches there is one of each, and no need to.
+    """
+    layers = [[light, light]] * (scene.depth + 1)  # of each order: what missed, what hit
+    if not scene.chain:
+        layers = [[np.zeros_like(light), np.zeros_like(light)] for _ in layers]
+    light[:] = 0
+    sizes = [max(1, min(CHUNK, CHILDREN // scene.branches))] * scene.depth + [CHUNK]
+    queues = [Queue() for _ in layers]
+    eye = eye_rays(scene, samples, first, light.shape[1], sizes[0])
+    counts.primary += light.shape[1]
+    while True:
+        order = next((order for order in range(scene.depth, 0, -1) if len(queues[order]) >= sizes[order]), 0)
+        rays = queues[order].get(sizes[order]) if order else next(eye, None)
+        if rays is None:
+            order = next((order for order, queue in enumerate(queues) if len(queue)), None)
+            if order is None:
                 break
-            wave = chunks(reflected)
-            counts.reflected += sum(len(rays.pixels) for rays in wave)
-    return np.ascontiguousarray(picture.T).reshape(camera.rows, camera.columns, 3), counts
+            rays = queues[order].get(sizes[order])
+        children = see(scene, rays, samples, first, layers[order], order == scene.depth, counts)
+        if children is not None and children.count:
+            queues[order + 1].put(children)
+    if not scene.chain:
+        for layer in layers:
+            light += layer[0]
+            light += layer[1]
+    counts.non_finite += light.shape[1] - np.count_nonzero(np.isfinite(light).all(axis=0))
 
 
-def eye_rays(camera, start, end):
-    """Chunks of rays through the pixels start ≤ pixel < end."""
-    for begin in range(start, end, CHUNK):
-        pixels = np.arange(begin, min(begin + CHUNK, end))
-        origin, directions = camera.rays(pixels)
-        yield Rays(origin, directions, np.ones(len(pixels), directions.dtype), pixels)
+def eye_rays(scene, samples, first, count, size):
+    """Chunks of the rays of `count` samples."""
+    for begin in range(0, count, size):
+        targets = np.arange(begin, min(begin + size, count))
+        origins, directions = samples.rays(first + targets)
+        sets = np.full(len(targets), scene.media.eye) if scene.media.any else None
+        paths = np.zeros(len(targets), np.uint64) if scene.draws else None
+        yield Rays(origins, directions, np.ones(len(targets), scene.precision), targets, sets, paths)
 
 
-def chunks(parts):
-    """The rays of all `parts`, in the same order, in full chunks."""
-    rays = Rays(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
-    return [Rays(*(array[..., begin : begin + CHUNK] for array in rays)) for begin in range(0, len(rays.pixels), CHUNK)]
-
-
-def add_light(scene, rays, picture, shadows, reflects, counts):
-    """Add what the rays see to the picture; if it `reflects`, return the rays that leave (REF-4 to REF-6)."""
+def see(scene, rays, samples, first, layer, last, counts):
+    """Add what the rays see to the two arrays of `layer`; unless it is the `last` order, return the rays that leave."""
     t, shapes = scene.nearest(rays.origins, rays.directions)
     missed, hit = np.flatnonzero(shapes < 0), np.flatnonzero(shapes >= 0)
-    picture[:, rays.pixels[missed]] += rays.weights[missed] * scene.background
-    shapes, weights, pixels = shapes[hit], rays.weights[hit], rays.pixels[hit]
-    directions = rays.directions.take(hit, axis=1)
-    points, normals = scene.surface(shapes, of_rays(rays.origins, hit), directions, t[hit])
-    d_dot_n = dot(directions, normals)
-    colours, feelers = local(scene, directions, points, normals, d_dot_n, shapes, shadows)
-    picture[:, pixels] += weights * colours
+    background = scene.background
+    if scene.may_fail:
+        background = np.where(np.isnan(t[missed]), t[missed], background)
+    add(layer[0], rays.targets[missed], rays.weights.take(missed, axis=-1) * background)
+
+    t, shapes = t[hit], shapes[hit]
+    rays = rays.take(hit)
+    points, normals, sizes = scene.surface(shapes, rays.origins, rays.directions, t)
+    d_dot_n = dot(rays.directions, normals)
+    off = offsets(scene, points, normals, sizes)
+    media = streams = None
+    if scene.attenuates or not last:
+        media = scene.media.sides(rays.sets, shapes, d_dot_n <= 0)
+    if scene.attenuates:
+        rays = rays._replace(weights=rays.weights * scene.attenuation.take(media[0], axis=1) ** t)
+    if scene.draws:
+        streams = Streams(scene.seed, scene.precision, *samples.words(first + rays.targets), rays.paths)
+    colours, feelers = local(scene, rays.directions, points, points + off, normals, d_dot_n, shapes, streams)
+    add(layer[1], rays.targets, rays.weights * colours)
     counts.shadow += feelers
-    if not reflects:
+    if last:
         return None
-    shares = scene.k_s[shapes] * fresnel(scene, shapes, d_dot_n)
-    weights = weights * shares
-    alive = np.flatnonzero(shares != 0)
-    starts = leave(scene, points, normals, shapes, d_dot_n <= 0)
-    mirrored = reflect(directions, normals, d_dot_n)
-    return Rays(starts.take(alive, axis=1), mirrored.take(alive, axis=1), weights[alive], pixels[alive])
+    return leaving(scene, rays, Surfaces(points, normals, off, d_dot_n, shapes, media), streams, counts)
+
+
+def add(light, targets, colours):
+    """Add colours (3, N), one after the other, to those of their targets, of which there may be several alike."""
+    for total, values in zip(light, colours, strict=True):
+        np.add.at(total, targets, values)
 
 
 def first_hits(scene, rays):
@@ -91,6 +112,6 @@ def first_hits(scene, rays):
         t, shapes = scene.nearest(origins, directions)
         hit = np.flatnonzero(shapes >= 0)
         t, shapes = t[hit], shapes[hit]
-        points, normals = scene.surface(shapes, origins[:, hit], directions[:, hit], t)
+        points, normals, _ = scene.surface(shapes, of_rays(origins, hit), directions[:, hit], t)
         rows[hit] = np.vstack([t, points, normals, scene.objects[shapes]]).T
     return answer

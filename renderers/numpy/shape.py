@@ -1,0 +1,20 @@
+"""What all kinds of shape share: the search through them, one shape and all rays at a time (HIT-1, HIT-2, HIT-5)."""
+
+
+class Shapes:
+    """A kind of shape. It has `hits`, `surface` and a length."""
+
+    def nearest(self, first, origins, directions, t, shapes):
+        """Where a ray hits one of these before `t` (N,), set `t` to that distance and `shapes` to `first` + number."""
+        for shape in range(len(self)):
+            rays, distances = self.hits(shape, origins, directions)
+            closer = (distances > 0) & (distances < t[rays])
+            rays = rays[closer]
+            t[rays] = distances[closer]
+            shapes[rays] = first + shape
+
+    def block(self, origins, directions, limits, blocked):
+        """Set `blocked` (N,) where one of these is hit with 0 < t < limit (N,)."""
+        for shape in range(len(self)):
+            rays, distances = self.hits(shape, origins, directions)
+            blocked[rays[(distances > 0) & (distances < limits[rays])]] = True
