@@ -16,6 +16,7 @@ from filelock import FileLock
 
 CANDIDATES = {"c++": ("CXX", ("c++", "g++", "clang++")), "c": ("CC", ("cc", "gcc", "clang"))}
 MISSING = {"c++": "no C++ compiler (apt install g++)", "c": "no C compiler (apt install gcc)"}
+DEFINES = "{defines}"  # a word of a build command: what the job needs
 TIMEOUT = 600  # s
 
 
@@ -67,14 +68,18 @@ def processor() -> str:
     return "\n".join(sorted({line for line in lines if line.startswith(wanted)})) or platform.machine()
 
 
-def build(renderer) -> Built:
-    """Build `renderer` (a registry.Renderer), or find its build. BuildError if there is no compiler or it fails."""
+def build(renderer, defines: tuple[str, ...] = ()) -> Built:
+    """Build `renderer` (a registry.Renderer), or find its build. BuildError if there is no compiler or it fails.
+
+    defines: the words that stand for {defines} in its command.
+    """
     recipe = renderer.manifest.build
+    words = tuple(word for part in recipe.command for word in (defines if part == DEFINES else (part,)))
     compiler = find_compiler(recipe.compiler)
     if compiler is None:
         raise BuildError(MISSING[recipe.compiler])
     version = compiler_version(compiler)
-    parts = (renderer.version, str(renderer.folder), *recipe.command, compiler, version, processor())
+    parts = (renderer.version, str(renderer.folder), *words, compiler, version, processor())
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
     home = cache_folder("builds")
     home.mkdir(parents=True, exist_ok=True)
@@ -83,14 +88,14 @@ def build(renderer) -> Built:
         if (final / "build.json").is_file():
             record = json.loads((final / "build.json").read_text())
             return Built(final, record["seconds"], record["compiler"], tuple(record["command"]), True)
-        return _make(renderer, recipe, compiler, version, final)
+        return _make(renderer, words, compiler, version, final)
 
 
-def _make(renderer, recipe, compiler, version, final: Path) -> Built:
+def _make(renderer, words, compiler, version, final: Path) -> Built:
     scratch = Path(tempfile.mkdtemp(prefix=f"{final.name}-", dir=final.parent))
     try:
         places = {"compiler": compiler, "folder": str(renderer.folder), "build": str(scratch)}
-        command = tuple(fill(word, places) for word in recipe.command)
+        command = tuple(fill(word, places) for word in words)
         start = time.monotonic()
         try:
             done = subprocess.run(
@@ -106,10 +111,10 @@ def _make(renderer, recipe, compiler, version, final: Path) -> Built:
             lines = [line for line in done.stderr.splitlines() if line.strip()]
             first = next((line for line in lines if "error" in line), lines[-1] if lines else "no message")
             raise BuildError(f"{' '.join(command)}: exit {done.returncode}: {first}")
-        record = {"seconds": seconds, "compiler": version, "command": recipe.command}
+        record = {"seconds": seconds, "compiler": version, "command": words}
         (scratch / "build.json").write_text(json.dumps(record))
         os.replace(scratch, final)
-        return Built(final, seconds, version, recipe.command, False)
+        return Built(final, seconds, version, words, False)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 

@@ -9,12 +9,14 @@ import numpy as np
 
 from harness import judge, race, reference, registry, repetition
 from harness.builder import BuildError
+from harness.check_scenes import FURTHER, full_parameters, full_scene_text, scene_text
 from harness.errors import UserError
 from harness.job import Parameters
 from harness.manifest import load
 from harness.registry import Entry, Renderer
 from harness.scene import text
 from harness.scene.flatten import flatten
+from harness.scene.needs import SHAPES
 from harness.scene.needs import needs as needs_of
 
 SIZE = 16
@@ -26,25 +28,6 @@ class Check:
     what: str
     passed: bool
     detail: str = ""
-
-
-def scene_text(features: tuple[str, ...]) -> str:
-    """A scene in general position that uses what the renderer claims, and nothing else."""
-    k_s = 0.6 if {"phong", "reflection"} <= set(features) else 0
-    material = f"(0.7,0.5,0.3) {k_s} 20 (0,0,0) 1e6 1"
-    lines = ["CAMERA (0.13,0.07,0) (1.5,0,-0.2) (0,1.5,0) (0.8,0.31,6)"]
-    shapes = {
-        "sphere": "SPHERE (-0.71,0.53,0.11) 0.62\nSPHERE (0.67,0.59,-0.83) 0.55".replace("\n", f" {material}\n"),
-        "box": "BOX (0.21,-1.13,-0.37) (0.71,0.13,0.05) (-0.11,0.83,0.17) (0.07,-0.21,0.77)",
-        "polygon": "POLYGON 3 (-3.1,-1.4,-3.3) (3.3,-1.5,2.9) (0.2,-1.6,-3.4)",  # of three, so in one plane exactly
-        "ellipsoid": "ELLIPSOID (-0.83,-0.71,0.43) (0.51,0.07,0.03) (-0.05,0.37,0.02) (-0.02,-0.03,0.64)",
-    }
-    lines += [f"{line} {material}" for name, line in shapes.items() if name in features]
-    if "ambient" in features:
-        lines.append("AMBIENT (0.21,0.23,0.19)")
-    if "diffuse" in features:
-        lines += ["LIGHT (4.1,5.3,6.2) (0.7,0.8,0.6) 0", "LIGHT (-3.7,2.9,4.4) (0.4,0.3,0.5) 0"]
-    return "\n".join(lines) + "\n"
 
 
 def examine(path: Path) -> Iterator[Check]:
@@ -79,10 +62,10 @@ class Examination:
         self.features = entry.renderer.manifest.features
         depth = 3 if "reflection" in self.features else 0
         shadows = "shadows" in self.features
-        self.scene = text.read(scene_text(self.features), "the check's scene")
-        self.arrays = flatten(self.scene)
-        self.needs = needs_of(self.scene, depth, shadows)
+        scene = text.read(scene_text(self.features), "the check's scene")
+        self.arrays = flatten(scene)
         self.parameters = Parameters(width=SIZE, height=SIZE + 2, depth=depth, shadows=shadows, frames=2)
+        self.needs = needs_of(scene, self.parameters)
 
     def run(self, parameters=None, needs=None, arrays=None) -> repetition.Result:
         return repetition.start(
@@ -99,6 +82,8 @@ class Examination:
         same = second.status == "ok" and np.array_equal(first.array, second.array)
         yield Check("the same job again gives the same bytes", same)
         yield from self._judged(first)
+        if set(self.features) & FURTHER:
+            yield from self._further()
         yield self._phases(second)
         if self.entry.variant.threads == "all":
             both = [self.run(replace(self.parameters, threads=n)) for n in (1, 2, 3)]
@@ -109,12 +94,27 @@ class Examination:
             same = region.status == "ok" and np.array_equal(region.array, first.array[5:13, 3:10])
             yield Check("a region has the pixels of the whole", same, region.reason)
         for precision in self.entry.renderer.manifest.methods.get("precision", ("float64",))[1:]:
-            yield from self._judged(self.run(replace(self.parameters, precision=precision, frames=0)), precision)
+            other = replace(self.parameters, precision=precision, frames=0)
+            yield from self._judged(self.run(other), other)
         if "rays" in self.features:
             yield self._rays()
         yield self._refuses()
         broken = self.run(arrays={k: v for k, v in self.arrays.items() if k != "camera"})
         yield Check("a job without its camera fails, with a reason", broken.status == "failed", broken.reason)
+
+    def _further(self) -> Iterator[Check]:
+        """One picture of everything else that it claims, and one with adaptive samples."""
+        folder = self.cache / "meshes"
+        folder.mkdir(exist_ok=True)
+        scene = text.read(full_scene_text(self.features, folder), "the check's scene")
+        parameters = full_parameters(self.features, self.parameters)
+        jobs = [("agrees on all the optics, solids and samples it claims", parameters)]
+        if "adaptive" in self.features:
+            jobs.append(("agrees on adaptive samples", replace(parameters, sampler="adaptive", adaptive_depth=2)))
+        for what, wanted in jobs:
+            wanted = replace(wanted, frames=0)
+            job = wanted, needs_of(scene, wanted), flatten(scene)
+            yield from self._judged(self.run(*job), *job, what)
 
     def _ended(self, what: str, result: repetition.Result) -> Check:
         if result.status != "ok":
@@ -123,29 +123,28 @@ class Examination:
             return Check(what, False, "pixels that are not finite")
         return Check(what, True)
 
-    def _judged(self, result: repetition.Result, precision: str = "float64") -> Iterator[Check]:
-        what = f"agrees with another renderer in {precision}"
+    def _judged(self, result, parameters=None, needs=None, arrays=None, what="") -> Iterator[Check]:
+        """Judge the picture of a job, by default of the plain one."""
+        parameters, needs, arrays = parameters or self.parameters, needs or self.needs, arrays or self.arrays
+        what = what or f"agrees with another renderer in {parameters.precision}"
         if result.status != "ok":
             yield Check(what, False, f"{result.status}: {result.reason}")
             return
-        found = self._reference(precision)
-        if found is None:
+        maker = self._other(parameters, needs)
+        if maker is None:
             yield Check(what, True, "not checked: no other renderer here can make this picture")
             return
+        found = reference.make(maker, arrays, parameters, needs, self.cache / "reference")
         if isinstance(found, reference.NoReference):
             yield Check(what, False, found.reason)
             return
-        verdict = judge.judge(result.array, found.picture, found.mask, precision)
+        external = self.entry.renderer.manifest.external
+        verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external)
         yield Check(f"{what} ({found.maker})", verdict.wrong is None, verdict.wrong or f"{verdict.max_outside:.1e}")
-        if precision == "float64":
-            wrong = judge.compare_rays(result.said.rays, found.rays, precision)
+        if parameters.precision == "float64" and not external:
+            wrong = judge.compare_rays(result.said.rays, found.rays, parameters.precision)
             told = "" if result.said.rays else "unavailable: it does not count them"
             yield Check("counts the rays of SPEC.md", wrong is None, wrong or told)
-
-    def _reference(self, precision: str) -> reference.Reference | reference.NoReference | None:
-        parameters = replace(self.parameters, precision=precision)
-        maker = self._other(parameters, self.needs)
-        return maker and reference.make(maker, self.arrays, parameters, self.needs, self.cache / "reference")
 
     def _other(self, parameters: Parameters, needs: tuple[str, ...]) -> Entry | None:
         # The plainest first: for so small a picture it is also the quickest, having nothing to compile.
@@ -165,7 +164,7 @@ class Examination:
         origins, targets = rng.normal(0, 4, (200, 3)), rng.normal(0, 0.7, (200, 3))
         arrays = {**self.arrays, "rays": np.hstack([origins, targets - origins])}
         parameters = Parameters(kind="rays")
-        needs = tuple(n for n in self.needs if n in ("sphere", "box", "polygon", "ellipsoid"))
+        needs = tuple(n for n in self.needs if n in SHAPES.values())
         mine = self.run(parameters, needs, arrays)
         maker = self._other(parameters, needs)
         if mine.status != "ok" or maker is None:

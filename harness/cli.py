@@ -86,11 +86,26 @@ def render(
     variant: Annotated[
         str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
     ] = "",
-    out: Annotated[Path, typer.Option("-o", "--out", help="Picture: .png, .exr or .npy.")] = Path("picture.png"),
+    out: Annotated[Path, typer.Option("-o", "--out", help="Picture: .png, .exr or .npy; or scene: .pov.")] = Path(
+        "picture.png"
+    ),
     width: Annotated[int, typer.Option(min=1, max=65536)] = 512,
     height: Annotated[int, typer.Option(min=1, max=65536)] = 512,
     depth: Annotated[int, typer.Option(min=0, help="Largest order of a ray.")] = 10,
     shadows: Annotated[bool, typer.Option(help="Shadow feelers.")] = True,
+    sampler: Annotated[str, typer.Option(help="one, uniform, jittered or adaptive.", metavar="NAME")] = "",
+    samples: Annotated[int, typer.Option(min=1, help="n: n x n samples a pixel, uniform if no sampler is given.")] = 1,
+    adaptive_depth: Annotated[int, typer.Option(min=0, max=8, help="Halvings of a pixel.")] = 3,
+    adaptive_threshold: Annotated[float, typer.Option(help="Difference that halves.")] = 0.1,
+    lens_radius: Annotated[float, typer.Option(min=0, help="0: a pinhole.")] = 0.0,
+    focal_distance: Annotated[float, typer.Option(min=0, help="From the eye to what is in focus.")] = 0.0,
+    feelers: Annotated[int, typer.Option(min=0, help="To each light with a radius; 0: hard shadows.")] = 0,
+    glossy_rays: Annotated[int, typer.Option(min=0, help="Reflected rays of a hit; 0: perfect mirrors.")] = 0,
+    glossy_weight: Annotated[str, typer.Option(help="plain or study.", metavar="NAME")] = "plain",
+    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.")] = 0,
+    walk: Annotated[str, typer.Option(help="least, recursion, table, stack or chain.", metavar="NAME")] = "least",
+    accel: Annotated[str, typer.Option(help="auto, none or bvh.", metavar="NAME")] = "auto",
+    arithmetic: Annotated[str, typer.Option(help="linear, or srgb as a warning.", metavar="NAME")] = "linear",
     region: Annotated[str, typer.Option(help="Only the pixels x0,y0,x1,y1.")] = "",
     precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
     threads: Annotated[int, typer.Option(min=0, help="0: as many as the variant runs by default.")] = 0,
@@ -102,22 +117,14 @@ def render(
     """Render a scene to a picture."""
     from harness import single
 
-    single.render(
-        scene,
-        variant,
-        out,
-        width,
-        height,
-        depth,
-        shadows,
-        region,
-        precision,
-        threads,
-        frames,
-        timeout,
-        tuple(renderer or ()),
-        as_json,
-    )
+    image = single.image(
+        width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
+        adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold, lens_radius=lens_radius,
+        focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays, glossy_weight=glossy_weight,
+        seed=seed, walk=walk, accel=accel, arithmetic=arithmetic, region=region, precision=precision,
+        threads=threads or "default",
+    )  # fmt: skip
+    single.render(scene, variant, out, image, frames, timeout, tuple(renderer or ()), as_json)
 
 
 @app.command()
@@ -179,18 +186,36 @@ def check(
 
 @app.command()
 def generate(
-    name: Annotated[str, typer.Argument(help="comparison")],
-    spheres: Annotated[int, typer.Option(min=0)] = 48,
-    lights: Annotated[int, typer.Option(min=0)] = 3,
+    name: Annotated[str, typer.Argument(help="comparison, balls, tetra or knot.")],
+    spheres: Annotated[int | None, typer.Option(min=0, help="Of comparison. Default: 48.")] = None,
+    lights: Annotated[int | None, typer.Option(min=0, help="Of comparison. Default: 3.")] = None,
+    size: Annotated[int | None, typer.Option(min=0, help="Size factor. Default: 4 for balls, 6 for tetra.")] = None,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Scene file. Default: standard output.")] = None,
 ) -> None:
-    """Generate a scene: the comparison scene for any number of spheres and lights."""
+    """Generate a scene: the comparison scene for any number of spheres and lights (.txt), one of Haines' (.nff), or
+    the gallery's mesh (.obj)."""
     from harness.errors import UserError
     from harness.scene.generate import comparison
+    from harness.scene.generate_knot import knot
+    from harness.scene.generate_spd import balls, tetra
 
-    if name != "comparison":
-        raise UserError(f'no generator "{name}"; known: comparison')
-    text = comparison(spheres, lights)
+    known = {
+        "comparison": (comparison, ".txt", {"spheres", "lights"}),
+        "balls": (balls, ".nff", {"size"}),
+        "tetra": (tetra, ".nff", {"size"}),
+        "knot": (knot, ".obj", set()),
+    }
+    if name not in known:
+        raise UserError(f'no generator "{name}"; known: {", ".join(known)}')
+    make, suffix, options = known[name]
+    if out is not None and out.suffix.lower() != suffix:
+        raise UserError(f"{out}: {name} is written as {suffix}; end the name with that")
+    asked = {"spheres": spheres, "lights": lights, "size": size}
+    asked = {option: value for option, value in asked.items() if value is not None}
+    for option in asked:
+        if option not in options:
+            raise UserError(f"--{option} is no option of {name}")
+    text = make(**asked)
     if out is None:
         print(text, end="")
     else:

@@ -30,6 +30,11 @@ def encode_8bit(linear):
     return np.rint(255 * np.clip(encode(linear), 0, 1)).astype(np.uint8)
 
 
+def codes(picture, arithmetic="linear"):
+    """uint8 sRGB of a picture of this `arithmetic`: one of srgb holds sRGB values already. ValueError as `encode`."""
+    return encode_8bit(picture if arithmetic == "linear" else decode(picture))
+
+
 def to_png_bytes(linear):
     """The bytes of a PNG file of a linear picture, shape (height, width, 3). ValueError as `encode`."""
     from PIL import Image  # here, because few who need colours need Pillow

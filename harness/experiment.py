@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from harness.errors import UserError
 from harness.job import Parameters
@@ -30,6 +30,9 @@ Precision = Annotated[str, Field(pattern=r"^[a-z]+[0-9]+$")]
 Region = Literal["all", "one pixel"] | tuple[Count, Count, Count, Count]
 
 
+Real = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
 class Image(Strict):
     """What is rendered. Every key may also be swept."""
 
@@ -38,6 +41,19 @@ class Image(Strict):
     region: Region = "all"
     depth: Count = 10
     shadows: bool = False
+    sampler: Literal["one", "uniform", "jittered", "adaptive"] | None = None  # None: uniform if samples > 1, else one
+    samples: Annotated[int, Field(ge=1, le=1024)] = 1
+    adaptive_depth: Annotated[int, Field(ge=0, le=8)] = 3
+    adaptive_threshold: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 0.1
+    lens_radius: Real = 0.0
+    focal_distance: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    feelers: Annotated[int, Field(ge=0, le=10**5)] = 0
+    glossy_rays: Annotated[int, Field(ge=0, le=10**4)] = 0
+    glossy_weight: Literal["plain", "study"] = "plain"
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+    walk: Literal["least", "recursion", "table", "stack", "chain"] = "least"
+    accel: Literal["auto", "none", "bvh"] = "auto"
+    arithmetic: Literal["linear", "srgb"] = "linear"  # srgb: codes added as if they were light (figure 2.6)
     sample_x: Annotated[float, Field(ge=0, lt=1)] = 0.5
     sample_y: Annotated[float, Field(ge=0, lt=1)] = 0.5
     precision: Precision = "float64"
@@ -59,8 +75,21 @@ class Image(Strict):
         return None if self.region == "all" else self.region
 
     def parameters(self, threads: int, frames: int) -> Parameters:
-        values = self.model_dump(exclude={"region", "threads"})
+        if self.lens_radius and self.focal_distance is None:
+            raise UserError("lens_radius: also needs focal_distance, from the eye to what is in focus")
+        values = self.model_dump(exclude={"region", "threads"}, exclude_none=True)
+        values.setdefault("sampler", "uniform" if self.samples > 1 else "one")
         return Parameters(**values, region=self.bounds(), threads=threads, frames=frames)
+
+
+# One picture of its own: a scene, and what differs from [image].
+Case = create_model(
+    "Case",
+    __base__=Strict,
+    name=(Annotated[str, Field(min_length=1)], ...),
+    scene=(str, ...),
+    **{key: (kind | None, None) for key, kind in Image.__annotations__.items()},
+)
 
 
 class Measure(Strict):
@@ -76,20 +105,21 @@ class Override(Strict):
 
 
 class Experiment(Strict):
-    """One experiment: scenes x renderers x sweep x processes.
+    """One experiment: scenes x renderers x sweep x processes, or [[case]] tables in place of the scenes.
 
     sweep: a table of lists gives every combination; each table of an array of tables is zipped, its lists being of one
     length, and the tables are combined with each other.
     """
 
     title: str = Field(min_length=1)
-    scenes: tuple[str, ...] = Field(min_length=1)
+    scenes: tuple[str, ...] = ()
     renderers: tuple[str, ...] = Field(min_length=1)
     processes: Annotated[int, Field(ge=1)] = 5
     frames: Count = 2
     timeout: Seconds = 600.0
     seed: int = 1
     image: Image = Image()
+    case: tuple[Case, ...] = ()
     sweep: dict[str, tuple[Any, ...]] | tuple[dict[str, tuple[Any, ...]], ...] = {}
     measure: Measure = Measure()
     override: dict[str, Override] = {}
@@ -108,6 +138,10 @@ class Experiment(Strict):
                     raise ValueError(f"sweep.{key}: expected at least one value")
             if not isinstance(self.sweep, dict) and len({len(values) for values in table.values()}) > 1:
                 raise ValueError(f"sweep: the lists of one [[sweep]] table are zipped, so of one length: {list(table)}")
+        if bool(self.scenes) == bool(self.case):
+            raise ValueError("scenes or [[case]]: expected one of the two, with at least one scene")
+        if len({case.name for case in self.case}) != len(self.case):
+            raise ValueError("case: each needs a name of its own")
         for name in self.override:
             if name not in self.renderers:
                 raise ValueError(f"override.{name}: not among the experiment's renderers")

@@ -38,6 +38,7 @@ class Parameters:
     seed: int = 0
     walk: str = "least"
     accel: str = "auto"
+    arithmetic: str = "linear"
     sample_x: float = 0.5
     sample_y: float = 0.5
     precision: str = "float64"
@@ -63,7 +64,12 @@ class Parameters:
 
     def picture(self) -> "Parameters":
         """These parameters without those that may not change the picture."""
-        return dataclasses.replace(self, threads=1, frames=0)
+        return dataclasses.replace(self, threads=1, frames=0, walk="least", accel="auto")
+
+    def defines(self, needs: tuple[str, ...]) -> tuple[str, ...]:
+        """What a program is built with for this job, as words for a compiler of C or C++ (the contract's {defines})."""
+        names = [*(f"NEED_{name}" for name in sorted(needs)), f"KIND_{self.kind}", f"PRECISION_{self.precision}"]
+        return tuple("-D" + name.upper().replace("-", "_") for name in names)
 
 
 def write(folder: Path, arrays: dict[str, np.ndarray], parameters: Parameters, needs: tuple[str, ...]) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 # suite. float32: one step of an 8-bit picture.
 TOLERANCE = {"float64": 1e-9, "float32": 1 / 255}
 STEP = 1 / 255
+EXTERNAL_TOLERANCE = 2 / 255  # of a program that is not ours, whose pictures may come in few bits
 RAY_TOLERANCE = {"float64": 1e-4, "float32": 1e-2}  # relative, of each ray count
 
 
@@ -42,8 +43,13 @@ def not_finite(picture: np.ndarray) -> str | None:
     return f"{broken} pixels are not finite" if broken else None
 
 
-def judge(picture: np.ndarray, reference: np.ndarray, mask: np.ndarray, precision: str) -> Verdict:
-    """Judge `picture` (height, width, 3) against `reference`; `mask` (height, width) marks ill-conditioned pixels."""
+def judge(
+    picture: np.ndarray, reference: np.ndarray, mask: np.ndarray, precision: str, external: bool = False
+) -> Verdict:
+    """Judge `picture` (height, width, 3) against `reference`; `mask` (height, width) marks ill-conditioned pixels.
+
+    external: the picture is by a program that is not ours.
+    """
     broken = not_finite(picture)
     if broken:
         return Verdict(broken)
@@ -51,7 +57,7 @@ def judge(picture: np.ndarray, reference: np.ndarray, mask: np.ndarray, precisio
         return Verdict(f"its shape is {picture.shape}, the reference's {reference.shape}")
     difference = np.abs(picture.astype(np.float64) - reference).max(axis=-1)
     outside, inside = difference[~mask], difference[mask]
-    tolerance = TOLERANCE.get(precision, TOLERANCE["float64"])
+    tolerance = EXTERNAL_TOLERANCE if external else TOLERANCE.get(precision, TOLERANCE["float64"])
     worst = float(outside.max()) if outside.size else None
     wrong = None
     if worst is not None and not worst <= tolerance:

@@ -25,6 +25,13 @@ class Build(Strict):
     command: tuple[str, ...] = Field(min_length=1)
 
 
+class Export(Strict):
+    """A command that writes the scene of a job in a format of its own, `out/scene{suffix}`."""
+
+    suffix: str = Field(pattern=r"^\.[a-z0-9]+$")
+    command: tuple[str, ...] = Field(min_length=1)
+
+
 class Variant(Strict):
     name: str = Field(pattern=r"^[a-z][a-z0-9-]*$")
     command: tuple[str, ...] = Field(min_length=1)
@@ -34,7 +41,10 @@ class Variant(Strict):
 
 
 class Manifest(Strict):
-    """One `renderer.toml`. The first value of a method is its default."""
+    """One `renderer.toml`. The first value of a method is its default.
+
+    external: it starts a program that is not ours, so its picture is judged to EXTERNAL_TOLERANCE and its rays are not.
+    """
 
     contract: Literal[1]
     name: str = Field(pattern=r"^[a-z][a-z0-9-]*$")
@@ -42,8 +52,10 @@ class Manifest(Strict):
     description: str
     features: tuple[str, ...]
     methods: dict[str, tuple[str, ...]] = {}
+    external: bool = False
     requires: Requires = Requires()
     build: Build | None = None
+    export: Export | None = None
     variant: tuple[Variant, ...] = Field(min_length=1)
 
 

@@ -23,8 +23,8 @@ def check_folder(path: Path) -> None:
         raise UserError(f"{path.parent}: no such folder")
 
 
-def save(path: Path, linear: np.ndarray) -> None:
-    """Save a picture of linear RGB, shape (height, width, 3), row 0 on top."""
+def save(path: Path, linear: np.ndarray, arithmetic: str = "linear") -> None:
+    """Save a picture of RGB, shape (height, width, 3), row 0 on top; `arithmetic` as in the experiment."""
     if path.suffix == ".npy":
         np.save(path, linear)
     elif path.suffix == ".exr":
@@ -37,4 +37,4 @@ def save(path: Path, linear: np.ndarray) -> None:
     else:
         from PIL import Image
 
-        Image.fromarray(colour.encode_8bit(linear)).save(path)
+        Image.fromarray(colour.codes(linear, arithmetic)).save(path)

@@ -43,7 +43,7 @@ class Cell:
 @dataclass(frozen=True)
 class Plan:
     cells: tuple[Cell, ...]
-    arrays: dict[str, dict]  # flattened scenes by name
+    arrays: dict[str, dict]  # flattened scenes by scene_version
 
     def order(self, seed: int) -> list[tuple[Cell, int]]:
         """(cell, repetition) pairs: every cell once, in a shuffled order, then every cell again.
@@ -78,28 +78,38 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
         if name not in experiment.renderers:
             raise UserError(f"--only {name}: not among the experiment's renderers: {', '.join(experiment.renderers)}")
     chosen = [entry for entry in chosen if not only or entry.name in only]
-    scenes = {name: load(file.parent / name) for name in experiment.scenes}
-    arrays = {name: flatten(scene) for name, scene in scenes.items()}
-    cells = []
-    for name, point, entry in itertools.product(experiment.scenes, points(experiment), chosen):
+    pictures = [(name, {}, {}) for name in experiment.scenes]
+    for case in experiment.case:
+        own = case.model_dump(exclude={"name", "scene"}, exclude_none=True)
+        pictures.append((case.scene, {"case": case.name}, own))
+    scenes = {name: load(file.parent / name) for name, _, _ in pictures}
+    arrays, flat, cells = {}, {}, []
+    for (name, case, own), swept, entry in itertools.product(pictures, points(experiment), chosen):
+        point = {**case, **swept}
         try:
-            image = Image.model_validate({**experiment.image.model_dump(), **point})
+            image = Image.model_validate({**experiment.image.model_dump(), **own, **swept})
         except ValidationError as error:
             why = error.errors()[0]["msg"].removeprefix("Value error, ")
-            raise UserError(f"{file}: sweep {point}: {why}") from None
+            where = [f'case "{case["case"]}"'] if case else []
+            raise UserError(f"{file}: {', '.join([*where, *([f'sweep {swept}'] if swept else [])])}: {why}") from None
+        version = flat.get((name, image.arithmetic))
+        if version is None:
+            flattened = flatten(scenes[name], image.arithmetic)
+            version = flat[name, image.arithmetic] = fingerprint(flattened)
+            arrays[version] = flattened
         override = experiment.override.get(entry.name)
         frames = experiment.frames if override is None or override.frames is None else override.frames
         threads = entry.threads() if image.threads == "default" else image.threads
         parameters = image.parameters(threads, frames)
-        content = fingerprint(arrays[name], parameters)
+        content = fingerprint(arrays[version], parameters)
         cells.append(
             Cell(
                 key=_key(entry, content),
                 entry=entry,
                 scene=name,
-                scene_version=fingerprint(arrays[name]),
+                scene_version=version,
                 parameters=parameters,
-                needs=needs(scenes[name], image.depth, image.shadows),
+                needs=needs(scenes[name], parameters),
                 processes=(override and override.processes) or experiment.processes,
                 timeout=(override and override.timeout) or experiment.timeout,
                 point=point,

@@ -82,7 +82,7 @@ class Bench:
         started = _now()
         result = repetition.run(
             cell.entry,
-            self.plan.arrays[cell.scene],
+            self.plan.arrays[cell.scene_version],
             cell.parameters,
             cell.needs,
             timeout=cell.timeout,
@@ -108,7 +108,8 @@ class Bench:
 
     def _build(self, cell: Cell) -> dict | None:
         try:
-            built = None if cell.entry.renderer.unavailable else cell.entry.renderer.build()
+            renderer = cell.entry.renderer
+            built = None if renderer.unavailable else renderer.build(cell.parameters, cell.needs)
         except BuildError:
             return None
         if built is None:
@@ -133,9 +134,12 @@ class Bench:
             wrong = judge.not_finite(result.array)
         else:
             precision = cell.parameters.precision
-            verdict = judge.judge(result.array, found.picture, found.mask, precision)
+            external = cell.entry.renderer.manifest.external
+            verdict = judge.judge(result.array, found.picture, found.mask, precision, external)
             record["accuracy"] = {"reference": found.maker, **files, **verdict.record()}
-            wrong = verdict.wrong or judge.compare_rays(result.said.rays, found.rays, precision)
+            wrong = verdict.wrong
+            if not external:  # others count other things
+                wrong = wrong or judge.compare_rays(result.said.rays, found.rays, precision)
         if wrong:
             result.status, result.reason = "wrong picture", wrong
 
@@ -144,7 +148,7 @@ class Bench:
         maker = reference.choose(cell.entry, self.known, cell.parameters, cell.needs)
         if maker is None:
             return reference.NoReference("no other renderer here can make this picture"), {}
-        arrays = self.plan.arrays[cell.scene]
+        arrays = self.plan.arrays[cell.scene_version]
         wanted = cell.parameters.picture()
         key = job.fingerprint(arrays, wanted, maker.name, maker.renderer.version)
         if key not in self.references:

@@ -45,18 +45,18 @@ def choose(
     wanted = job_of(parameters)
     for name in judges:
         entry = known.get(name)
-        if entry is None or entry.renderer.folder == judged.renderer.folder or not _runs(entry):
+        if entry is None or entry.renderer.folder == judged.renderer.folder:
             continue
-        if repetition.unsupported(entry, wanted, needs) is None:
+        if repetition.unsupported(entry, wanted, needs) is None and _runs(entry, wanted, needs):
             return entry
     return None
 
 
-def _runs(entry: Entry) -> bool:
+def _runs(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) -> bool:
     if entry.renderer.unavailable:
         return False
     try:
-        entry.renderer.build()
+        entry.renderer.build(parameters, needs)
     except BuildError:
         return False
     return True

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from harness import builder, manifest
 from harness.errors import UserError
+from harness.job import Parameters
 
 SEARCH_PATH = "RAYRACE_RENDERERS"
 NOT_SOURCES = {"__pycache__", "NOTES.md", "README.md"}
@@ -55,19 +56,29 @@ class Renderer:
             return builder.MISSING[self.manifest.build.compiler]
         return None
 
-    def build(self) -> builder.Built | None:
-        """Its build, made or taken from the cache; None if it needs none. BuildError if it fails."""
-        if isinstance(self._built, builder.BuildError):
-            raise self._built
-        return self._built
+    def build(self, parameters: Parameters | None = None, needs: tuple[str, ...] = ()) -> builder.Built | None:
+        """Its build for a job, made or taken from the cache; None if it needs none. BuildError if it fails.
+
+        Without a job, the build that holds everything.
+        """
+        if self.manifest.build is None:
+            return None
+        defines = ()
+        if parameters and builder.DEFINES in self.manifest.build.command:
+            defines = parameters.defines(tuple(name for name in needs if name in self.manifest.features))
+        if defines not in self._builds:
+            try:
+                self._builds[defines] = builder.build(self, defines)
+            except builder.BuildError as error:  # is not tried again for each repetition
+                self._builds[defines] = error
+        if isinstance(self._builds[defines], builder.BuildError):
+            raise self._builds[defines]
+        return self._builds[defines]
 
     @cached_property
-    def _built(self):
-        """Or the BuildError: a build that fails is not tried again for each repetition."""
-        try:
-            return builder.build(self) if self.manifest.build else None
-        except builder.BuildError as error:
-            return error
+    def _builds(self) -> dict:
+        """Build or BuildError by its defines."""
+        return {}
 
 
 @dataclass(frozen=True)

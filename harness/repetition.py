@@ -17,6 +17,7 @@ from harness.job import Parameters
 from harness.registry import Entry
 
 UNSUPPORTED = 3  # exit status
+METHODS = ("precision", "walk", "accel", "glossy_weight")  # parameters that a manifest names the values of
 
 
 @dataclass
@@ -40,9 +41,10 @@ def unsupported(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) ->
     missing = [name for name in wanted if name not in manifest.features]
     if missing:
         return f"does not support {', '.join(missing)}"
-    choices = manifest.methods.get("precision", ("float64",))
-    if parameters.precision not in choices:
-        return f"has no precision {parameters.precision} (has {', '.join(choices)})"
+    for method in METHODS if "glossy" in needs else METHODS[:-1]:
+        chosen, choices = getattr(parameters, method), manifest.methods.get(method, (getattr(Parameters, method),))
+        if chosen not in choices:
+            return f"has no {method} {chosen} (has {', '.join(choices)})"
     if entry.variant.threads == 1 and parameters.threads > 1:
         return "runs one thread"
     return None
@@ -75,7 +77,7 @@ def run(
 def start(entry, arrays, parameters, needs, timeout=600.0, series=None, interval=0.05, cache=None, log=None) -> Result:
     """`run` without asking the manifest first whether the renderer can do the job."""
     try:
-        built = entry.renderer.build()
+        built = entry.renderer.build(parameters, needs)
     except BuildError as error:
         return Result("failed", f"its build failed: {error}")
     with tempfile.TemporaryDirectory(prefix="rayrace-", ignore_cleanup_errors=True) as scratch:

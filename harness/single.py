@@ -2,13 +2,16 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from pydantic import ValidationError
 
-from harness import picture, rays, registry, repetition
+from harness import export, picture, rays, registry, repetition
 from harness.builder import cache_folder
 from harness.errors import UserError
+from harness.experiment import Image
 from harness.job import Parameters
 from harness.scene import load
 from harness.scene.flatten import flatten
@@ -31,24 +34,38 @@ def pick(name: str, known: dict, parameters: Parameters, needs: tuple[str, ...])
     raise UserError("no renderer can do this job: " + "; ".join(reasons))
 
 
-def render(
-    scene, variant, out, width, height, depth, shadows, region, precision, threads, frames, timeout, folders, as_json
-) -> None:
-    """Render `scene` to the picture `out` and print what it took. SystemExit(1) if the renderer fails."""
+def image(region: str, **values) -> Image:
+    """The options of the command line, checked as those of an experiment are."""
+    try:
+        return Image(**values, region=_region(region, values["width"], values["height"]))
+    except ValidationError as error:
+        fault = error.errors()[0]
+        name = "--" + str(fault["loc"][0]).replace("_", "-")
+        raise UserError(f"{name} {fault['input']}: {fault['msg'].removeprefix('Value error, ')}") from None
+
+
+def render(scene, variant, out, image, frames, timeout, folders, as_json) -> None:
+    """Render `scene` to the picture `out` and print what it took. SystemExit(1) if the renderer fails.
+
+    If a renderer has an exporter for the suffix of `out`, the scene is written in that format instead.
+    """
+    exporter = None if out.suffix in picture.SUFFIXES else export.find(out.suffix, registry.entries(folders))
+    if exporter:
+        if variant:
+            raise UserError(f"-r {variant}: {out.name} is a scene, which nobody renders; leave -r out")
+        _export(load(scene), out, exporter, image, timeout, as_json)
+        return
     picture.check_suffix(out)
     read = load(scene)
-    parameters = Parameters(
-        width=width, height=height, region=_region(region, width, height), depth=depth, shadows=shadows,
-        precision=precision, frames=frames,
-    )  # fmt: skip
-    needs = needs_of(read, depth, shadows)
+    parameters = image.parameters(1, frames)
+    needs = needs_of(read, parameters)
     entry = pick(variant, registry.entries(folders), parameters, needs)
-    parameters = Parameters(**{**vars(parameters), "threads": threads or entry.threads()})
+    parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
     result = repetition.run(entry, flatten(read), parameters, needs, timeout, cache=_kernels(entry))
     _stop_unless_ok(entry, result)
     if out.suffix == ".png" and not np.isfinite(result.array).all():
         raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
-    picture.save(out, result.array)
+    picture.save(out, result.array, parameters.arithmetic)
     seconds = [frame["end"] - frame["start"] for frame in result.said.frames]
     facts = {
         "picture": str(out),
@@ -66,11 +83,18 @@ def render(
     total = sum(counts.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
     traced = f"{total:,} rays" if counts else "rays unavailable: it does not count them"
     print(
-        f"{out}: {facts['width']} x {facts['height']}, {entry.name}, {precision}: "
+        f"{out}: {facts['width']} x {facts['height']}, {entry.name}, {parameters.precision}: "
         f"{min(seconds):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced}"
     )
     if counts.get("non_finite"):
         print(f"warning: {counts['non_finite']} samples are not finite", file=sys.stderr)
+
+
+def _export(scene, out, exporter, image, timeout, as_json) -> None:
+    parameters = image.parameters(1, 0)
+    export.write(out, exporter, flatten(scene, image.arithmetic), parameters, needs_of(scene, parameters), timeout)
+    name = exporter.manifest.name
+    print(json.dumps({"scene": str(out), "exporter": name}) if as_json else f"{out}: scene for {name}")
 
 
 def trace(scene, ray_file, variant, out, precision, timeout, folders) -> None:
@@ -101,7 +125,7 @@ def _kernels(entry: registry.Entry) -> Path:
 
 def _region(text: str, width: int, height: int):
     if not text:
-        return None
+        return "all"
     try:
         x0, y0, x1, y1 = map(int, text.split(","))
     except ValueError:

@@ -36,10 +36,10 @@ def panel_size(height: int, width: int) -> tuple[int, int]:
     return height * zoom, width * zoom
 
 
-def shown(picture: np.ndarray) -> np.ndarray:
-    """uint8 sRGB of a picture of linear RGB (height, width, 3); pixels that are not finite are magenta."""
+def shown(picture: np.ndarray, arithmetic: str = "linear") -> np.ndarray:
+    """uint8 sRGB of a picture (height, width, 3) made in this arithmetic; pixels that are not finite are magenta."""
     finite = np.isfinite(picture).all(axis=-1, keepdims=True)
-    return colour.encode_8bit(np.where(finite, picture, BROKEN))
+    return colour.codes(np.where(finite, picture, BROKEN), arithmetic)
 
 
 def read_reference(folder: Path, accuracy: dict) -> np.ndarray | Missing:
@@ -99,7 +99,8 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
         return
     picture = np.load(results.folder / record["picture"]["file"])
     accuracy = record["accuracy"] or {}
-    above.imshow(shown(picture), interpolation="nearest", aspect="auto")
+    arithmetic = record["parameters"].get("arithmetic", "linear")
+    above.imshow(shown(picture, arithmetic), interpolation="nearest", aspect="auto")
     reference = read_reference(results.folder, accuracy)
     text = verdict(accuracy)
     if cell.status != "ok":

@@ -11,7 +11,8 @@ from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
 
-VARIANTS = tuple(registry.entries())
+# Outside programs have tests of their own.
+VARIANTS = tuple(name for name, entry in registry.entries().items() if not entry.renderer.manifest.external)
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -42,7 +43,7 @@ class Bench:
         entry = self.entry(variant)
         scene = text.read(scene_text, "scene of the test")
         wanted = Parameters(**{"threads": entry.threads(), **parameters})
-        needed = needs(scene, wanted.depth, wanted.shadows)
+        needed = needs(scene, wanted)
         reason = repetition.unsupported(entry, wanted, needed)
         if reason:
             pytest.skip(f"{variant} {reason}")
@@ -53,11 +54,11 @@ class Bench:
     def picture(self, variant, scene_text, **parameters):
         return self.result(variant, scene_text, **parameters).array
 
-    def hits(self, variant, scene_text, rays, precision="float64"):
+    def hits(self, variant, scene_text, rays, precision="float64", **methods):
         """Hits (R, 8) of rays (R, 6), as the contract returns them."""
         entry = self.entry(variant)
         scene = text.read(scene_text, "scene of the test")
-        wanted = Parameters(kind="rays", precision=precision)
+        wanted = Parameters(kind="rays", precision=precision, **methods)
         arrays = {**flatten(scene), "rays": np.asarray(rays, dtype=np.float64).reshape(-1, 6)}
         result = repetition.run(entry, arrays, wanted, tuple(shapes(scene)), cache=self.caches / variant)
         if result.status == "unsupported":
@@ -78,7 +79,7 @@ def variant(request):
 
 
 # Variants that differ in more than the number of threads: enough where the question is about arithmetic.
-@pytest.fixture(params=[name for name, entry in registry.entries().items() if entry.variant.threads == 1])
+@pytest.fixture(params=[name for name in VARIANTS if registry.entries()[name].variant.threads == 1])
 def serial(request):
     """Every variant of one thread in turn."""
     return request.param

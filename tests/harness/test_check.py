@@ -2,7 +2,8 @@
 
 import pytest
 
-from harness import check, registry
+from harness import check, check_scenes, registry
+from harness.job import Parameters
 from harness.scene import text
 
 FOLDERS = registry.folders()
@@ -72,6 +73,6 @@ def test_manifest(head, rule, bad_folder, monkeypatch):
 def test_its_scene_uses_what_is_claimed(features):
     from harness.scene.needs import needs
 
-    used = needs(text.read(check.scene_text(features)), 3, False)
+    used = needs(text.read(check_scenes.scene_text(features)), Parameters(depth=3))
     assert set(used) <= set(features)
     assert {"sphere", "polygon", "ambient", "diffuse", "reflection"} & set(features) <= set(used)

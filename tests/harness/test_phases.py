@@ -24,7 +24,7 @@ def test_phases_sum_to_the_wall_time(name, known, tmp_path):
     parameters = Parameters(width=size, height=size, depth=3, frames=1, threads=entry.threads())
     sums = []
     for number in range(3):
-        result = repetition.run(entry, flatten(scene), parameters, needs(scene, 3, False), cache=tmp_path / "cache")
+        result = repetition.run(entry, flatten(scene), parameters, needs(scene, parameters), cache=tmp_path / "cache")
         assert result.status == "ok", result.reason
         row = race._measured(result, tmp_path / f"{number}.csv")
         phases, wall = row["phases"], row["wall_s"]

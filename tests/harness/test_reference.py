@@ -22,7 +22,7 @@ def scene():
 
 
 def wants(scene, parameters):
-    return needs(scene, parameters.depth, parameters.shadows)
+    return needs(scene, parameters)
 
 
 def test_never_by_its_own_folder(known, scene):
