@@ -34,7 +34,7 @@ def reference_of(known, bench):
 
     def find(variant, name, parameters):
         scene = text.read(source(name), str(name))
-        needed = needs(scene, parameters.depth, parameters.shadows)
+        needed = needs(scene, parameters)
         maker = reference.choose(known[variant], known, parameters, needed)
         assert maker is not None
         key = name, parameters.picture(), maker.name
@@ -135,7 +135,7 @@ def test_the_oracle_certifies_the_reference(bench, known):
     picture = bench.picture("numba", source("comparison.txt"), **jobs)
     parameters = Parameters(**jobs)
     scene = text.read(source("comparison.txt"), "comparison.txt")
-    made = reference.make(known["numba"], flatten(scene), parameters, needs(scene, 10, True), bench.caches / "numba")
+    made = reference.make(known["numba"], flatten(scene), parameters, needs(scene, parameters), bench.caches / "numba")
     certain = np.argwhere(~made.mask)
     for j, i in rng.choice(certain, 12, replace=False):
         pixel = bench.picture(

@@ -4,47 +4,7 @@ import math
 
 import numpy as np
 import pytest
-
-from harness.colour import decode
-
-TOLERANCE = 1e-12
-OPAQUE = "(0,0,0)"
-
-
-def linear(*srgb):
-    return decode(np.array(srgb))
-
-
-def turned(rng):
-    """A random rotation matrix: nothing in these scenes may depend on the axes."""
-    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
-    q *= np.sign(np.diag(r))
-    return q if np.linalg.det(q) > 0 else -q
-
-
-def words(vector):
-    return "(" + ",".join(repr(float(x)) for x in vector) + ")"
-
-
-def camera(turn, eye, half=1.0, towards=(0, 0, -1)):
-    """A camera at `eye` that looks along `towards` (both before turning), its screen at distance 1."""
-    z = np.array(towards, dtype=float) / np.linalg.norm(towards)
-    x = np.cross(z, (0.31, 0.83, 0.47))
-    x /= np.linalg.norm(x)
-    y = np.cross(x, z)
-    parts = np.array(eye) + z, half * x, half * y, -z
-    return "CAMERA " + " ".join(words(turn @ part) for part in parts) + "\n"
-
-
-def square(turn, centre, x, y, material):
-    """A polygon centre ± x ± y."""
-    centre, x, y = (np.array(v, dtype=float) for v in (centre, x, y))
-    corners = [centre - x - y, centre + x - y, centre + x + y, centre - x + y]
-    return f"POLYGON 4 {' '.join(words(turn @ corner) for corner in corners)}\n{material}\n"
-
-
-def close(colour, expected):
-    np.testing.assert_allclose(colour, np.broadcast_to(expected, np.shape(colour)), rtol=0, atol=TOLERANCE)
+from stage import OPAQUE, camera, close, linear, square, turned, words
 
 
 @pytest.fixture(params=[1, 2])

@@ -1,0 +1,186 @@
+"""CSG solids against point membership, closed forms and each other (CSG-1 to CSG-5)."""
+
+import numpy as np
+import pytest
+from random_scenes import random_rays, words
+from stage import turned
+from tessellate import block, obj
+
+MATTE = "(0.7,0.5,0.3) 0.3 20 (0,0,0) 9 1"
+GLASS = "(0,0,0) 1 20 (1,1,1) 2.25 1"
+STAGE = """CAMERA (0.05,0.1,0) (1.1,0,0) (0,1.1,0) (0.2,0.1,4)
+LIGHT (3.1,4.2,5.3) (0.8,0.7,0.6) 0
+AMBIENT (0.2,0.3,0.2)
+BACKGROUND (0.3,0.5,0.7)
+"""
+
+
+class Part:
+    """A part in scene text, and which points (N, 3) it holds."""
+
+    def __init__(self, text, holds):
+        self.text, self.holds = text, holds
+
+
+def sphere(centre, radius):
+    return Part(f"SPHERE {words(centre)} {radius!r}", lambda p: ((p - centre) ** 2).sum(axis=1) < radius**2)
+
+
+def frame(kind, origin, axes, test):
+    inverse = np.linalg.inv(axes.T)
+    text = f"{kind} {words(origin)} {' '.join(map(words, axes))}"
+    return Part(text, lambda p: test((p - origin) @ inverse.T))
+
+
+def box(origin, axes):
+    return frame("BOX", origin, axes, lambda q: ((q > 0) & (q < 1)).all(axis=1))
+
+
+def ellipsoid(origin, axes):
+    return frame("ELLIPSOID", origin, axes, lambda q: (q**2).sum(axis=1) < 1)
+
+
+def joined(word, *parts):
+    fold = {"OR": np.logical_or, "AND": np.logical_and}[word]
+    return Part(
+        f"{word}\n" + "\n".join(part.text for part in parts) + "\nEND",
+        lambda p: fold.reduce([part.holds(p) for part in parts]),
+    )
+
+
+def negated(part):
+    return Part(f"NOT {part.text} END", lambda p: ~part.holds(p))
+
+
+def random_part(rng):
+    centre = rng.uniform(-1, 1, 3)
+    kind = rng.integers(3)
+    if kind == 0:
+        return sphere(centre, float(rng.uniform(0.4, 1.2)))
+    axes = turned(rng) * rng.uniform(0.4, 1.6, (3, 1)) + rng.normal(0, 0.1, (3, 3))
+    return box(centre - axes.sum(axis=0) / 2, axes) if kind == 1 else ellipsoid(centre, axes)
+
+
+def random_tree(rng, levels):
+    if levels == 0 or rng.random() < 0.15:
+        return random_part(rng)
+    kind = rng.integers(4)
+    if kind == 3:
+        return negated(random_tree(rng, levels - 1))
+    parts = [random_tree(rng, levels - 1) for _ in range(rng.integers(2, 4))]
+    return joined("AND" if kind == 2 else "OR", *parts)
+
+
+@pytest.mark.parametrize("seed", [s for s in range(40, 52) if s != 49])  # 49 fills all space
+def test_first_hits_are_where_membership_changes(bench, serial, seed):
+    """Any nesting: before the hit the ray is on one side, after it on the other; the normal points out."""
+    print("seed", seed)
+    rng = np.random.default_rng(seed)
+    tree = random_tree(rng, 3)
+    scene = STAGE + tree.text + "\n" + MATTE + "\n"
+    rays = random_rays(rng, 400, far=4.0)
+    hits = bench.hits(serial, scene, rays)
+    origins, directions = rays[:, :3], rays[:, 3:] / np.linalg.norm(rays[:, 3:], axis=1, keepdims=True)
+    far = np.minimum(hits[:, 0], 30.0)
+    starts = tree.holds(origins)
+    for share in np.linspace(1e-7, 1 - 1e-7, 60):
+        same = tree.holds(origins + (far * share)[:, None] * directions) == starts
+        assert same.all(), f"a boundary was missed by {np.flatnonzero(~same)[:5]}"
+    hit = np.isfinite(hits[:, 0])
+    assert hit.sum() > 20
+    after = tree.holds(origins[hit] + (hits[hit, :1] + 1e-7) * directions[hit])
+    changed = after != starts[hit]
+    assert changed.mean() > 0.99, "a hit without a change"  # two faces within 1e-7 of each other may hide one
+    normals = hits[hit, 4:7]
+    sides = np.einsum("ij,ij->i", normals, directions[hit])
+    assert ((sides > 0) == starts[hit])[changed].all()
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, rtol=0, atol=1e-14)
+
+
+def test_de_morgan(bench, serial):
+    """NOT (a AND b) = NOT a OR NOT b, hit for hit; and twice NOT is nothing."""
+    rng = np.random.default_rng(60)
+    print("seed 60")
+    rays = random_rays(rng, 400)
+    a, b = random_part(rng), random_part(rng)
+    pairs = [
+        (negated(joined("AND", a, b)), joined("OR", negated(a), negated(b))),
+        (negated(negated(joined("OR", a, b))), joined("OR", a, b)),
+    ]
+    for left, right in pairs:
+        hits = [bench.hits(serial, STAGE + side.text + "\n" + MATTE + "\n", rays) for side in (left, right)]
+        np.testing.assert_array_equal(hits[0], hits[1])
+
+
+def test_one_part_is_the_shape_itself(bench, serial):
+    rng = np.random.default_rng(61)
+    print("seed 61")
+    rays = random_rays(rng, 300)
+    for _ in range(3):
+        part = random_part(rng)
+        alone = bench.hits(serial, STAGE + part.text + " " + MATTE + "\n", rays)
+        solid = bench.hits(serial, STAGE + joined("OR", part, part).text + " " + MATTE + "\n", rays)
+        np.testing.assert_allclose(solid, alone, rtol=0, atol=1e-12)
+
+
+def test_glass_of_overlapping_parts_has_no_inner_faces(bench, serial):
+    """A ray along the axis of two overlapping balls: two faces, so 1 - (1 - R) R^(d-1) in a white room."""
+    scene = "CAMERA (0.003,0.004,9) (1e-9,0,0) (0,1e-9,0) (0,0,1)\nBACKGROUND (1,1,1)\n"
+    scene += "OR SPHERE (0.003,0.004,0) 1 SPHERE (0.003,0.004,-1.3) 0.8 BOX (-2,-2,-1) (4,0,0) (0,4,0) (0,0,1.1) END\n"
+    scene += GLASS + "\n"
+    for depth in (1, 3, 6):
+        picture = bench.picture(serial, scene, width=1, height=1, depth=depth)
+        r = (0.5 / 2.5) ** 2
+        np.testing.assert_allclose(picture, 1 - (1 - r) * r ** (depth - 1), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("shift", [0.0, 100.0, 1e4])
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_faces_in_one_place_leave_no_gap_and_no_sliver(bench, serial, shift, precision):
+    """Two boxes that share a rotated face: OR has no face there, AND is empty (CSG-4; accuracy.md, S13)."""
+    rng = np.random.default_rng(70)
+    print("seed 70")
+    axes = turned(rng) * 1.5
+    origin = np.full(3, shift) + rng.normal(size=3)
+    low, high = box(origin, axes), box(origin + axes[2], axes)
+    share = rng.uniform(0.05, 0.95, (400, 2))
+    aim = origin + share @ axes[:2] + axes[2]
+    directions = axes[2] + rng.normal(0, 0.4, (400, 3))
+    rays = np.hstack([aim - 0.5 * directions, directions])  # begins in one box and ends in the other
+    union = bench.hits(serial, STAGE + joined("OR", low, high).text + " " + MATTE + "\n", rays, precision)
+    common = bench.hits(serial, STAGE + joined("AND", low, high).text + " " + MATTE + "\n", rays, precision)
+    length = np.linalg.norm(directions, axis=1)
+    assert (np.abs(union[:, 0] - 0.5 * length) > 1e-3 * length).all(), "a gap within the OR"
+    assert np.isinf(common[:, 0]).all(), "a sliver of the AND"
+
+
+def test_a_mesh_is_a_part_like_a_box(bench, serial, tmp_path):
+    """A block of triangles less a ball, against the BOX less the ball; rays through its edges too."""
+    path = tmp_path / "block.obj"
+    path.write_text(obj(*block()))
+    rng = np.random.default_rng(80)
+    print("seed 80")
+    rays = random_rays(rng, 400)
+    rays[:200, :3] += 0.5
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    rays[::7, 3:] = corners[rng.integers(0, 8, len(rays[::7]))] - rays[::7, :3]  # at a corner exactly
+    less = "NOT SPHERE (1,0.9,0.8) 0.7 END END " + MATTE + "\n"
+    parts = f'AND MESH "{path}" (0,0,0) (0,0,0) 1 ', "AND BOX (0,0,0) (1,0,0) (0,1,0) (0,0,1) "
+    mesh, solid = (bench.hits(serial, STAGE + part + less, rays) for part in parts)
+    sure = np.ones(len(rays), bool)
+    sure[::7] = False  # at a corner either answer is right: hit there, or pass by
+    np.testing.assert_allclose(mesh[sure], solid[sure], rtol=0, atol=1e-12)
+    hit = np.isfinite(mesh[::7, 0])
+    points = mesh[::7, 1:4][hit]
+    assert ((points > -1e-9) & (points < 1 + 1e-9)).all(), "a ray through a corner went on inside for ever"
+
+
+def test_pictures_of_solids_agree_with_their_parts(bench, serial):
+    """Opaque parts that do not touch are the same joined or apart, shadows and mirrors included."""
+    parts = "SPHERE (-0.6,0.2,0.1) 0.5", "BOX (0.2,-0.6,-0.3) (0.7,0.1,0) (-0.1,0.8,0.1) (0,-0.1,0.7)"
+    apart = "".join(f"{part} {MATTE}\n" for part in parts)
+    together = f"OR {' '.join(parts)} END {MATTE}\n"
+    jobs = {"width": 24, "height": 24, "depth": 3, "shadows": True}
+    results = [bench.result(serial, STAGE + shapes, **jobs) for shapes in (apart, together)]
+    np.testing.assert_allclose(results[0].array, results[1].array, rtol=0, atol=1e-12)
+    assert results[0].said.rays == results[1].said.rays
