@@ -5,13 +5,21 @@ BIN = .venv/bin
 study: .venv/installed  ## run the study's comparison and write its report
 	$(BIN)/rayrace run experiments/comparison.toml --report
 
-test: .venv/installed  ## all tests, the fast ones first
-	$(BIN)/ruff check .
-	$(BIN)/pytest -q -m "not slow"
-	$(BIN)/pytest -q -m slow
+# Pictures do not depend on who else is at work, so those tests share the cores; tests that measure run alone.
+PICTURES = -n auto --dist loadfile tests/conformance tests/renderers
+MEASURES = tests/harness tests/reports
+
+test: quick  ## all tests, the fast ones first
+	$(BIN)/pytest -q -m slow $(PICTURES)
+	$(BIN)/pytest -q -m slow $(MEASURES)
 
 quick: .venv/installed  ## the fast tests alone
-	$(BIN)/pytest -q -m "not slow"
+	$(BIN)/ruff check .
+	$(BIN)/pytest -q -m "not slow" $(MEASURES)
+	$(BIN)/pytest -q -m "not slow" $(PICTURES)
+
+gallery: .venv/installed  ## the study's figures, with scenes of our own
+	$(BIN)/rayrace run experiments/gallery.toml --report
 
 smoke: .venv/installed  ## every renderer at 32 x 32
 	$(BIN)/rayrace run experiments/smoke.toml
@@ -27,4 +35,4 @@ format: .venv/installed
 clean:  ## forget the environment; results stay
 	rm -rf .venv build dist *.egg-info
 
-.PHONY: study test quick smoke format clean
+.PHONY: study test quick gallery smoke format clean

@@ -126,7 +126,11 @@ class Examination:
     def _judged(self, result, parameters=None, needs=None, arrays=None, what="") -> Iterator[Check]:
         """Judge the picture of a job, by default of the plain one."""
         parameters, needs, arrays = parameters or self.parameters, needs or self.needs, arrays or self.arrays
+        external = self.entry.renderer.manifest.external
         what = what or f"agrees with another renderer in {parameters.precision}"
+        if external and result.status == "unsupported":  # it refuses what its program does otherwise
+            yield Check(what, True, f"not checked: it refuses the job: {result.reason}")
+            return
         if result.status != "ok":
             yield Check(what, False, f"{result.status}: {result.reason}")
             return
@@ -138,7 +142,6 @@ class Examination:
         if isinstance(found, reference.NoReference):
             yield Check(what, False, found.reason)
             return
-        external = self.entry.renderer.manifest.external
         verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external)
         yield Check(f"{what} ({found.maker})", verdict.wrong is None, verdict.wrong or f"{verdict.max_outside:.1e}")
         if parameters.precision == "float64" and not external:

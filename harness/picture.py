@@ -13,7 +13,7 @@ SUFFIXES = (".png", ".exr", ".npy")
 def check_suffix(path: Path) -> None:
     """UserError unless a picture can be saved at `path`."""
     if path.suffix not in SUFFIXES:
-        raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; known: {", ".join(SUFFIXES)}')
+        raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; known: {", ".join(SUFFIXES)}, .pov for a scene')
     check_folder(path)
 
 

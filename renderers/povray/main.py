@@ -1,0 +1,91 @@
+"""Runs one job with POV-Ray: translates it, starts `povray` once a frame, reads the picture back."""
+
+import re
+import subprocess
+import sys
+import threading
+import time
+
+from renderers import worker
+
+from .export import FILE, require, write
+
+PRECISIONS = ("float64",)  # of the geometry; NOTES.md tells what is less
+PICTURE = "picture.exr"
+TICK = 0.02  # s between looks at POV-Ray's peak memory
+
+
+def main():
+    job = worker.Job(sys.argv[1:])
+    require(job)
+    if job.precision not in PRECISIONS:
+        worker.refuse(f'no precision "{job.precision}": ' + " or ".join(PRECISIONS))
+    with worker.importing():
+        import numpy as np
+
+        from . import exr
+        from .scene import flags, samples
+    write(job)
+    words = [*flags(job), f"+WT{job.threads}", "+FE", "-D", "-P", f"+I{FILE}", f"+O{PICTURE}"]
+    with worker.phase("render"):
+        peaks = []
+        for index in range(job.frames + 1):
+            start = time.monotonic()
+            said = run(words, job.out, peaks)
+            worker.say("frame", index=index, start=start, end=time.monotonic())
+    with worker.phase("save"):
+        picture = exr.read(job.output(PICTURE))
+        n = samples(job)
+        x0, y0, x1, y1 = job.region
+        blocks = picture[y0 * n : y1 * n, x0 * n : x1 * n].reshape(y1 - y0, n, x1 - x0, n, 3)
+        np.save(job.output("image.npy"), blocks.mean(axis=(1, 3), dtype=np.float64))  # SAM-3
+    peak = max(peaks, default=None)
+    worker.say("memory", peak_bytes=peak, render_peak_bytes=peak, method="VmHWM of povray, read every 20 ms")
+    worker.say("output", file="image.npy")
+    worker.say("used", features=job.needs, methods={"precision": job.precision, "threads": job.threads})
+    worker.say_python_versions(numpy=np.__version__, povray=version(said), povray_flags=" ".join(words))
+    sys.stderr.write(said)  # its own statistics, for people
+
+
+def run(words, folder, peaks):
+    """What POV-Ray printed, its peak memory in bytes added to `peaks`. Exits with its reason if it fails."""
+    process = subprocess.Popen(
+        ["povray", *words], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
+    over = threading.Event()
+    watcher = threading.Thread(target=watch, args=(process.pid, over, peaks))
+    watcher.start()
+    said = process.communicate()[1].decode("utf-8", errors="replace")
+    over.set()
+    watcher.join()
+    if process.returncode:
+        found = re.search(r"\b\w+ Error: .*(?:\n .*)?", said)
+        reason = found[0] if found else f"exit status {process.returncode}"
+        worker.say("error", reason=f"povray: {' '.join(reason.split())}")
+        sys.stderr.write(said)
+        sys.exit(1)
+    return said
+
+
+def watch(pid, over, peaks):
+    """Read the peak again and again: it is gone with the process."""
+    peak = 0
+    while not over.is_set():
+        try:
+            with open(f"/proc/{pid}/status", encoding="ascii", errors="replace") as status:
+                found = re.search(r"VmHWM:\s*(\d+) kB", status.read())
+        except OSError:  # no such system, or the process has ended
+            break
+        peak = max(peak, int(found[1]) * 1024) if found else peak
+        over.wait(TICK)
+    if peak:
+        peaks.append(peak)
+
+
+def version(said):
+    found = re.search(r"POV-Ray (?:[Vv]ersion )?([\d.]+\S*)", said)
+    return found[1] if found else "unavailable: it does not tell"
+
+
+if __name__ == "__main__":
+    main()
