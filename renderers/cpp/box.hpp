@@ -1,4 +1,5 @@
 #pragma once
+#include "bounds.hpp"
 #include "ray.hpp"
 
 // Six sides, in pairs that are parallel: a corner and three edges at any angle.
@@ -65,10 +66,29 @@ struct Box {
     Surface<Real> surface(const Ray<Real>& ray, Real t) const
     {
         const Span s = span(ray);
-        const Side side = s.t0 > 0 ? s.in : s.out;
+        return surface(ray, t, s.t0 > 0 ? s.in : s.out);
+    }
+
+    Surface<Real> surface(const Ray<Real>& ray, Real t, Side side) const
+    {
         const Vec3<Real> n = side.high ? normal[side.axis] : -normal[side.axis];
         const Vec3<Real> q = side.high ? corner + edge[side.axis] : corner;
         const Vec3<Real> p = ray.origin + t * ray.direction;
         return {p - dot(p - q, n) * n, n, size};
+    }
+
+    // HIT-6: rounding moves its hits further than the bounds of a hierarchy are padded for.
+    bool always_tried() const { return !(skewness(edge, g) < 16); }
+
+    Bounds<Real> bounds() const
+    {
+        Bounds<Real> bounds;
+        for (int i = 0; i < 8; i++) {
+            Vec3<Real> p = corner;
+            for (int a = 0; a < 3; a++)
+                p = i >> a & 1 ? p + edge[a] : p;
+            bounds.hold(p);
+        }
+        return bounds;
     }
 };

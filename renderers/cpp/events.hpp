@@ -4,7 +4,7 @@
 #include <chrono>
 #include <concepts>
 #include <cstdio>
-#include <fstream>
+#include <cstdlib>
 #include <initializer_list>
 #include <string>
 #include <utility>
@@ -70,9 +70,9 @@ public:
     // Puts the peak back to what is resident now (proc(5), clear_refs 5).
     Memory() : before(status("VmHWM"))
     {
-        std::ofstream clear("/proc/self/clear_refs");
-        clear << '5' << std::flush;
-        reset = bool(clear);
+        std::FILE* clear = std::fopen("/proc/self/clear_refs", "w");
+        reset = clear && std::fputc('5', clear) != EOF;
+        reset = clear && std::fclose(clear) == 0 && reset;
     }
 
     void say_peaks() const
@@ -91,11 +91,14 @@ private:
     // A line of /proc/self/status in bytes, or -1.
     static long long status(const std::string& key)
     {
-        std::ifstream file("/proc/self/status");
-        for (std::string line; std::getline(file, line);)
-            if (line.compare(0, key.size() + 1, key + ":") == 0)
-                return std::stoll(line.substr(key.size() + 1)) * 1024;
-        return -1;
+        std::FILE* file = std::fopen("/proc/self/status", "r");
+        long long bytes = -1;
+        for (char line[256]; file && std::fgets(line, sizeof line, file);)
+            if (std::string(line).compare(0, key.size() + 1, key + ":") == 0)
+                bytes = std::atoll(line + key.size() + 1) * 1024;
+        if (file)
+            std::fclose(file);
+        return bytes;
     }
 
     static std::string known(long long bytes) { return bytes < 0 ? "null" : json(bytes); }

@@ -1,13 +1,15 @@
 // The parameters of a job, from flags of the form --key=value. Unknown keys are ignored.
 #pragma once
-#include <algorithm>
+#include "needs.hpp"
+
 #include <charconv>
+#include <cstdint>
 #include <cstdlib>
-#include <map>
-#include <sstream>
+#include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
-#include <vector>
+#include <utility>
 
 // A job that this program cannot do, in contrast to one that failed.
 struct Unsupported : std::runtime_error {
@@ -22,98 +24,183 @@ public:
             const std::string flag = argv[i];
             const std::size_t equals = flag.find('=');
             if (flag.compare(0, 2, "--") == 0 && equals != std::string::npos)
-                values[flag.substr(2, equals - 2)] = flag.substr(equals + 1);
+                values.emplace_back(flag.substr(2, equals - 2), flag.substr(equals + 1));
         }
     }
 
-    std::string text(const std::string& key, const std::string& otherwise = "") const
+    // Empty if the flag is not there.
+    std::string text(const char* key) const
     {
-        return values.count(key) ? values.at(key) : otherwise;
+        for (const auto& [name, value] : values)
+            if (name == key)
+                return value;
+        return "";
     }
 
-    std::string folder(const std::string& key) const
+    std::string folder(const char* key) const
     {
         if (text(key).empty())
-            throw std::runtime_error("--" + key + " is missing");
+            fail(key, "is missing");
         return text(key);
     }
 
-    int integer(const std::string& key, int least, int otherwise) const
+    long long integer(const char* key, long long least, long long most, long long otherwise) const
     {
-        const std::string value = text(key, std::to_string(otherwise));
-        const int number = to_integer(key, value);
-        if (number < least)
-            throw std::runtime_error("--" + key + " must be at least " + std::to_string(least) + ", not " + value);
+        const std::string value = text(key);
+        const long long number = value.empty() ? otherwise : to_integer(key, value);
+        if (number < least || number > most)
+            fail(key, "must be from " + std::to_string(least) + " to " + std::to_string(most) + ", not " + value);
         return number;
     }
 
-    double fraction(const std::string& key, double otherwise) const
+    int integer(const char* key, int least, int otherwise) const
     {
-        const std::string value = text(key, std::to_string(otherwise));
+        return int(integer(key, least, std::numeric_limits<int>::max(), otherwise));
+    }
+
+    // A number >= 0.
+    double number(const char* key, double otherwise) const
+    {
+        const std::string value = text(key);
+        if (value.empty())
+            return otherwise;
         char* end = nullptr;
         const double number = std::strtod(value.c_str(), &end);
-        if (value.empty() || *end || !(number >= 0 && number < 1))
-            throw std::runtime_error("--" + key + " must be a number in [0, 1), not " + value);
+        if (*end || !(number >= 0))
+            fail(key, "must be a number that is not negative, not " + value);
         return number;
+    }
+
+    // A number in [0, 1).
+    double fraction(const char* key, double otherwise) const
+    {
+        const double value = number(key, otherwise);
+        if (!(value < 1))
+            fail(key, "must be a number in [0, 1), not " + text(key));
+        return value;
+    }
+
+    // The place in `names` of a method, the first if the flag is not there.
+    int method(const char* key, std::span<const char* const> names) const
+    {
+        const std::string value = text(key);
+        for (std::size_t i = 0; i < names.size(); i++)
+            if (value == names[i] || value.empty())
+                return int(i);
+        throw Unsupported("does not support " + (key + (" '" + value + "'")));
     }
 
     // Names or numbers, by commas.
-    std::vector<std::string> list(const std::string& key) const
+    std::vector<std::string> list(const char* key) const
     {
         std::vector<std::string> parts;
-        std::istringstream stream(text(key));
-        for (std::string part; std::getline(stream, part, ',');)
-            parts.push_back(part);
+        std::string rest = text(key);
+        while (!rest.empty()) {
+            const std::size_t comma = rest.find(',');
+            parts.push_back(rest.substr(0, comma));
+            rest = comma == std::string::npos ? "" : rest.substr(comma + 1);
+        }
         return parts;
     }
 
-    static int to_integer(const std::string& key, const std::string& value)
+    static long long to_integer(const char* key, const std::string& value)
     {
-        int number = 0;
+        long long number = 0;
         const char* end = value.data() + value.size();
         if (const auto [stop, error] = std::from_chars(value.data(), end, number); error != std::errc() || stop != end)
-            throw std::runtime_error("--" + key + " needs an integer, not '" + value + "'");
+            fail(key, "needs an integer, not '" + value + "'");
         return number;
     }
 
+    [[noreturn]] static void fail(const char* key, const std::string& reason)
+    {
+        throw std::runtime_error("--" + (key + (" " + reason)));
+    }
+
 private:
-    std::map<std::string, std::string> values;
+    std::vector<std::pair<std::string, std::string>> values;
 };
 
+enum class Kind { image, rays };
+enum class Precision { float64, float32 };
+enum class Sampling { one, uniform, jittered, adaptive };
+enum class Weight { plain, study };
+enum class Walk { least, recursion, table, stack, chain };
+enum class Accel { automatic, none, bvh };
+
+constexpr const char* kinds[] = {"image", "rays"};
+constexpr const char* precisions[] = {"float64", "float32"};
+constexpr const char* samplings[] = {"one", "uniform", "jittered", "adaptive"};
+constexpr const char* weights[] = {"plain", "study"};
+constexpr const char* walks[] = {"least", "recursion", "table", "stack", "chain"};
+constexpr const char* accels[] = {"auto", "none", "bvh"};
+
 struct Job {
-    std::string folder, out, kind, precision;
+    std::string folder, out;
+    Kind kind;
+    Precision precision;
+    Sampling sampling;
+    Weight weight;
+    Walk walk;
+    Accel accel;
     int width = 0, height = 0;
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // CAM-5
-    int depth, threads, frames;
+    int depth, threads, frames, samples, adaptive_depth, feelers, glossy_rays;
+    std::uint32_t seed;
     bool shadows;
-    double sample_x, sample_y, epsilon;
+    double sample_x, sample_y, adaptive_threshold, lens_radius, focal_distance, epsilon;
     std::vector<std::string> needs;
 
     explicit Job(const Flags& flags)
-        : folder(flags.folder("job")), out(flags.folder("out")), kind(flags.text("kind", "image")),
-          precision(flags.text("precision", "float64")), depth(flags.integer("depth", 0, 0)),
+        : folder(flags.folder("job")), out(flags.folder("out")), kind(Kind(flags.method("kind", kinds))),
+          precision(Precision(flags.method("precision", precisions))),
+          sampling(Sampling(flags.method("sampler", samplings))),
+          weight(Weight(flags.method("glossy_weight", weights))), walk(Walk(flags.method("walk", walks))),
+          accel(Accel(flags.method("accel", accels))), depth(flags.integer("depth", 0, 0)),
           threads(flags.text("variant") == "cpp" ? 1 : flags.integer("threads", 1, 1)),
-          frames(flags.integer("frames", 0, 0)), shadows(flags.integer("shadows", 0, 0) != 0),
-          sample_x(flags.fraction("sample_x", 0.5)), sample_y(flags.fraction("sample_y", 0.5)),
+          frames(flags.integer("frames", 0, 0)), samples(flags.integer("samples", 1, 1)),
+          adaptive_depth(flags.integer("adaptive_depth", 0, 3)), feelers(flags.integer("feelers", 0, 0)),
+          glossy_rays(flags.integer("glossy_rays", 0, 0)), seed(std::uint32_t(flags.integer("seed", 0, 0xffffffff, 0))),
+          shadows(flags.integer("shadows", 0, 0) != 0), sample_x(flags.fraction("sample_x", 0.5)),
+          sample_y(flags.fraction("sample_y", 0.5)), adaptive_threshold(flags.number("adaptive_threshold", 0.1)),
+          lens_radius(flags.number("lens_radius", 0)), focal_distance(flags.number("focal_distance", 1)),
           epsilon(flags.fraction("epsilon", 0x1p-48)), needs(flags.list("needs"))
     {
-        if (kind == "image")
-            read_size(flags);
-    }
-
-    // Refuses a job that needs a feature or a method outside what this program has.
-    void require(const std::vector<std::string>& features) const
-    {
         for (const std::string& need : needs)
-            if (std::find(features.begin(), features.end(), need) == features.end())
-                throw Unsupported("does not support " + need);
-        if (kind != "image" && kind != "rays")
-            throw Unsupported("does not support a job of kind '" + kind + "'");
-        if (precision != "float64" && precision != "float32")
-            throw Unsupported("does not support precision '" + precision + "'");
+            require(need);
+        if (kind == Kind::image) {
+            read_size(flags);
+            const bool grid = sampling == Sampling::uniform || sampling == Sampling::jittered;
+            require("NEED_SUPERSAMPLING", needs::supersampling || !grid);
+            require("NEED_ADAPTIVE", needs::adaptive || sampling != Sampling::adaptive);
+            require("NEED_LENS", needs::lens || lens_radius == 0);
+            if (sampling == Sampling::adaptive && adaptive_depth > 8)
+                throw Unsupported("does not support an adaptive_depth above 8");
+        }
+        require("KIND_IMAGE", kind != Kind::image || needs::image);
+        require("KIND_RAYS", kind != Kind::rays || needs::rays);
+        require("PRECISION_FLOAT64", precision != Precision::float64 || needs::float64);
+        require("PRECISION_FLOAT32", precision != Precision::float32 || needs::float32);
     }
 
 private:
+    static void require(const std::string& need)
+    {
+        if (need == "region" || need == "rays")
+            return;
+        for (const needs::Need& known : needs::all)
+            if (need == known.name)
+                return require(known.macro, known.built);
+        throw Unsupported("does not support " + need);
+    }
+
+    static void require(const char* macro, bool built)
+    {
+        if (!built)
+            throw std::runtime_error(std::string("this program was built without -D") + macro +
+                                     ": build it with that too, or without any such word for all that there is");
+    }
+
     void read_size(const Flags& flags)
     {
         width = x1 = flags.integer("width", 1, 0);
@@ -123,8 +210,8 @@ private:
             return;
         int* region[] = {&x0, &y0, &x1, &y1};
         for (std::size_t i = 0; i < 4 && edges.size() == 4; i++)
-            *region[i] = Flags::to_integer("region", edges[i]);
+            *region[i] = int(Flags::to_integer("region", edges[i]));
         if (edges.size() != 4 || x0 < 0 || y0 < 0 || x0 > x1 || y0 > y1 || x1 > width || y1 > height)
-            throw std::runtime_error("--region must be x0,y0,x1,y1 inside the picture, not " + flags.text("region"));
+            Flags::fail("region", "must be x0,y0,x1,y1 inside the picture, not " + flags.text("region"));
     }
 };

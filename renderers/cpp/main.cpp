@@ -1,9 +1,7 @@
 // A renderer after SPEC.md, in C++20 and nothing else: flags, then load, render, save (README.md has the contract).
-#include "camera.hpp"
 #include "events.hpp"
 #include "job.hpp"
-#include "rows.hpp"
-#include "trace.hpp"
+#include "sample.hpp"
 
 #include <cfloat>
 
@@ -39,45 +37,107 @@ void render(const Job& job, const Frame& frame)
     say_phase("render");
 }
 
+std::string names(const std::vector<std::string>& list)
+{
+    std::string text;
+    for (const std::string& name : list)
+        text += (text.empty() ? "" : ", ") + json(name);
+    return "[" + text + "]";
+}
+
+// What the program was built with, and what it chose (`more`, JSON entries).
+template<typename Real>
+void say_used(const Job& job, const Shapes<Real>& shapes, const std::string& more)
+{
+    std::vector<std::string> features;
+    for (const needs::Need& need : needs::all)
+        if (need.built)
+            features.push_back(need.name);
+    if (needs::rays)
+        features.push_back("rays");
+    std::string methods = "{\"precision\": " + json(std::string(precisions[int(job.precision)]));
+    methods += ", \"threads\": " + json(job.threads) + ", \"contraction\": \"off\"";
+    methods += std::string(", \"accel\": ") + (shapes.accelerated() ? "\"bvh\"" : "\"none\"") + more + "}";
+    say("versions", {{"compiler", json(compiler)}, {"standard", json(__cplusplus)}, {"flags", json(FLAGS)}});
+    say("used", {{"features", names(features)}, {"methods", methods}});
+}
+
 template<typename Real>
 void make_image(const Job& job)
 {
-    const Scene scene = read_scene(job.folder);
+    Scene scene;
+    read_scene(job.folder, scene);
     const Tracer<Real> tracer(scene, job);
-    const Camera<Real> camera(scene, job.width, job.height, job.sample_x, job.sample_y);
-    const int rows = job.y1 - job.y0, columns = job.x1 - job.x0;
-    std::vector<Real> picture(std::size_t(rows) * std::size_t(columns) * 3);
+    const Walker<Real> walker(tracer, job.walk);
+    Sampler<Real> sampler(scene, job, walker);
+    std::vector<Worker<Real>> workers(std::size_t(job.threads));
+    for (Worker<Real>& worker : workers)
+        sampler.make_room(worker);
+    const std::size_t rows = std::size_t(job.y1 - job.y0), columns = std::size_t(job.x1 - job.x0);
+    std::vector<Real> picture(rows * columns * 3);
     say_phase("load");
 
     Counts counts;
     render(job, [&] {
-        counts = for_each_row(rows, job.threads, [&](int row, Counts& mine) {
-            Real* pixel = picture.data() + std::size_t(row) * std::size_t(columns) * 3;
-            for (int i = job.x0; i < job.x1; i++, pixel += 3) {
-                const Vec3<Real> c = tracer.colour(camera.ray(i, job.y0 + row), mine);
-                mine.primary++;
-                mine.non_finite += !(std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z));
-                pixel[0] = c.x, pixel[1] = c.y, pixel[2] = c.z;
-            }
-        });
+        for (Worker<Real>& worker : workers)
+            worker.desk.counts = {};
+        sampler.render(workers, picture);
+        counts = {};
+        for (const Worker<Real>& worker : workers)
+            counts += worker.desk.counts;
     });
-    say("rays", {{"primary", json(counts.primary)}, {"reflected", json(counts.reflected)}, {"transmitted", "0"},
-                 {"shadow", json(counts.shadow)}, {"non_finite", json(counts.non_finite)}});
+    say("rays", {{"primary", json(counts.primary)}, {"reflected", json(counts.reflected)},
+                 {"transmitted", json(counts.transmitted)}, {"shadow", json(counts.shadow)},
+                 {"non_finite", json(counts.non_finite)}});
 
-    write_npy(job.out + "/image.npy", {std::size_t(rows), std::size_t(columns), 3}, picture);
+    write_npy(job.out + "/image.npy", {rows, columns, 3}, picture);
     say_phase("save");
     say("output", {{"file", "\"image.npy\""}});
+
+    std::string more = ", \"walk\": " + json(std::string(walks[int(walker.method())]));
+    if (walker.has_rows())
+        more += ", \"walk_rows\": " + json(walker.row_count()) + ", \"walk_bytes\": " + json(walker.bytes());
+    if (needs::glossy && job.glossy_rays > 0)
+        more += ", \"glossy_weight\": " + json(std::string(weights[int(job.weight)]));
+    say_used(job, tracer.shapes, more);
+}
+
+// t, point, normal and object of a ray's first hit.
+template<typename Real>
+void answer_ray(const Shapes<Real>& shapes, const Ray<Real>& ray, Desk<Real>& desk, double* answer)
+{
+    const Probe<Real> probe = desk.probe(ray);
+    const Hit<Real> hit = shapes.nearest(probe);
+    std::fill(answer, answer + 8, 0.0);
+    answer[0] = hit.t;
+    answer[7] = -1;
+    if constexpr (needs::csg)
+        if (std::exchange(desk.scratch.overflow, false)) {  // CSG-6
+            answer[0] = NAN;
+            return;
+        }
+    if (hit.shape < 0)
+        return;
+    const Surface<Real> at = shapes.surface(probe, hit);
+    answer[1] = at.point.x, answer[2] = at.point.y, answer[3] = at.point.z;
+    answer[4] = at.normal.x, answer[5] = at.normal.y, answer[6] = at.normal.z;
+    answer[7] = shapes.roles[std::size_t(hit.shape)].object;
 }
 
 template<typename Real>
 void answer_rays(const Job& job)
 {
-    constexpr int block = 256;  // rays that a thread takes at a time
+    constexpr std::size_t block = 256;  // rays that a thread takes at a time
 
-    const Scene scene = read_scene(job.folder);
-    const Tracer<Real> tracer(scene, job);
+    Scene scene;
+    read_scene(job.folder, scene);
+    const Shapes<Real> shapes(scene, job.accel);
+    std::vector<Desk<Real>> desks(std::size_t(job.threads));
+    for (Desk<Real>& desk : desks)
+        shapes.make_room(desk.scratch);
     std::vector<Ray<Real>> rays;
-    const Array<double> table = read_table<double>(job.folder, "rays", 6);
+    Array<double> table;
+    read_table(job.folder, "rays", 6, table);
     for (std::size_t i = 0; i < table.rows(); i++) {
         const Vec3<double> d = vec(table.row(i) + 3);
         rays.push_back({rounded<Real>(vec(table.row(i))), rounded<Real>(d / std::hypot(d.x, d.y, d.z))});
@@ -86,57 +146,39 @@ void answer_rays(const Job& job)
     say_phase("load");
 
     render(job, [&] {
-        for_each_row(int((rays.size() + block - 1) / block), job.threads, [&](int row, Counts&) {
+        for_each_row(int((rays.size() + block - 1) / block), desks, [&](int row, Desk<Real>& desk) {
             const std::size_t first = std::size_t(row) * block;
-            for (std::size_t i = first; i < std::min(first + block, rays.size()); i++) {
-                const Hit<Real> hit = tracer.nearest(rays[i]);
-                double* answer = hits.data() + i * 8;
-                std::fill(answer, answer + 8, 0.0);
-                answer[0] = hit.t;
-                answer[7] = -1;
-                if (hit.shape < 0)
-                    continue;
-                const Surface<Real> at = tracer.surface(rays[i], hit);
-                answer[1] = at.point.x, answer[2] = at.point.y, answer[3] = at.point.z;
-                answer[4] = at.normal.x, answer[5] = at.normal.y, answer[6] = at.normal.z;
-                answer[7] = tracer.objects[std::size_t(hit.shape)];
-            }
+            for (std::size_t i = first; i < std::min(first + block, rays.size()); i++)
+                answer_ray(shapes, rays[i], desk, hits.data() + i * 8);
         });
     });
 
     write_npy(job.out + "/hits.npy", {rays.size(), 8}, hits);
     say_phase("save");
     say("output", {{"file", "\"hits.npy\""}});
+    say_used(job, shapes, "");
 }
 
-template<typename Real>
+// Compiles what the program is built for, and nothing else.
+template<typename Real, bool wanted>
 void run(const Job& job)
 {
-    if (job.kind == "image")
-        make_image<Real>(job);
-    else
-        answer_rays<Real>(job);
+    if constexpr (wanted && needs::image)
+        if (job.kind == Kind::image)
+            make_image<Real>(job);
+    if constexpr (wanted && needs::rays)
+        if (job.kind == Kind::rays)
+            answer_rays<Real>(job);
 }
 
 int main(int argc, char** argv)
 try {
     const Job job(Flags(argc, argv));
-    job.require({"sphere", "box", "polygon", "ellipsoid", "ambient", "diffuse", "phong", "shadows", "reflection",
-                 "region", "rays"});
     say_phase("import");
-
-    if (job.precision == "float32")
-        run<float>(job);
+    if (job.precision == Precision::float32)
+        run<float, needs::float32>(job);
     else
-        run<double>(job);
-
-    std::string features;
-    for (const std::string& need : job.needs)
-        features += (features.empty() ? "" : ", ") + json(need);
-    const std::string methods = "{\"precision\": " + json(job.precision) + ", \"threads\": " + json(job.threads) +
-                                ", \"contraction\": \"off\"}";
-    say("versions", {{"compiler", json(compiler)}, {"standard", json(__cplusplus)}, {"flags", json(FLAGS)}});
-    say("used", {{"features", "[" + features + "]"}, {"methods", methods}});
+        run<double, needs::float64>(job);
     return 0;
 }
 catch (const Unsupported& refusal) {

@@ -4,8 +4,10 @@
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
+#include <cstdio>
+#include <cstring>
 #include <initializer_list>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -34,71 +36,87 @@ inline std::string npy_entry(const std::string& header, const std::string& key)
     return at == std::string::npos ? "" : header.substr(at + name.size());
 }
 
-template<typename T>
-Array<T> read_npy(const std::string& path)
+struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+[[noreturn]] inline void fail_npy(const std::string& path, const std::string& reason)
 {
-    auto fail = [&](const std::string& reason) { throw std::runtime_error(path + ": " + reason); };
+    throw std::runtime_error(path + ": " + reason);
+}
 
-    std::ifstream file(path, std::ios::binary);
+// Opens a file whose data have this dtype, reads its header and stops where the data begin. Returns how many there are.
+inline std::size_t open_npy(const std::string& path, const std::string& wanted, std::size_t item_size, File& file,
+                            std::vector<std::size_t>& dimensions)
+{
+    file.reset(std::fopen(path.c_str(), "rb"));
     if (!file)
-        fail("cannot be opened");
+        fail_npy(path, "cannot be opened");
     char magic[10] = {};
-    file.read(magic, sizeof magic);
-    if (!file || std::string(magic, 8) != std::string("\x93NUMPY\x01\x00", 8))
-        fail("is not a .npy file of version 1.0");
+    if (std::fread(magic, 1, sizeof magic, file.get()) != sizeof magic || std::memcmp(magic, "\x93NUMPY\x01", 8) != 0)
+        fail_npy(path, "is not a .npy file of version 1.0");
     std::string header(std::size_t((unsigned char)magic[8] + 256 * (unsigned char)magic[9]), ' ');
-    file.read(header.data(), std::streamsize(header.size()));
-
-    if (!file)
-        fail("ends in its header");
+    if (std::fread(header.data(), 1, header.size(), file.get()) != header.size())
+        fail_npy(path, "ends in its header");
 
     const std::string descr = npy_entry(header, "descr"), order = npy_entry(header, "fortran_order");
     const std::string shape = npy_entry(header, "shape");
-    if (descr.compare(0, 5, "'" + std::string(dtype<T>) + "'") != 0)
-        fail("holds " + descr.substr(0, descr.find(',')) + ", not '" + dtype<T> + "'");
+    if (descr.compare(0, 5, "'" + wanted + "'") != 0)
+        fail_npy(path, "holds " + descr.substr(0, descr.find(',')) + ", not '" + wanted + "'");
     if (order.compare(0, 5, "False") != 0)
-        fail("is not in C order");
+        fail_npy(path, "is not in C order");
 
-    Array<T> array;
     std::size_t count = 1;
     for (std::size_t at = 1; at < shape.size() && shape[at] != ')'; at = shape.find_first_not_of(", ", at)) {
         std::size_t n = 0;
         const auto [stop, error] = std::from_chars(&shape[at], shape.data() + shape.size(), n);
         if (error != std::errc())
-            fail("has a broken shape");
-        array.shape.push_back(n);
+            fail_npy(path, "has a broken shape");
+        dimensions.push_back(n);
         count *= n;
         at = std::size_t(stop - shape.data());
     }
 
-    const std::streamoff start = file.tellg();
-    file.seekg(0, std::ios::end);
-    if (std::size_t(file.tellg() - start) != count * sizeof(T))
-        fail("has not the length that its shape asks for");
-    file.seekg(start);
-    array.data.resize(count);
-    file.read(reinterpret_cast<char*>(array.data.data()), std::streamsize(count * sizeof(T)));
-    if (!file)
-        fail("cannot be read");
-    return array;
+    const long start = std::ftell(file.get());
+    std::fseek(file.get(), 0, SEEK_END);
+    if (std::size_t(std::ftell(file.get()) - start) != count * item_size)
+        fail_npy(path, "has not the length that its shape asks for");
+    std::fseek(file.get(), start, SEEK_SET);
+    return count;
 }
 
 template<typename T>
-void write_npy(const std::string& path, std::initializer_list<std::size_t> shape, const std::vector<T>& data)
+void read_npy(const std::string& path, Array<T>& array)
 {
-    std::string header = std::string("{'descr': '") + dtype<T> + "', 'fortran_order': False, 'shape': (";
+    File file;
+    array.data.resize(open_npy(path, dtype<T>, sizeof(T), file, array.shape));
+    if (std::fread(array.data.data(), sizeof(T), array.data.size(), file.get()) != array.data.size())
+        fail_npy(path, "cannot be read");
+}
+
+inline void write_npy(const std::string& path, std::initializer_list<std::size_t> shape, const char* dtype,
+                      const void* data, std::size_t bytes)
+{
+    std::string header = std::string("{'descr': '") + dtype + "', 'fortran_order': False, 'shape': (";
     for (std::size_t n : shape)
         header += std::to_string(n) + ", ";
     header += "), }";
     header.append(63 - (10 + header.size()) % 64, ' ');  // the data start at a multiple of 64 bytes
     header += '\n';
+    const unsigned char start[] = {0x93, 'N', 'U', 'M', 'P', 'Y', 1, 0, (unsigned char)(header.size() % 256),
+                                   (unsigned char)(header.size() / 256)};
 
-    std::ofstream file(path, std::ios::binary);
-    file.write("\x93NUMPY\x01\x00", 8);
-    file.put(char(header.size() % 256)).put(char(header.size() / 256));
-    file << header;
-    file.write(reinterpret_cast<const char*>(data.data()), std::streamsize(data.size() * sizeof(T)));
-    file.close();
-    if (!file)
-        throw std::runtime_error(path + ": cannot be written");
+    File file(std::fopen(path.c_str(), "wb"));
+    const bool written = file && std::fwrite(start, 1, sizeof start, file.get()) == sizeof start &&
+                         std::fwrite(header.data(), 1, header.size(), file.get()) == header.size() &&
+                         std::fwrite(data, 1, bytes, file.get()) == bytes;
+    if (!written || std::fclose(file.release()) != 0)
+        fail_npy(path, "cannot be written");
+}
+
+template<typename T>
+void write_npy(const std::string& path, std::initializer_list<std::size_t> shape, const std::vector<T>& data)
+{
+    write_npy(path, shape, dtype<T>, data.data(), data.size() * sizeof(T));
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include "bounds.hpp"
 #include "ray.hpp"
 
 #include <vector>
@@ -50,5 +51,13 @@ struct Polygon {
     {
         const Vec3<Real> p = ray.origin + t * ray.direction;
         return {p - dot(p - edges[0].start, normal) * normal, dot(ray.direction, normal) < 0 ? normal : -normal, size};
+    }
+
+    Bounds<Real> bounds() const
+    {
+        Bounds<Real> bounds;
+        for (const Edge& edge : edges)
+            bounds.hold(edge.start);
+        return bounds;
     }
 };

@@ -1,12 +1,19 @@
-// What a surface does with light: Phong's highlight, and how much of a ray it reflects.
+// What a surface does with light: Phong's highlight, and how much of a ray it reflects and transmits, and to where.
 #pragma once
+#include "random.hpp"
 #include "ray.hpp"
+
+constexpr double pi = 3.14159265358979323846;
 
 template<typename Real>
 struct Light {
     Vec3<Real> position, colour;
+    Real radius;
 
-    explicit Light(const double* row) : position(rounded<Real>(vec(row))), colour(rounded<Real>(vec(row + 3))) {}
+    explicit Light(const double* row)
+        : position(rounded<Real>(vec(row))), colour(rounded<Real>(vec(row + 3))), radius(Real(row[6]))
+    {
+    }
 };
 
 // REF-1: N = n_i / n_t and M = mu_i / mu_t between the two sides of a surface.
@@ -14,10 +21,7 @@ template<typename Real>
 struct Interface {
     Real n, m;
 
-    Interface(double eps_i, double mu_i, double eps_t, double mu_t)
-        : n(Real(std::sqrt(eps_i * mu_i) / std::sqrt(eps_t * mu_t))), m(Real(mu_i / mu_t))
-    {
-    }
+    bool matched() const { return n == 1 && m == 1; }  // the surface is not there
 };
 
 template<typename Real>
@@ -25,11 +29,15 @@ struct Material {
     Vec3<Real> diffuse;
     Real specular, exponent;
     Interface<Real> from_air, into_air;
+    bool clear;  // MED-1
 
     Material(const double* row, const double* air)
         : diffuse(rounded<Real>(vec(row))), specular(Real(row[3])), exponent(Real(row[4])),
-          from_air(air[0], air[1], row[8], row[9]), into_air(row[8], row[9], air[0], air[1])
+          clear(row[5] != 0 || row[6] != 0 || row[7] != 0)
     {
+        const double n_air = std::sqrt(air[0] * air[1]), n = std::sqrt(row[8] * row[9]);
+        from_air = {Real(n_air / n), Real(air[1] / row[9])};
+        into_air = {Real(n / n_air), Real(row[9] / air[1])};
     }
 };
 
@@ -41,18 +49,25 @@ Real highlight(const Material<Real>& material, Vec3<Real> d, Vec3<Real> n, Vec3<
     return c > 0 ? material.specular * std::pow(std::min(c, Real(1)), material.exponent) : 0;
 }
 
-// REF-2. At x = 0 the formula gives 1 too, or 0/0 if c = 0.
 template<typename Real>
-Real fresnel(Interface<Real> side, Real cosine)
+struct Fresnel {
+    Real reflected, s;  // R, and the s of TRA-1, unless R is 1
+};
+
+// REF-2
+template<typename Real>
+Fresnel<Real> fresnel(Interface<Real> side, Real cosine)
 {
+    if (side.matched())
+        return {0, 0};
     const Real c = std::min(Real(1), cosine);
     const Real x = 1 - side.n * side.n * (1 - c * c);
     if (x <= 0)
-        return 1;
+        return {1, 0};
     const Real s = std::sqrt(x);
     const Real a = (side.n * c - side.m * s) / (side.n * c + side.m * s);
     const Real b = (side.m * c - side.n * s) / (side.m * c + side.n * s);
-    return (a * a + b * b) / 2;
+    return {(a * a + b * b) / 2, s};
 }
 
 // REF-3
@@ -60,4 +75,43 @@ template<typename Real>
 Vec3<Real> reflect(Vec3<Real> d, Vec3<Real> n, Real d_n)
 {
     return normalise(d - 2 * d_n * n);
+}
+
+// TRA-1, at a surface that bounds a solid.
+template<typename Real>
+Vec3<Real> transmit(Interface<Real> side, Real s, Vec3<Real> d, Vec3<Real> n, Real d_n)
+{
+    if (side.matched())
+        return d;
+    const Real g = d_n <= 0 ? -s : s;
+    return normalise(side.n * d + (g - side.n * d_n) * n);
+}
+
+// SOF-2
+template<typename Real>
+Vec3<Real> on_unit_sphere(const std::array<Real, 4>& u)
+{
+    const Real z = 1 - 2 * u[0], w = std::sqrt(std::max(Real(0), 1 - z * z)), phi = Real(2 * pi) * u[1];
+    return {w * std::cos(phi), w * std::sin(phi), z};
+}
+
+// GLO-2: a direction around the mirrored one, and its z, the cosine of the angle between them.
+template<typename Real>
+struct Lobe {
+    Vec3<Real> direction;
+    Real z;
+};
+
+template<typename Real>
+Lobe<Real> glossy(Vec3<Real> r, Vec3<Real> n, Real exponent, const std::array<Real, 4>& u)
+{
+    const Real sigma = r.z >= 0 ? Real(1) : Real(-1), a = -1 / (sigma + r.z), b = r.x * r.y * a;  // GLO-3
+    const Vec3<Real> p{1 + sigma * r.x * r.x * a, sigma * b, -sigma * r.x}, q{b, sigma + r.y * r.y * a, -r.y};
+
+    const Real z = std::pow(1 - u[0], 1 / (exponent + 1)), w = std::sqrt(std::max(Real(0), 1 - z * z));
+    const Real phi = Real(2 * pi) * u[1], x = w * std::cos(phi), y = w * std::sin(phi);
+    const Vec3<Real> direction = normalise(x * p + y * q + z * r);
+    if ((dot(direction, n) > 0) == (dot(r, n) > 0))
+        return {direction, z};
+    return {normalise(z * r - x * p - y * q), z};
 }

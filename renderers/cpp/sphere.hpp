@@ -1,4 +1,5 @@
 #pragma once
+#include "bounds.hpp"
 #include "ray.hpp"
 
 template<typename Real>
@@ -6,7 +7,10 @@ struct Sphere {
     Vec3<Real> centre;
     Real radius, square;  // square: of the radius
 
-    explicit Sphere(const double* row) : centre(rounded<Real>(vec(row))), radius(Real(row[3])), square(radius * radius) {}
+    explicit Sphere(const double* row)
+        : centre(rounded<Real>(vec(row))), radius(Real(row[3])), square(radius * radius)
+    {
+    }
 
     // SPH-1, with f and l of the other sign: the same numbers, and one negation less in the hottest loop.
     // Most spheres are missed at the first comparison, so the root and the division stand behind it.
@@ -25,10 +29,30 @@ struct Sphere {
         return b >= 0 ? b + root : k / (b - root);
     }
 
+    // CSG-1: where the line goes in and out.
+    bool crossed(const Ray<Real>& ray, Real& in, Real& out) const
+    {
+        const Vec3<Real> f = centre - ray.origin;
+        const Real b = dot(f, ray.direction);
+        const Vec3<Real> l = f - b * ray.direction;
+        const Real delta = square - dot(l, l);
+        if (!(delta >= 0))
+            return false;
+
+        const Real k = dot(f, f) - square, root = std::sqrt(delta);
+        if (b >= 0)
+            out = b + root, in = out == 0 ? 0 : k / out;
+        else
+            in = b - root, out = k / in;
+        return true;
+    }
+
     // SPH-2
     Surface<Real> surface(const Ray<Real>& ray, Real t) const
     {
         const Vec3<Real> n = normalise(ray.origin + t * ray.direction - centre);
         return {centre + radius * n, n, radius};
     }
+
+    Bounds<Real> bounds() const { return around(centre, {radius, radius, radius}); }
 };

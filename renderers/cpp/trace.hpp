@@ -1,154 +1,215 @@
-// From a ray to its colour.
+// From a ray to its light, and to the rays that come after it.
 #pragma once
-#include "box.hpp"
 #include "counts.hpp"
-#include "ellipsoid.hpp"
-#include "job.hpp"
-#include "polygon.hpp"
-#include "scene.hpp"
-#include "shade.hpp"
-#include "sphere.hpp"
+#include "media.hpp"
+#include "shapes.hpp"
 
-// The nearest hit so far. Shapes are numbered through all kinds in the order of HIT-2; -1 is none.
+// A ray of the tree (REF-4): with the set of solids that it is in, and its path, which draws need.
 template<typename Real>
-struct Hit {
-    Real t = std::numeric_limits<Real>::infinity();
-    int shape = -1;
+struct Branch {
+    Ray<Real> ray;
+    [[no_unique_address]] Inside inside;
+    [[no_unique_address]] Only<needs::random, std::uint32_t, 'p'> path;
 };
+
+// What a thread has of its own while it works out a sample.
+template<typename Real>
+struct Desk {
+    Counts counts;
+    [[no_unique_address]] Only<needs::csg, Scratch<Real>, 'c'> scratch;
+    [[no_unique_address]] Only<needs::random, Draws, 'd'> draws;
+
+    Probe<Real> probe(const Ray<Real>& ray)
+    {
+        if constexpr (needs::csg)
+            return {ray, &scratch};
+        else
+            return {ray, {}};
+    }
+};
+
+// ATT-1: a factor of light for each channel, where there is attenuation at all.
+template<typename Real> using Factor = std::conditional_t<needs::attenuation, Vec3<Real>, Real>;
+
+template<typename Real>
+Factor<Real> no_attenuation()
+{
+    if constexpr (needs::attenuation)
+        return {1, 1, 1};
+    else
+        return 1;
+}
 
 template<typename Real>
 struct Tracer {
-    std::vector<Sphere<Real>> spheres;
-    std::vector<Box<Real>> boxes;
-    std::vector<Polygon<Real>> polygons;
-    std::vector<Ellipsoid<Real>> ellipsoids;
-    std::vector<int> objects, material_of;  // by shape
+    Shapes<Real> shapes;
+    Media<Real> media;
     std::vector<Material<Real>> materials;
     std::vector<Light<Real>> lights;
     Vec3<Real> ambient, background;
     Real epsilon;
-    int depth;
-    bool shadows;
+    int depth, feelers, glossy_rays;
+    bool shadows, study_weight;
 
     Tracer(const Scene& scene, const Job& job)
-        : ambient(rounded<Real>(vec(scene.ambient.row(0)))), background(rounded<Real>(vec(scene.background.row(0)))),
-          epsilon(Real(job.epsilon)), depth(job.depth), shadows(job.shadows)
+        : shapes(scene, job.accel), media(scene), ambient(rounded<Real>(vec(scene.ambient.row(0)))),
+          background(rounded<Real>(vec(scene.background.row(0)))), epsilon(Real(job.epsilon)), depth(job.depth),
+          feelers(needs::soft ? job.feelers : 0), glossy_rays(needs::glossy ? job.glossy_rays : 0),
+          shadows(needs::shadows && job.shadows), study_weight(job.weight == Weight::study)
     {
-        for (std::size_t i = 0; i < scene.spheres.rows(); i++)
-            spheres.emplace_back(scene.spheres.row(i));
-        for (std::size_t i = 0; i < scene.boxes.rows(); i++)
-            boxes.emplace_back(scene.boxes.row(i));
-        for (std::size_t i = 0; i < scene.polygon_ranges.rows(); i++) {
-            const std::int32_t* range = scene.polygon_ranges.row(i);
-            polygons.emplace_back(scene.polygon_vertices.row(std::size_t(range[0])), range[1]);
-        }
-        for (std::size_t i = 0; i < scene.ellipsoids.rows(); i++)
-            ellipsoids.emplace_back(scene.ellipsoids.row(i));
-        for (const auto* ids : {&scene.sphere_ids, &scene.box_ids, &scene.polygon_ids, &scene.ellipsoid_ids})
-            for (std::size_t i = 0; i < ids->rows(); i++) {
-                objects.push_back(ids->row(i)[0]);
-                material_of.push_back(ids->row(i)[1]);
-            }
         for (std::size_t i = 0; i < scene.materials.rows(); i++)
             materials.emplace_back(scene.materials.row(i), scene.air.data.data());
         for (std::size_t i = 0; i < scene.lights.rows(); i++)
             lights.emplace_back(scene.lights.row(i));
     }
 
-    // HIT-1, HIT-2
-    Hit<Real> nearest(const Ray<Real>& ray) const
+    // RND-4: B, and so the number of children that the paths have room for.
+    std::uint32_t path_base() const { return std::uint32_t(std::max(glossy_rays, 1)) + 1; }
+
+    // WLK-1: how many children a ray can have.
+    int children() const
     {
-        Hit<Real> hit;
-        int number = 0;
-        const auto among = [&](const auto& shapes) {
-            for (const auto& shape : shapes) {
-                const Real t = shape.distance(ray);
-                if (t > 0 && t < hit.t)
-                    hit = {t, number};
-                number++;
-            }
-        };
-        among(spheres);
-        among(boxes);
-        among(polygons);
-        among(ellipsoids);
-        return hit;
+        bool transmits = false;
+        for (const Material<Real>& material : materials)
+            transmits = transmits || (needs::transmission && material.clear && material.specular > 0);
+        return int(path_base()) - !transmits;
     }
 
-    // HIT-5
-    bool blocked(const Ray<Real>& feeler, Real distance) const
+    // What a ray of this order brings back (REF-4): on_light(its own light, A), called once; then, for each child,
+    // on_child(number, ray, share). Its colour is A times the sum of that light and of share times the child's colour.
+    template<typename OnLight, typename OnChild>
+    [[gnu::always_inline]] void follow(const Branch<Real>& branch, int order, Desk<Real>& desk, const OnLight& on_light,
+                                       const OnChild& on_child) const
     {
-        const auto by = [&](const auto& shapes) {
-            for (const auto& shape : shapes) {
-                const Real t = shape.distance(feeler);
-                if (t > 0 && t < distance)
-                    return true;
+        const Probe<Real> probe = desk.probe(branch.ray);
+        const Hit<Real> hit = shapes.nearest(probe);
+        if (hit.shape < 0)
+            return on_light(background, no_attenuation<Real>());  // REF-6
+        const Surface<Real> at = shapes.surface(probe, hit);
+        const Role& role = shapes.roles[std::size_t(hit.shape)];
+        const Material<Real>& material = materials[std::size_t(role.material)];
+        const Real d_n = dot(branch.ray.direction, at.normal);
+        const bool enters = d_n <= 0;
+        const Sides sides = media.sides(branch.inside, role.material, role.rank, enters);
+        on_light(light(branch, at, material, desk), attenuation(media[sides.i], hit.t));
+
+        if (!needs::reflection || order == depth || material.specular == 0)  // REF-5
+            return;
+        const Interface<Real> interface = needs::media ? media.between(sides)
+                                          : enters     ? material.from_air
+                                                       : material.into_air;
+        const Fresnel<Real> part = fresnel(interface, std::abs(d_n));
+        const Real share = material.specular * part.reflected;
+        if (share != 0) {
+            const Ray<Real> mirrored{at.leave(enters ? 1 : -1, epsilon), reflect(branch.ray.direction, at.normal, d_n)};
+            if (needs::glossy && glossy_rays > 0)
+                follow_glossy(branch, {mirrored, sides.was, {}}, at.normal, material.exponent, share, desk, on_child);
+            else {
+                desk.counts.reflected++;
+                on_child(0, {mirrored, sides.was, child(branch, 0)}, share);
             }
-            return false;
-        };
-        return by(spheres) || by(boxes) || by(polygons) || by(ellipsoids);
+        }
+        if constexpr (needs::transmission) {
+            const Real through = material.specular * (1 - part.reflected);
+            if (!material.clear || through == 0)
+                return;
+            const Vec3<Real> d = role.flat ? branch.ray.direction
+                                           : transmit(interface, part.s, branch.ray.direction, at.normal, d_n);
+            const int last = int(path_base()) - 1;
+            desk.counts.transmitted++;
+            on_child(last, {{at.leave(enters ? -1 : 1, epsilon), d}, sides.beyond, child(branch, last)}, through);
+        }
     }
 
-    Surface<Real> surface(const Ray<Real>& ray, const Hit<Real>& hit) const
+private:
+    // RND-4
+    Only<needs::random, std::uint32_t, 'p'> child(const Branch<Real>& branch, int number) const
     {
-        std::size_t i = std::size_t(hit.shape);
-        if (i < spheres.size())
-            return spheres[i].surface(ray, hit.t);
-        i -= spheres.size();
-        if (i < boxes.size())
-            return boxes[i].surface(ray, hit.t);
-        i -= boxes.size();
-        if (i < polygons.size())
-            return polygons[i].surface(ray, hit.t);
-        return ellipsoids[i - polygons.size()].surface(ray, hit.t);
+        if constexpr (needs::random)
+            return branch.path * path_base() + 1 + std::uint32_t(number);
+        else
+            return {};
+    }
+
+    // GLO-1
+    template<typename OnChild>
+    void follow_glossy(const Branch<Real>& branch, const Branch<Real>& mirrored, Vec3<Real> n, Real exponent,
+                       Real share, Desk<Real>& desk, const OnChild& on_child) const
+    {
+        if constexpr (needs::glossy)
+            for (int g = 0; g < glossy_rays; g++) {
+                const auto u = desk.draws(Real(), branch.path, 0x80000000 + std::uint32_t(g));
+                const Lobe<Real> lobe = glossy(mirrored.ray.direction, n, exponent, u);
+                const Real weight = study_weight ? std::pow(lobe.z, exponent) : Real(1);
+                const Real part = share * weight / Real(glossy_rays);
+                if (part == 0)
+                    continue;
+                desk.counts.reflected++;
+                on_child(g, {{mirrored.ray.origin, lobe.direction}, mirrored.inside, child(branch, g)}, part);
+            }
+    }
+
+    static Factor<Real> attenuation(const Medium<Real>& medium, Real t)
+    {
+        if constexpr (needs::attenuation)
+            if (medium.attenuates)
+                return {std::pow(medium.attenuation.x, t), std::pow(medium.attenuation.y, t),
+                        std::pow(medium.attenuation.z, t)};
+        return no_attenuation<Real>();
     }
 
     // LOC: the light that reaches the eye from a surface without a mirror.
-    Vec3<Real> light(const Ray<Real>& ray, const Surface<Real>& at, const Material<Real>& material, Counts& counts) const
+    Vec3<Real> light(const Branch<Real>& branch, const Surface<Real>& at, const Material<Real>& material,
+                     Desk<Real>& desk) const
     {
-        Vec3<Real> sum = material.diffuse * ambient;  // LOC-1
-        for (const Light<Real>& light : lights) {
-            const Vec3<Real> to_light = light.position - at.point;
-            const Real distance = length(to_light);
-            const Vec3<Real> l = to_light / distance;
-            const Real n_l = dot(at.normal, l);
-            if (!(n_l > 0))  // LOC-2
-                continue;
-            if (shadows) {
-                counts.shadow++;
-                if (blocked({at.leave(1, epsilon), l}, distance))
-                    continue;
+        Vec3<Real> sum{0, 0, 0};
+        if constexpr (needs::ambient)
+            sum = material.diffuse * ambient;  // LOC-1
+        if constexpr (needs::diffuse || needs::phong || needs::shadows)
+            for (std::size_t i = 0; i < lights.size(); i++) {
+                const Light<Real>& light = lights[i];
+                if (needs::soft && shadows && feelers > 0 && light.radius > 0)
+                    sum = sum + soft_light(branch, at, material, i, desk);
+                else
+                    add_light(light.position, light.colour, branch, at, material, desk, sum);
             }
-            sum = sum + n_l * material.diffuse * light.colour;  // LOC-3
-            if (material.specular != 0)
-                sum = sum + highlight(material, ray.direction, at.normal, l, n_l) * light.colour;
-        }
         return sum;
     }
 
-    // REF-4, as a loop: without transmission a ray has one child at most.
-    Vec3<Real> colour(Ray<Real> ray, Counts& counts) const
+    void add_light(Vec3<Real> position, Vec3<Real> colour, const Branch<Real>& branch, const Surface<Real>& at,
+                   const Material<Real>& material, Desk<Real>& desk, Vec3<Real>& sum) const
+    {
+        const Vec3<Real> to_light = position - at.point;
+        const Real distance = length(to_light);
+        const Vec3<Real> l = to_light / distance;
+        const Real n_l = dot(at.normal, l);
+        if (!(n_l > 0))  // LOC-2
+            return;
+        if (needs::shadows && shadows) {
+            desk.counts.shadow++;
+            if (shapes.blocked(desk.probe({at.leave(1, epsilon), l}), distance))
+                return;
+        }
+        if constexpr (needs::diffuse)
+            sum = sum + n_l * material.diffuse * colour;  // LOC-3
+        if constexpr (needs::phong)
+            if (material.specular != 0)
+                sum = sum + highlight(material, branch.ray.direction, at.normal, l, n_l) * colour;
+    }
+
+    // SOF-1
+    Vec3<Real> soft_light(const Branch<Real>& branch, const Surface<Real>& at, const Material<Real>& material,
+                          std::size_t number, Desk<Real>& desk) const
     {
         Vec3<Real> sum{0, 0, 0};
-        Real weight = 1;
-        for (int order = 0;; order++) {
-            const Hit<Real> hit = nearest(ray);
-            if (hit.shape < 0)
-                return sum + weight * background;  // REF-6
-            const Surface<Real> at = surface(ray, hit);
-            const Material<Real>& material = materials[std::size_t(material_of[std::size_t(hit.shape)])];
-            sum = sum + weight * light(ray, at, material, counts);
-
-            if (order == depth || material.specular == 0)  // REF-5
-                return sum;
-            const Real d_n = dot(ray.direction, at.normal);
-            const bool outside = d_n <= 0;
-            const Real share = material.specular * fresnel(outside ? material.from_air : material.into_air, std::abs(d_n));
-            if (share == 0)
-                return sum;
-            counts.reflected++;
-            weight = weight * share;
-            ray = {at.leave(outside ? 1 : -1, epsilon), reflect(ray.direction, at.normal, d_n)};
+        if constexpr (needs::soft) {
+            const Light<Real>& light = lights[number];
+            for (int f = 0; f < feelers; f++) {
+                const std::uint32_t use = 1 + std::uint32_t(number) * std::uint32_t(feelers) + std::uint32_t(f);
+                const Vec3<Real> omega = on_unit_sphere(desk.draws(Real(), branch.path, use));
+                add_light(light.position + light.radius * omega, light.colour, branch, at, material, desk, sum);
+            }
         }
+        return sum / Real(feelers);
     }
 };

@@ -7,6 +7,8 @@
 template<typename Real>
 struct Vec3 {
     Real x, y, z;
+
+    Real operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
 };
 
 template<typename Real> Vec3<Real> operator+(Vec3<Real> a, Vec3<Real> b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -42,4 +44,11 @@ inline std::array<Vec3<double>, 3> reciprocal(Vec3<double> e1, Vec3<double> e2, 
 {
     const double volume = dot(e1, cross(e2, e3));
     return {cross(e2, e3) / volume, cross(e3, e1) / volume, cross(e1, e2) / volume};
+}
+
+// How much an error in a point can grow on its way to coordinates along edges `e` and back: 1 if they are orthogonal.
+template<typename Real>
+Real skewness(const Vec3<Real> (&e)[3], const Vec3<Real> (&g)[3])
+{
+    return std::max({length(e[0]) * length(g[0]), length(e[1]) * length(g[1]), length(e[2]) * length(g[2])});
 }

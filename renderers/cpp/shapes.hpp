@@ -1,0 +1,261 @@
+// Everything that a ray can hit, and the search for it.
+#pragma once
+#include "box.hpp"
+#include "csg.hpp"
+#include "ellipsoid.hpp"
+#include "job.hpp"
+#include "polygon.hpp"
+#include "scene.hpp"
+#include "sphere.hpp"
+
+
+// The nearest hit so far. Shapes are numbered through all kinds in the order of HIT-2; -1 is none.
+template<typename Real>
+struct Hit {
+    Real t = std::numeric_limits<Real>::infinity();
+    int shape = -1;
+};
+
+// What a shape is apart from its form.
+struct Role {
+    int object, material;
+    int rank;   // MED-2: the place in media.npy, or -1
+    bool flat;  // MED-4: it bounds no medium
+};
+
+template<typename Real>
+class Shapes {
+public:
+    std::vector<Role> roles;  // by shape
+
+    Shapes(const Shapes&) = delete;  // solids point to `parts`
+
+    Shapes(const Scene& scene, Accel accel)
+    {
+        if constexpr (needs::sphere)
+            for (std::size_t i = 0; i < scene.spheres.rows(); i++) {
+                spheres.emplace_back(scene.spheres.row(i));
+                roles.push_back(role(scene, scene.sphere_ids.row(i), false));
+            }
+        if constexpr (needs::box)
+            for (std::size_t i = 0; i < scene.boxes.rows(); i++) {
+                boxes.emplace_back(scene.boxes.row(i));
+                roles.push_back(role(scene, scene.box_ids.row(i), false));
+            }
+        if constexpr (needs::polygon)
+            for (std::size_t i = 0; i < scene.polygon_ranges.rows(); i++) {
+                const std::int32_t* range = scene.polygon_ranges.row(i);
+                polygons.emplace_back(scene.polygon_vertices.row(std::size_t(range[0])), range[1]);
+                roles.push_back(role(scene, scene.polygon_ids.row(i), true));
+            }
+        if constexpr (needs::ellipsoid)
+            for (std::size_t i = 0; i < scene.ellipsoids.rows(); i++) {
+                ellipsoids.emplace_back(scene.ellipsoids.row(i));
+                roles.push_back(role(scene, scene.ellipsoid_ids.row(i), false));
+            }
+        if constexpr (needs::mesh)
+            for (std::size_t i = 0; i < scene.mesh_ranges.rows(); i++) {
+                const std::int32_t* range = scene.mesh_ranges.row(i);
+                const bool closed = range[2] != 0;
+                add_triangles(scene, range, closed, triangles);
+                roles.resize(roles.size() + std::size_t(range[1]), role(scene, scene.mesh_ids.row(i), !closed));
+            }
+        if constexpr (needs::csg)
+            add_solids(scene, accel);
+        if (is_wanted(accel, 2 * roles.size() - (needs::sphere ? scene.spheres.rows() : 0)))
+            build_hierarchy();
+    }
+
+    bool accelerated() const { return !hierarchy.empty(); }
+
+    void make_room(Only<needs::csg, Scratch<Real>, 'c'>& scratch) const
+    {
+        if constexpr (needs::csg)
+            for (const Solid<Real>& solid : solids)
+                solid.make_room(scratch);
+    }
+
+    // HIT-1, HIT-2
+    Hit<Real> nearest(const Probe<Real>& probe) const
+    {
+        if (accelerated())
+            return nearest_of_hierarchy(probe);
+        Hit<Real> hit;
+        int number = 0;
+        any_kind([&](const auto& shapes) {
+            for (const auto& shape : shapes) {
+                const Real t = shape.distance(probe);
+                if (t > 0 && t < hit.t)
+                    hit = {t, number};
+                number++;
+            }
+            return false;
+        });
+        return hit;
+    }
+
+    // HIT-5
+    bool blocked(const Probe<Real>& feeler, Real distance) const
+    {
+        if (accelerated())
+            return blocked_in_hierarchy(feeler, distance);
+        return any_kind([&](const auto& shapes) {
+            for (const auto& shape : shapes) {
+                const Real t = shape.distance(feeler);
+                if (t > 0 && t < distance)
+                    return true;
+            }
+            return false;
+        });
+    }
+
+    Surface<Real> surface(const Probe<Real>& probe, const Hit<Real>& hit) const
+    {
+        Surface<Real> at;
+        with_shape(hit.shape, [&](const auto& shape) { at = shape.surface(probe, hit.t); });
+        return at;
+    }
+
+private:
+    // HIT-6: `auto` takes a hierarchy from so many spheres on, or half as many of other kinds (NOTES.md has the times).
+    static constexpr std::size_t many = 80;
+
+    [[no_unique_address]] List<needs::sphere, Sphere<Real>, 's'> spheres;
+    [[no_unique_address]] List<needs::box, Box<Real>, 'b'> boxes;
+    [[no_unique_address]] List<needs::polygon, Polygon<Real>, 'p'> polygons;
+    [[no_unique_address]] List<needs::ellipsoid, Ellipsoid<Real>, 'e'> ellipsoids;
+    [[no_unique_address]] List<needs::mesh, Triangle<Real>, 't'> triangles;
+    [[no_unique_address]] Only<needs::csg, Parts<Real>, 'c'> parts;
+    [[no_unique_address]] List<needs::csg, Solid<Real>, 'C'> solids;
+    Bvh<Real> hierarchy;
+    std::vector<int> outside;  // shapes that the hierarchy has not, and that are always tried
+
+    static bool is_wanted(Accel accel, std::size_t work)
+    {
+        return accel == Accel::bvh || (accel == Accel::automatic && work >= many);
+    }
+
+    static Role role(const Scene& scene, const std::int32_t* ids, bool flat)
+    {
+        int rank = -1;
+        for (std::size_t i = 0; i < scene.media.rows() && !flat; i++)
+            if (scene.media.row(i)[0] == ids[0])
+                rank = int(i);
+        return {ids[0], ids[1], rank, flat};
+    }
+
+    static void add_triangles(const Scene& scene, const std::int32_t* range, bool closed,
+                              std::vector<Triangle<Real>>& list)
+    {
+        for (int k = range[0]; k < range[0] + range[1]; k++)
+            list.emplace_back(scene.mesh_vertices.data.data(), scene.mesh_triangles.row(std::size_t(k)), closed);
+    }
+
+    void add_solids(const Scene& scene, Accel accel)
+    {
+        for (std::size_t i = 0; i < scene.csg_spheres.rows(); i++)
+            parts.spheres.emplace_back(scene.csg_spheres.row(i));
+        for (std::size_t i = 0; i < scene.csg_boxes.rows(); i++)
+            parts.boxes.emplace_back(scene.csg_boxes.row(i));
+        for (std::size_t i = 0; i < scene.csg_ellipsoids.rows(); i++)
+            parts.ellipsoids.emplace_back(scene.csg_ellipsoids.row(i));
+        for (std::size_t i = 0; i < scene.csg_meshes.rows(); i++) {
+            MeshPart<Real>& mesh = parts.meshes.emplace_back();
+            add_triangles(scene, scene.csg_meshes.row(i), true, mesh.triangles);
+            if (is_wanted(accel, 2 * mesh.triangles.size()))
+                mesh.build_hierarchy();
+        }
+        for (std::size_t i = 0; i < scene.csg_ranges.rows(); i++) {
+            const std::int32_t* range = scene.csg_ranges.row(i);
+            solids.emplace_back(parts, scene.csg_code.row(std::size_t(range[0])), range[1]);
+            roles.push_back(role(scene, scene.csg_ids.row(i), false));
+        }
+    }
+
+    void build_hierarchy()
+    {
+        std::vector<Bounds<Real>> bounds;
+        std::vector<int> numbers;
+        any_kind([&](const auto& shapes) {
+            for (const auto& shape : shapes) {
+                bool always = false;
+                if constexpr (requires { shape.always_tried(); })
+                    always = shape.always_tried();
+                (always ? outside : numbers).push_back(int(bounds.size()));
+                bounds.push_back(shape.bounds());
+            }
+            return false;
+        });
+        if (!numbers.empty())
+            hierarchy = Bvh<Real>(bounds, std::move(numbers));
+    }
+
+    // Calls visit(list of shapes) for every kind that there can be, in the order of HIT-2, until it answers true.
+    template<typename Visit>
+    bool any_kind(const Visit& visit) const
+    {
+        bool done = false;
+        if constexpr (needs::sphere)
+            done = visit(spheres);
+        if constexpr (needs::box)
+            done = done || visit(boxes);
+        if constexpr (needs::polygon)
+            done = done || visit(polygons);
+        if constexpr (needs::ellipsoid)
+            done = done || visit(ellipsoids);
+        if constexpr (needs::mesh)
+            done = done || visit(triangles);
+        if constexpr (needs::csg)
+            done = done || visit(solids);
+        return done;
+    }
+
+    template<typename Use>
+    void with_shape(int number, const Use& use) const
+    {
+        std::size_t i = std::size_t(number);
+        any_kind([&](const auto& shapes) {
+            if (i >= shapes.size()) {
+                i -= shapes.size();
+                return false;
+            }
+            use(shapes[i]);
+            return true;
+        });
+    }
+
+    Real distance(int number, const Probe<Real>& probe) const
+    {
+        Real t = 0;
+        with_shape(number, [&](const auto& shape) { t = shape.distance(probe); });
+        return t;
+    }
+
+    // HIT-6: of equal t the first in the order of HIT-2, in whatever order they come.
+    [[gnu::noinline]] Hit<Real> nearest_of_hierarchy(const Probe<Real>& probe) const
+    {
+        Hit<Real> hit;
+        const auto look_at = [&](int number) {
+            const Real t = distance(number, probe);
+            if (t > 0 && (t < hit.t || (t == hit.t && number < hit.shape)))
+                hit = {t, number};
+            return false;
+        };
+        hierarchy.search(probe, 0, hit.t, look_at);
+        for (const int number : outside)
+            look_at(number);
+        return hit;
+    }
+
+    [[gnu::noinline]] bool blocked_in_hierarchy(const Probe<Real>& feeler, Real distance_to_light) const
+    {
+        const auto look_at = [&](int number) {
+            const Real t = distance(number, feeler);
+            return t > 0 && t < distance_to_light;
+        };
+        bool found = hierarchy.search(feeler, 0, distance_to_light, look_at);
+        for (const int number : outside)
+            found = look_at(number) || found;
+        return found;
+    }
+};
