@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .vector import add, along, dot, kernel, row_of, subtract
+from .vector import add, along, dot, kernel, negate, row_of, subtract
 
 # What a row of the table holds, three of each but the corner.
 CORNER, EDGE, RECIPROCAL, NORMAL = 0, 1, 4, 7
@@ -25,8 +25,11 @@ def box_table(boxes):
 
 
 @kernel
-def hit_box(boxes, i, origin, direction):
-    """Distance to box `i`, inf for a miss, and the face: 2 axis, plus 1 on the high side (BOX-1)."""
+def span_box(boxes, i, origin, direction):
+    """Where the line enters and leaves box `i`, and by which faces: t₀, t₁, face₀, face₁ (BOX-1); inf, -inf for a miss.
+
+    A face is 2 axis, plus 1 on the high side.
+    """
     real = type(direction[0])
     one = real(1)
     infinity = real(math.inf)
@@ -46,16 +49,23 @@ def hit_box(boxes, i, origin, direction):
         elif w == 0 and 0 <= s <= 1:
             continue
         else:
-            return infinity, 0
+            return infinity, -infinity, 0, 0
         if enter > t0:
             t0, face0 = enter, low
         if leave < t1:
             t1, face1 = leave, high
+    return t0, t1, face0, face1
+
+
+@kernel
+def hit_box(boxes, i, origin, direction):
+    """Distance to box `i`, inf for a miss, and the face (BOX-1)."""
+    t0, t1, face0, face1 = span_box(boxes, i, origin, direction)
     if t0 <= t1:
         if t0 > 0:
             return t0, face0
         return t1, face1
-    return infinity, 0
+    return type(t0)(math.inf), 0
 
 
 @kernel
@@ -79,15 +89,21 @@ def any_box(boxes, origin, direction, limit):
 
 
 @kernel
-def box_surface(boxes, i, origin, direction):
-    """Point and normal of the hit on box `i` (BOX-2)."""
-    t, face = hit_box(boxes, i, origin, direction)
+def face_of_box(boxes, i, face, origin, direction, t):
+    """Point and normal of the hit at `t` on a face of box `i` (BOX-2)."""
     axis = face // 2
     normal = row_of(boxes, i, NORMAL + axis)
     on_face = row_of(boxes, i, CORNER)
     if face % 2 == 0:
-        normal = -normal[0], -normal[1], -normal[2]
+        normal = negate(normal)
     else:
         on_face = add(on_face, row_of(boxes, i, EDGE + axis))
     p = along(origin, t, direction)
     return along(p, -dot(subtract(p, on_face), normal), normal), normal
+
+
+@kernel
+def box_surface(boxes, i, origin, direction):
+    """Point and normal of the hit on box `i`."""
+    t, face = hit_box(boxes, i, origin, direction)
+    return face_of_box(boxes, i, face, origin, direction, t)

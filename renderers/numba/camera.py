@@ -1,19 +1,27 @@
-"""Rays from the eye through the pixels of the screen (CAM)."""
+"""Rays from the eye through the points of the screen (CAM), or from a lens around it (LEN)."""
 
+import math
+
+from .needs import LENS
 from .vector import add, along, kernel, normalise, row, scale, subtract
 
 
 @kernel
-def eye_ray(camera, sample, width, height, i, j):
-    """Origin and direction of the ray through column `i`, row `j` (CAM-2, CAM-3).
+def eye_ray(scene, width, height, x, y, numbers):
+    """Origin and direction of the ray through (x, y), in pixels from the top left (CAM-2, CAM-3).
 
-    camera: (4, 3), C, u, v, e. sample: (2,), place in the pixel, in [0, 1).
+    numbers: four random ones of the sample, of which a lens takes the last two.
     """
-    real = type(sample[0])
+    real = type(x)
     one, two = real(1), real(2)
-    x = two * (real(i) + sample[0]) / real(width) - one
-    y = one - two * (real(j) + sample[1]) / real(height)
+    x, y = two * x / real(width) - one, one - two * y / real(height)
+    camera = scene.camera
     u, v, e = row(camera, 1), row(camera, 2), row(camera, 3)
     origin = add(row(camera, 0), e)
     direction = subtract(along(scale(x, u), y, v), e)
+    if LENS:  # LEN-1
+        rho, phi = math.sqrt(numbers[2]), real(2 * math.pi) * numbers[3]
+        h = along(scale(rho * math.cos(phi), row(scene.lens, 0)), rho * math.sin(phi), row(scene.lens, 1))
+        origin = add(origin, h)
+        direction = subtract(scale(scene.focus, direction), h)
     return origin, normalise(direction)

@@ -59,6 +59,27 @@ def hit_ellipsoid(ellipsoids, i, origin, direction):
 
 
 @kernel
+def span_ellipsoid(ellipsoids, i, origin, direction):
+    """Where the line enters and leaves ellipsoid `i` (CSG-1); inf, -inf if it does not."""
+    one = type(direction[0])(1)
+    f = to_sphere(ellipsoids, i, subtract(origin, row_of(ellipsoids, i, CENTRE)))
+    d = to_sphere(ellipsoids, i, direction)
+    a = dot(d, d)
+    b = -dot(f, d)
+    l = along(f, b / a, d)  # noqa: E741
+    delta = one - dot(l, l)
+    infinity = type(b)(math.inf)
+    if not delta >= 0:
+        return infinity, -infinity
+    k, s = dot(f, f) - one, math.sqrt(a * delta)
+    if b < 0:
+        return (b - s) / a, k / (b - s)
+    if b + s == 0:
+        return b, b
+    return k / (b + s), (b + s) / a
+
+
+@kernel
 def nearest_ellipsoid(ellipsoids, origin, direction, best, index, first):
     """The nearer of the hit (`best`, `index`) so far and the ellipsoids', numbered from `first` (HIT-2)."""
     for i in range(len(ellipsoids)):

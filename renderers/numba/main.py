@@ -1,85 +1,48 @@
-"""Reads a job, compiles the kernel or loads it from the disk cache, and renders."""
+"""Reads a job, sets what the kernel needs for it as constants, and only then imports the kernel."""
+
+import sys
 
 from renderers import worker
 
-with worker.importing():
-    import hashlib
-    import os
-    import sys
-    from pathlib import Path
-
-    sys.modules["scipy"] = None  # Numba imports it where it finds it; nothing here uses it
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # or NumPy's idle BLAS threads spin while this imports
-    import llvmlite.binding
-    import numba
-    import numpy as np
-
-    from . import trace
-    from .scene import load
+from . import needs
 
 FEATURES = (
-    *("sphere", "box", "polygon", "ellipsoid"),
-    *("ambient", "diffuse", "phong", "shadows", "reflection"),
-    *("region", "rays"),
+    *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
+    *("ambient", "diffuse", "phong", "shadows", "soft"),
+    *("reflection", "transmission", "glossy", "attenuation", "media"),
+    *("supersampling", "adaptive", "lens", "region", "rays"),
 )
-
-
-def cache_folder(job):
-    """Where this very kernel's machine code is kept.
-
-    Numba's own key sees neither an edit of a module that the entry calls nor a change of options.
-    """
-    sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
-    versions = sys.version, numba.__version__, llvmlite.__version__, np.__version__
-    key = repr((sources, versions, llvmlite.binding.get_host_cpu_name(), job.variant, job.precision))
-    return os.path.join(job.cache, "numba-" + hashlib.sha256(key.encode()).hexdigest()[:16])
+METHODS = {
+    "precision": ("float64", "float32"),
+    "walk": ("least", "recursion", "table", "stack", "chain"),
+    "accel": ("auto", "none", "bvh"),
+    "glossy_weight": ("plain", "study"),
+}
 
 
 def main(arguments):
     job = worker.Job(arguments)
     worker.require(job, FEATURES)
-    if job.precision not in ("float64", "float32"):
-        worker.refuse("does not support precision " + job.precision)
-    parallel = job.variant == "numba-parallel"
-    threads = job.threads if parallel else 1
-    numba.config.NUMBA_NUM_THREADS = threads  # how many the first parallel call starts
-    real = np.dtype(job.precision).type
+    for name, known in METHODS.items():
+        if getattr(job, name) not in known:
+            worker.refuse(f"does not support {name} {getattr(job, name)}")
+    one_child = "transmission" not in job.needs and ("glossy" not in job.needs or job.glossy_rays == 1)
+    if job.walk == "chain" and not one_child:
+        worker.refuse("walk chain: a ray of this scene can have several children")
+    walk = job.walk if job.walk != "least" else "chain" if one_child else "stack"
+    with worker.importing():
+        from .count import count_shapes, largest_part
 
-    with worker.phase("load"):
-        scene = load(job, real)
-        if job.kind == "rays":
-            entry = trace.trace_rays_parallel if parallel else trace.trace_rays
-            question = scene, np.load(job.array("rays")).astype(real)
-            answers = [np.zeros((len(question[1]), 8))]
-        else:
-            entry = trace.render_rows_parallel if parallel else trace.render_rows
-            question = scene, job.width, job.height, job.region, job.depth, job.shadows
-            x0, y0, x1, y1 = job.region
-            answers = [np.zeros((y1 - y0, x1 - x0, 3), real), np.zeros((y1 - y0, 3), np.int64)]
-    with worker.phase("compile"):
-        if job.cache:
-            numba.config.CACHE_DIR = cache_folder(job)
-            entry.enable_caching()
-        entry(*question, 0, threads, *(answer[:0] for answer in answers))
-
-    worker.render(job, lambda: entry(*question, 0, threads, *answers))
-
-    with worker.phase("save"):
-        name = "hits.npy" if job.kind == "rays" else "image.npy"
-        np.save(job.output(name), answers[0])
-        worker.say("output", file=name)
-        if job.kind == "image":
-            reflected, shadow, non_finite = answers[1].sum(axis=0)
-            worker.say_rays(answers[0][..., 0].size, reflected, shadow, non_finite)
-    methods = {
-        "precision": job.precision,
-        "threads": threads,
-        "contraction": "off",
-        "threading_layer": numba.threading_layer() if parallel else "none",
-        "compile_cache": ("warm" if entry.stats.cache_hits else "cold") if job.cache else "off",
-    }
-    worker.say("used", features=job.needs, methods=methods)
-    worker.say_python_versions(numba=numba.__version__, llvmlite=llvmlite.__version__, numpy=np.__version__)
+        needs.take(
+            job.needs,
+            walk=walk,
+            tree=job.accel == "bvh" or (job.accel == "auto" and count_shapes(job) >= needs.MANY),
+            jittered=job.sampler == "jittered",
+            study_weight=job.glossy_weight == "study",
+            limited=largest_part(job) > needs.CROSSINGS,
+        )
+        from .run import run
+    run(job)
 
 
 if __name__ == "__main__":

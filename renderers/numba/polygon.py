@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .vector import along, dot, inlined, kernel, row_of, subtract
+from .vector import along, dot, inlined, kernel, negate, row_of, subtract
 
 # What a row of the table of corners holds, three of each.
 VERTEX, INWARD, NORMAL = 0, 1, 2
@@ -31,7 +31,7 @@ def polygon_table(vertices, ranges):
 
 @inlined
 def hit_polygon(corners, ranges, i, origin, direction, limit):
-    """Distance to polygon `i` if below `limit` (POL-1, POL-2); inf for a miss.
+    """Distance to polygon `i` if not above `limit` (POL-1, POL-2); inf for a miss.
 
     corners: (V, 3, 3). ranges: (P, 2), first corner and number of corners.
     """
@@ -41,7 +41,7 @@ def hit_polygon(corners, ranges, i, origin, direction, limit):
     if w == 0:
         return type(w)(math.inf)
     t = dot(subtract(row_of(corners, first, VERTEX), origin), normal) / w
-    if 0 < t < limit:
+    if 0 < t <= limit:
         p = along(origin, t, direction)
         for k in range(first, first + count):
             inside = dot(row_of(corners, k, INWARD), subtract(p, row_of(corners, k, VERTEX))) >= 0
@@ -80,4 +80,4 @@ def polygon_surface(corners, ranges, i, origin, direction, t):
     p = along(p, -above, normal)
     if dot(direction, normal) < 0:
         return p, normal
-    return p, (-normal[0], -normal[1], -normal[2])
+    return p, negate(normal)

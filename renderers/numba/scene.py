@@ -1,114 +1,243 @@
 """The scene as the kernel reads it, and the questions asked of all its shapes together."""
 
 import math
-from typing import NamedTuple
+from collections import namedtuple
 
-import numpy as np
-
-from .box import any_box, box_surface, box_table, nearest_box
-from .ellipsoid import any_ellipsoid, ellipsoid_surface, ellipsoid_table, nearest_ellipsoid
-from .polygon import any_polygon, nearest_polygon, polygon_surface, polygon_table
-from .sphere import any_sphere, nearest_sphere, sphere_surface
+from . import needs
+from .box import any_box, box_surface, hit_box, nearest_box
+from .bvh import enter, slopes
+from .csg import any_csg, csg_surface, hit_csg, nearest_csg
+from .ellipsoid import any_ellipsoid, ellipsoid_surface, hit_ellipsoid, nearest_ellipsoid
+from .mesh import any_triangle, hit_triangle, nearest_triangle, shear, triangle_surface
+from .needs import BOX, CSG, ELLIPSOID, MESH, POLYGON, SPHERE, TREE
+from .polygon import any_polygon, hit_polygon, nearest_polygon, polygon_surface
+from .sphere import any_sphere, hit_sphere, nearest_sphere, sphere_surface
 from .vector import kernel
 
+# What the kernel reads, and whether this job needs it. All numbers are of the job's precision, lengths in the scene's
+# unit. The n shapes count on from spheres to boxes, polygons, ellipsoids, triangles and CSG solids: the order of HIT-2.
+FIELDS = {
+    "camera": True,  # (4, 3): C, u, v, e
+    "sample": True,  # (2,): place in the pixel
+    "colours": True,  # (2, 3), linear RGB: ambient light, background
+    "epsilon": True,  # of OFF-1
+    "lights": needs.LIT,  # (L, 7): position, linear RGB, radius
+    "materials": True,  # (M, 11): diffuse linear RGB, k_s, m, index, mu_r, attenuation RGB, 1 if clear; AIR is the last
+    "ids": True,  # int32 (n, 4): object, row of materials, rank (MED-2) or -1, 1 if flat
+    "sizes": True,  # (n,): size of OFF-1, but of CSG solids
+    "spheres": SPHERE,  # (S, 4): centre, radius
+    "boxes": BOX,  # (B, 10, 3): see box.py
+    "polygon_corners": POLYGON,  # (V, 3, 3): see polygon.py
+    "polygon_ranges": POLYGON,  # int32 (P, 2): first corner, number
+    "ellipsoids": ELLIPSOID,  # (E, 7, 3): see ellipsoid.py
+    "triangles": MESH,  # (T, 4, 3): see mesh.py
+    "csg_spheres": CSG,  # parts of CSG solids, as the shapes above
+    "csg_boxes": CSG,
+    "csg_ellipsoids": CSG,
+    "csg_triangles": CSG and MESH,
+    "csg_meshes": CSG and MESH,  # int32 (n, 2): first triangle, number
+    "csg_code": CSG,  # int32 (K, 2): postfix, as in the contract
+    "csg_ranges": CSG,  # int32 (C, 2): first row of csg_code, number
+    "csg_sizes": CSG,  # (K,): size of the part, if it is none of a mesh
+    "csg_triangle_sizes": CSG and MESH,
+    "sliver": CSG,  # 8 u of CSG-4
+    "media": needs.MEDIA,  # int32 (n,): row of materials for each rank
+    "eye_media": needs.MEDIA,  # the set that eye rays begin in, bit r for rank r
+    "lens": needs.LENS,  # (2, 3): the lens's radius along u and along v
+    "focus": needs.LENS,  # δ of LEN-1
+    "feelers": needs.SOFT,  # F of SOF-1
+    "glossy_rays": needs.GLOSSY,  # G of GLO-1
+    "seed": needs.RANDOM,
+    "samples": needs.SUPERSAMPLING,  # n of SAM-1
+    "levels": needs.ADAPTIVE,  # D of SAM-4
+    "threshold": needs.ADAPTIVE,  # τ of SAM-4
+    "tree_bounds": TREE,  # (N, 2, 3): lower and upper corner of each node; these and the next two: see bvh.py
+    "tree_links": TREE,
+    "tree_items": TREE,
+    "tree_loose": TREE,  # int32: shapes outside the tree
+    "tree_pad": TREE,  # what rounding can do, relative
+    "tree_reach": TREE,  # largest coordinate of the tree
+    # Work memory, one block for each thread: the only arrays that the kernel writes.
+    "walk_reals": needs.WALK in ("stack", "table"),  # see walk.py
+    "walk_integers": needs.WALK in ("stack", "table"),
+    "csg_reals": CSG,  # see csg.py
+    "csg_integers": CSG,
+    "csg_values": CSG,
+    "csg_overflow": CSG,  # not 0 if a line crossed a mesh too often (CSG-6)
+    "tree_stack": TREE,
+    "tree_entries": TREE,
+    "corners": needs.ADAPTIVE,  # (h + 1, w + 1, 3), of the picture's pixels, for all threads; the next four: sample.py
+    "lattice": needs.ADAPTIVE,
+    "lattice_marks": needs.ADAPTIVE,
+    "quarters": needs.ADAPTIVE,
+    "squares": needs.ADAPTIVE,
+}
+Scene = namedtuple("Scene", [name for name, needed in FIELDS.items() if needed])
+
 # Columns of the table of materials, after the three of the diffuse colour.
-SPECULAR, EXPONENT, INDEX, PERMEABILITY = 3, 4, 5, 6
+SPECULAR, EXPONENT, INDEX, PERMEABILITY, ATTENUATED, CLEAR = 3, 4, 5, 6, 7, 10
+
+# Columns of the table of ids.
+OBJECT, MATERIAL, RANK, FLAT = range(4)
 
 # Rows of the table of colours.
 AMBIENT, BACKGROUND = 0, 1
 
 
-class Scene(NamedTuple):
-    """What the kernel reads. All numbers are of the job's precision, lengths in the scene's unit.
-
-    The n shapes count on from spheres to boxes, polygons and ellipsoids, which is the order of HIT-2.
-    """
-
-    camera: np.ndarray  # (4, 3): C, u, v, e
-    sample: np.ndarray  # (2,): place in the pixel
-    colours: np.ndarray  # (2, 3), linear RGB: ambient light, background
-    air: np.ndarray  # (2,): refractive index, mu_r
-    epsilon: float  # of OFF-1
-    lights: np.ndarray  # (L, 6): position, linear RGB
-    materials: np.ndarray  # (M, 7): diffuse linear RGB, k_s, m, refractive index, mu_r
-    ids: np.ndarray  # int32 (n, 2): object, row of materials
-    sizes: np.ndarray  # (n,): size of OFF-1
-    spheres: np.ndarray  # (S, 4): centre, radius
-    boxes: np.ndarray  # (B, 10, 3): see box.py
-    polygon_corners: np.ndarray  # (V, 3, 3): see polygon.py
-    polygon_ranges: np.ndarray  # int32 (P, 2): first corner, number
-    ellipsoids: np.ndarray  # (E, 7, 3): see ellipsoid.py
-
-
-def load(job, real):
-    """The arrays of the job as the kernel's Scene, all numbers rounded once to the type `real` (NUM-1)."""
-
-    def read(name):
-        return np.load(job.array(name))
-
-    def rounded(array):
-        return np.ascontiguousarray(array, dtype=real)
-
-    spheres, boxes, ellipsoids = read("spheres"), read("boxes"), read("ellipsoids")
-    vertices, ranges = read("polygon_vertices"), read("polygon_ranges")
-    corners, polygon_sizes = polygon_table(vertices, ranges)
-    axis_sizes = [np.abs(shapes[:, 3:]).max(axis=1, initial=0) for shapes in (boxes, ellipsoids)]
-    sizes = np.concatenate([spheres[:, 3], axis_sizes[0], polygon_sizes, axis_sizes[1]])
-    ids = [read(name) for name in ("sphere_ids", "box_ids", "polygon_ids", "ellipsoid_ids")]
-    materials, air = read("materials"), read("air")
-    eps_r, mu_r = materials[:, 8], materials[:, 9]
-    return Scene(
-        camera=rounded(read("camera")),
-        sample=rounded(job.sample),
-        colours=rounded([read("ambient"), read("background")]),
-        air=rounded([np.sqrt(air[0] * air[1]), air[1]]),
-        epsilon=real(job.epsilon),
-        lights=rounded(read("lights")[:, :6]),
-        materials=rounded(np.column_stack([materials[:, :5], np.sqrt(eps_r * mu_r), mu_r])),
-        ids=np.concatenate(ids),
-        sizes=rounded(sizes),
-        spheres=rounded(spheres),
-        boxes=rounded(box_table(boxes)),
-        polygon_corners=rounded(corners),
-        polygon_ranges=ranges,
-        ellipsoids=rounded(ellipsoid_table(ellipsoids)),
-    )
+@kernel
+def hit_shape(scene, thread, index, origin, direction, sheared, limit):
+    """Distance to shape `index`, which may be negative; inf for a miss. sheared: of `shear`, if there are meshes."""
+    i = index
+    if SPHERE:
+        if i < len(scene.spheres):
+            return hit_sphere(scene.spheres, i, origin, direction)
+        i -= len(scene.spheres)
+    if BOX:
+        if i < len(scene.boxes):
+            return hit_box(scene.boxes, i, origin, direction)[0]
+        i -= len(scene.boxes)
+    if POLYGON:
+        if i < len(scene.polygon_ranges):
+            return hit_polygon(scene.polygon_corners, scene.polygon_ranges, i, origin, direction, limit)
+        i -= len(scene.polygon_ranges)
+    if ELLIPSOID:
+        if i < len(scene.ellipsoids):
+            return hit_ellipsoid(scene.ellipsoids, i, origin, direction)
+        i -= len(scene.ellipsoids)
+    if MESH:
+        if i < len(scene.triangles):
+            return hit_triangle(scene.triangles, i, sheared)
+        i -= len(scene.triangles)
+    if CSG:
+        return hit_csg(scene, thread, i, origin, direction)
+    return type(limit)(math.inf)
 
 
 @kernel
-def nearest(scene, origin, direction):
+def search(scene, thread, origin, direction, best, any_will_do):
+    """Distance to the nearest shape not farther than `best`, or to any nearer than that, and its number; -1 for a miss.
+
+    Of shapes at equal distance it is the first (HIT-2), in whatever order the tree shows them.
+    """
+    stack, entries = scene.tree_stack, scene.tree_entries
+    ray = slopes(scene, origin, direction)
+    sheared = shear(origin, direction) if MESH else 0
+    index, node, height = -1, 0, 0
+    if CSG:
+        for k in range(len(scene.tree_loose)):
+            i = scene.tree_loose[k]
+            t = hit_shape(scene, thread, i, origin, direction, sheared, best)
+            if t > 0 and t < best:
+                if any_will_do:
+                    return t, i
+                best, index = t, i
+    if len(scene.tree_items) == 0 or enter(scene, 0, ray, best) < 0:
+        return best, index
+    while True:
+        first, count = scene.tree_links[node, 0], scene.tree_links[node, 1]
+        if count == 0:
+            near, far = first, first + 1
+            t0, t1 = enter(scene, near, ray, best), enter(scene, far, ray, best)
+            if t1 >= 0 and (t0 < 0 or t1 < t0):
+                near, far, t0, t1 = far, near, t1, t0
+            if t0 >= 0:
+                if t1 >= 0:
+                    stack[thread, height], entries[thread, height] = far, t1
+                    height += 1
+                node = near
+                continue
+        for k in range(first, first + count):
+            i = scene.tree_items[k]
+            t = hit_shape(scene, thread, i, origin, direction, sheared, best)
+            if t > 0 and t <= best and (t < best or i < index):
+                if any_will_do:
+                    return t, i
+                best, index = t, i
+        while height > 0 and entries[thread, height - 1] > best:
+            height -= 1
+        if height == 0:
+            return best, index
+        height -= 1
+        node = stack[thread, height]
+
+
+@kernel
+def nearest(scene, thread, origin, direction):
     """Distance to the nearest shape and its number; inf and -1 for a miss (HIT-1, HIT-2)."""
     best, index, first = type(direction[0])(math.inf), -1, 0
-    best, index = nearest_sphere(scene.spheres, origin, direction, best, index, first)
-    first += len(scene.spheres)
-    best, index = nearest_box(scene.boxes, origin, direction, best, index, first)
-    first += len(scene.boxes)
-    best, index = nearest_polygon(scene.polygon_corners, scene.polygon_ranges, origin, direction, best, index, first)
-    first += len(scene.polygon_ranges)
-    return nearest_ellipsoid(scene.ellipsoids, origin, direction, best, index, first)
+    if TREE:
+        return search(scene, thread, origin, direction, best, False)
+    if SPHERE:
+        best, index = nearest_sphere(scene.spheres, origin, direction, best, index, first)
+        first += len(scene.spheres)
+    if BOX:
+        best, index = nearest_box(scene.boxes, origin, direction, best, index, first)
+        first += len(scene.boxes)
+    if POLYGON:
+        corners, ranges = scene.polygon_corners, scene.polygon_ranges
+        best, index = nearest_polygon(corners, ranges, origin, direction, best, index, first)
+        first += len(ranges)
+    if ELLIPSOID:
+        best, index = nearest_ellipsoid(scene.ellipsoids, origin, direction, best, index, first)
+        first += len(scene.ellipsoids)
+    if MESH:
+        best, index = nearest_triangle(scene.triangles, origin, direction, best, index, first)
+        first += len(scene.triangles)
+    if CSG:
+        best, index = nearest_csg(scene, thread, origin, direction, best, index, first)
+    return best, index
 
 
 @kernel
-def surface(scene, index, origin, direction, t):
-    """Point (HIT-4) and normal (HIT-3) of the hit at `t` on the shape `index`."""
+def surface(scene, thread, index, origin, direction, t):
+    """Point (HIT-4), normal (HIT-3) and size (OFF-1) of the hit at `t` on the shape `index`."""
     i = index
-    if i < len(scene.spheres):
-        return sphere_surface(scene.spheres, i, origin, direction, t)
-    i -= len(scene.spheres)
-    if i < len(scene.boxes):
-        return box_surface(scene.boxes, i, origin, direction)
-    i -= len(scene.boxes)
-    if i < len(scene.polygon_ranges):
-        return polygon_surface(scene.polygon_corners, scene.polygon_ranges, i, origin, direction, t)
-    return ellipsoid_surface(scene.ellipsoids, i - len(scene.polygon_ranges), origin, direction, t)
+    size = scene.sizes[index]
+    if SPHERE:
+        if i < len(scene.spheres):
+            point, normal = sphere_surface(scene.spheres, i, origin, direction, t)
+            return point, normal, size
+        i -= len(scene.spheres)
+    if BOX:
+        if i < len(scene.boxes):
+            point, normal = box_surface(scene.boxes, i, origin, direction)
+            return point, normal, size
+        i -= len(scene.boxes)
+    if POLYGON:
+        if i < len(scene.polygon_ranges):
+            corners, ranges = scene.polygon_corners, scene.polygon_ranges
+            point, normal = polygon_surface(corners, ranges, i, origin, direction, t)
+            return point, normal, size
+        i -= len(scene.polygon_ranges)
+    if ELLIPSOID:
+        if i < len(scene.ellipsoids):
+            point, normal = ellipsoid_surface(scene.ellipsoids, i, origin, direction, t)
+            return point, normal, size
+        i -= len(scene.ellipsoids)
+    if MESH:
+        if i < len(scene.triangles):
+            flat = scene.ids[index, FLAT] == 1
+            point, normal = triangle_surface(scene.triangles, i, origin, direction, t, flat)
+            return point, normal, size
+        i -= len(scene.triangles)
+    if CSG:
+        return csg_surface(scene, thread, i, origin, direction)
+    return origin, direction, size
 
 
 @kernel
-def occluded(scene, origin, direction, limit):
+def occluded(scene, thread, origin, direction, limit):
     """Whether a feeler is stopped before `limit` (HIT-5)."""
-    return (
-        any_sphere(scene.spheres, origin, direction, limit)
-        or any_box(scene.boxes, origin, direction, limit)
-        or any_polygon(scene.polygon_corners, scene.polygon_ranges, origin, direction, limit)
-        or any_ellipsoid(scene.ellipsoids, origin, direction, limit)
-    )
+    if TREE:
+        return search(scene, thread, origin, direction, limit, True)[1] >= 0
+    if SPHERE and any_sphere(scene.spheres, origin, direction, limit):
+        return True
+    if BOX and any_box(scene.boxes, origin, direction, limit):
+        return True
+    if POLYGON and any_polygon(scene.polygon_corners, scene.polygon_ranges, origin, direction, limit):
+        return True
+    if ELLIPSOID and any_ellipsoid(scene.ellipsoids, origin, direction, limit):
+        return True
+    if MESH and any_triangle(scene.triangles, origin, direction, limit):
+        return True
+    return CSG and any_csg(scene, thread, origin, direction, limit)

@@ -26,6 +26,25 @@ def hit_sphere(spheres, i, origin, direction):
 
 
 @kernel
+def span_sphere(spheres, i, origin, direction):
+    """Where the line enters and leaves sphere `i` (CSG-1); inf, -inf if it does not."""
+    f = subtract(origin, row(spheres, i))
+    radius_squared = spheres[i, 3] * spheres[i, 3]
+    b = -dot(f, direction)
+    l = along(f, b, direction)  # noqa: E741
+    delta = radius_squared - dot(l, l)
+    infinity = type(b)(math.inf)
+    if not delta >= 0:
+        return infinity, -infinity
+    s, k = math.sqrt(delta), dot(f, f) - radius_squared
+    if b < 0:
+        return b - s, k / (b - s)
+    if b + s == 0:
+        return b, b
+    return k / (b + s), b + s
+
+
+@kernel
 def nearest_sphere(spheres, origin, direction, best, index, first):
     """The nearer of the hit (`best`, `index`) so far and the spheres', numbered from `first` (HIT-2)."""
     for i in range(len(spheres)):

@@ -1,108 +1,126 @@
-"""From rays to colours: the loop over the orders of reflection, and the entries that main calls."""
+"""One ray: the light that it meets, and the rays that leave from there (REF, TRA, ATT, MED)."""
 
 import math
 
-from numba import njit, prange
+from .media import sides
+from .needs import ATTENUATION, GLOSSY, REFLECTION, SCATTERED, TRANSMISSION
+from .reflect import fresnel, glossy, mirrored, refracted
+from .scene import ATTENUATED, BACKGROUND, CLEAR, FLAT, MATERIAL, SPECULAR, nearest, surface
+from .shade import local_light
+from .vector import add, along, dot, kernel, largest, multiply, row, scale
 
-from .camera import eye_ray
-from .scene import BACKGROUND, nearest, surface
-from .shade import SPECULAR, local_light, mirrored, reflectance
-from .vector import add, along, dot, kernel, largest, normalise, row, scale
-
-# What Python calls. No C code does: leaving out that way in saves compiling it.
-ENTRY = {"error_model": "numpy", "no_cfunc_wrapper": True}
-
-
-@kernel
-def trace(scene, origin, direction, depth, shadows):
-    """Linear RGB of a ray (REF-4 to REF-6), with the numbers of reflected rays and of feelers (CNT-1).
-
-    Without transmission each ray has one child at most, so that the tree of rays is a loop.
-    """
-    real = type(direction[0])
-    colour, weight = (real(0), real(0), real(0)), real(1)
-    order, feelers = 0, 0
-    while True:
-        t, index = nearest(scene, origin, direction)
-        if index < 0:
-            return along(colour, weight, row(scene.colours, BACKGROUND)), order, feelers
-        point, normal = surface(scene, index, origin, direction, t)
-        material = scene.ids[index, 1]
-        step = scale(scene.epsilon * max(largest(point), scene.sizes[index]), normal)
-        outside = add(point, step)
-        light, more = local_light(scene, material, point, normal, direction, outside, shadows)
-        colour = along(colour, weight, light)
-        feelers += more
-        if order == depth:
-            return colour, order, feelers
-        cosine = dot(direction, normal)
-        mirror = scene.materials[material, SPECULAR] * reflectance(scene.air, scene.materials, material, cosine)
-        if mirror == 0:
-            return colour, order, feelers
-        weight *= mirror
-        origin = outside if cosine <= 0 else along(point, real(-1), step)
-        direction = normalise(mirrored(direction, normal, cosine))
-        order += 1
+# A ray is (origin, direction, set of clear solids it is in, path of RND-4). A weight is a number, or three where
+# anything is attenuated.
 
 
 @kernel
-def render_pixel(scene, width, height, i, j, depth, shadows):
-    """Linear RGB of one pixel (CAM-4), its reflected rays and feelers, and 1 if it is not finite (CNT-2)."""
-    origin, direction = eye_ray(scene.camera, scene.sample, width, height, i, j)
-    colour, reflected, feelers = trace(scene, origin, direction, depth, shadows)
-    finite = math.isfinite(colour[0]) and math.isfinite(colour[1]) and math.isfinite(colour[2])
-    return colour, reflected, feelers, 0 if finite else 1
+def unit_weight(scene):
+    one = type(scene.epsilon)(1)
+    if ATTENUATION:
+        return one, one, one
+    return one
 
 
-@njit(**ENTRY)
-def render_rows(scene, width, height, region, depth, shadows, first, step, picture, counts):
-    """Every `step`-th row of the region from its row `first` on (CAM-5).
+@kernel
+def weigh(weight, factor):
+    """A weight times a number."""
+    if ATTENUATION:
+        return scale(factor, weight)
+    return factor * weight
 
-    picture: (y1 - y0, x1 - x0, 3), linear RGB. counts: int64 (y1 - y0, 3), reflected, shadow, non-finite.
+
+@kernel
+def gather(colour, weight, light):
+    """colour + weight × light."""
+    if ATTENUATION:
+        return add(colour, multiply(weight, light))
+    return along(colour, weight, light)
+
+
+@kernel
+def attenuated(scene, weight, material, t):
+    """A weight after the length `t` in a medium (ATT-1)."""
+    if ATTENUATION:
+        a = row_from(scene.materials, material)
+        if not (a[0] == 1 and a[1] == 1 and a[2] == 1):
+            return weight[0] * a[0] ** t, weight[1] * a[1] ** t, weight[2] * a[2] ** t
+    return weight
+
+
+@kernel
+def row_from(materials, i):
+    return materials[i, ATTENUATED], materials[i, ATTENUATED + 1], materials[i, ATTENUATED + 2]
+
+
+@kernel
+def meet(scene, thread, place, ray, weight, last):
+    """What a ray meets: its light, its weight there, k_s R, k_s T, the number of feelers, and what `leave_*` need.
+
+    `last` is whether its order is the last. k_s R and k_s T are 0 where nothing is to be traced (REF-4).
     """
-    x0, y0 = region[0], region[1]
-    for j in range(first, picture.shape[0], step):
-        reflected, shadow, non_finite = 0, 0, 0
-        for i in range(picture.shape[1]):
-            colour, r, s, n = render_pixel(scene, width, height, x0 + i, y0 + j, depth, shadows)
-            picture[j, i, 0], picture[j, i, 1], picture[j, i, 2] = colour
-            reflected += r
-            shadow += s
-            non_finite += n
-        counts[j, 0], counts[j, 1], counts[j, 2] = reflected, shadow, non_finite
+    origin, direction, members, path = ray
+    zero = type(direction[0])(0)
+    t, index = nearest(scene, thread, origin, direction)
+    if index < 0:
+        nowhere = origin, origin, direction, zero, -1, zero, zero, members, members, False
+        return row(scene.colours, BACKGROUND), weight, zero, zero, 0, nowhere
+    point, normal, size = surface(scene, thread, index, origin, direction, t)
+    material = scene.ids[index, MATERIAL]
+    step = scale(scene.epsilon * max(largest(point), size), normal)
+    light, feelers = local_light(scene, thread, place, path, material, point, normal, direction, add(point, step))
+    cosine = dot(direction, normal)
+    i, beyond_i, was, beyond = sides(scene, index, cosine > 0, members)
+    weight = attenuated(scene, weight, i, t)
+    mirror, through, n, s, straight = zero, zero, zero, zero, False
+    if REFLECTION:
+        k_s = scene.materials[material, SPECULAR]
+        if not last and k_s != 0:
+            r, s, n, there = fresnel(scene.materials, i, beyond_i, cosine)
+            mirror = k_s * r
+            if TRANSMISSION:
+                straight = not there or scene.ids[index, FLAT] == 1
+                if scene.materials[material, CLEAR] == 1:
+                    through = k_s * (type(r)(1) - r)
+    return light, weight, mirror, through, feelers, (point, step, normal, cosine, material, n, s, was, beyond, straight)
 
 
-@njit(**ENTRY)
-def trace_rays(scene, rays, first, step, hits):
-    """First hits of every `step`-th ray from `first` on.
-
-    rays: (R, 6), origin, direction. hits: (R, 8) of zeros, to t, point, normal, object; one row for each ray.
-    """
-    for k in range(first, len(hits), step):
-        origin = row(rays, k)
-        direction = normalise((rays[k, 3], rays[k, 4], rays[k, 5]))
-        t, index = nearest(scene, origin, direction)
-        hits[k, 0], hits[k, 7] = t, -1
-        if index >= 0:
-            point, normal = surface(scene, index, origin, direction, t)
-            hits[k, 1], hits[k, 2], hits[k, 3] = point
-            hits[k, 4], hits[k, 5], hits[k, 6] = normal
-            hits[k, 7] = scene.ids[index, 0]
+@kernel
+def child(scene, path, c):
+    """RND-4."""
+    if not SCATTERED:
+        return path
+    branches = 2
+    if GLOSSY:
+        branches = scene.glossy_rays + 1
+    if c < 0:
+        c += branches
+    return (path * branches + 1 + c) & 0xFFFFFFFF
 
 
-# Numba gives each thread one block of a loop's turns. Rows differ in cost, but little from their neighbours:
-# so a turn of these loops is not one row, it is every `step`-th.
+@kernel
+def leave_mirrored(scene, place, ray, surroundings, g):
+    """Reflected ray number `g`, and its weight beside k_s R (REF-3, MED-5, GLO-1)."""
+    _, direction, _, path = ray
+    point, step, normal, cosine, material, _, _, was, _, _ = surroundings
+    real = type(cosine)
+    origin = add(point, step) if cosine <= 0 else along(point, real(-1), step)
+    towards, weight = mirrored(direction, normal, cosine), real(1)
+    if GLOSSY:
+        towards, weight = glossy(scene, place, path, material, normal, towards, g)
+        weight /= real(scene.glossy_rays)
+    return (origin, towards, was, child(scene, path, g)), weight
 
 
-@njit(**ENTRY, parallel=True)
-def render_rows_parallel(scene, width, height, region, depth, shadows, first, step, picture, counts):
-    """render_rows for `first` and the `step` - 1 after it, each on a thread."""
-    for k in prange(step):
-        render_rows(scene, width, height, region, depth, shadows, first + k, step, picture, counts)
+@kernel
+def leave_through(scene, ray, surroundings):
+    """The transmitted ray (TRA-1, MED-5)."""
+    _, direction, _, path = ray
+    point, step, normal, cosine, _, n, s, _, beyond, straight = surroundings
+    origin = add(point, step) if cosine > 0 else along(point, type(cosine)(-1), step)
+    towards = direction if straight else refracted(direction, normal, cosine, n, s)
+    return origin, towards, beyond, child(scene, path, -1)
 
 
-@njit(**ENTRY, parallel=True)
-def trace_rays_parallel(scene, rays, first, step, hits):
-    """trace_rays for `first` and the `step` - 1 after it, each on a thread."""
-    for k in prange(step):
-        trace_rays(scene, rays, first + k, step, hits)
+@kernel
+def finite(colour):
+    return math.isfinite(colour[0]) and math.isfinite(colour[1]) and math.isfinite(colour[2])

@@ -1,0 +1,196 @@
+"""The arrays of a job as the kernel's Scene."""
+
+import numpy as np
+
+from . import bounds, bvh, needs, walk
+from .box import box_table
+from .ellipsoid import ellipsoid_table
+from .mesh import rows_of, triangle_table
+from .polygon import polygon_table
+from .scene import Scene
+
+
+def load(job, real, threads, shape):
+    """All numbers are rounded once to the type `real` (NUM-1). shape: height and width of the region."""
+
+    def read(name):
+        return np.load(job.array(name))
+
+    def rounded(array):
+        return np.ascontiguousarray(array, dtype=real)
+
+    unit = np.finfo(real).eps / 2  # u of NUM-2
+    values = {
+        "camera": rounded(read("camera")),
+        "sample": rounded(job.sample),
+        "colours": rounded([read("ambient"), read("background")]),
+        "epsilon": real(job.epsilon),
+        "lights": rounded(read("lights")),
+        "materials": rounded(_materials(read("materials"), read("air"))),
+        "feelers": job.feelers,
+        "glossy_rays": job.glossy_rays,
+        "seed": job.seed,
+        "samples": job.samples,
+        "levels": job.adaptive_depth,
+        "threshold": real(job.adaptive_threshold),
+    }
+    shapes, sizes, low, high, skewness = _shapes(read)
+    media = read("media")
+    values |= {name: rounded(array) if array.dtype == np.float64 else array for name, array in shapes.items()}
+    values |= {
+        "ids": _ids(read, media),
+        "sizes": rounded(sizes),
+        "sliver": real(8 * unit),
+        "media": np.ascontiguousarray(media[:, 1]),
+        "eye_media": sum(1 << rank for rank, (_, _, holds) in enumerate(media.tolist()) if holds),
+    }
+    if needs.LENS:
+        values |= _lens(read("camera"), job, rounded, real)
+    if needs.TREE:
+        values |= _tree(low, high, 64 * unit * skewness, rounded, real, threads)
+    values |= _work(job, real, threads, shape, values)
+    return Scene(**{name: values[name] for name in Scene._fields})
+
+
+def _materials(materials, air):
+    """The columns that the kernel reads, with AIR as the last row. What is opaque attenuates nothing (ATT-1)."""
+    air = np.concatenate([np.zeros(5), air[2:], air[:2], np.zeros(1)])
+    rows = np.vstack([materials, air])
+    clear = rows[:, 5:8].any(axis=1)
+    attenuation = np.where(clear[:, None], rows[:, 5:8], 1)
+    return np.column_stack([rows[:, :5], np.sqrt(rows[:, 8] * rows[:, 9]), rows[:, 9], attenuation, clear])
+
+
+def _shapes(read):
+    """The tables of all shapes by name, and of each shape its size, its bounds; and their skewness."""
+    spheres, boxes, ellipsoids = read("spheres"), read("boxes"), read("ellipsoids")
+    vertices, ranges = read("polygon_vertices"), read("polygon_ranges")
+    corners, polygon_sizes = polygon_table(vertices, ranges)
+    mesh_vertices, mesh_triangles = read("mesh_vertices"), read("mesh_triangles")
+    triangles, triangle_sizes = triangle_table(mesh_vertices, mesh_triangles[rows_of(read("mesh_ranges"))])
+    tables = {
+        "spheres": spheres,
+        "boxes": box_table(boxes),
+        "polygon_corners": corners,
+        "polygon_ranges": ranges,
+        "ellipsoids": ellipsoid_table(ellipsoids),
+        "triangles": triangles,
+    }
+    parts, part_bounds = _parts(read, mesh_vertices, mesh_triangles)
+    solids = parts["csg_ranges"]
+    each = [
+        (spheres[:, 3], bounds.of_spheres(spheres)),
+        (_axis_sizes(boxes), bounds.of_boxes(boxes)),
+        (polygon_sizes, bounds.of_polygons(vertices, ranges)),
+        (_axis_sizes(ellipsoids), bounds.of_ellipsoids(ellipsoids)),
+        (triangle_sizes, bounds.of_triangles(triangles)),
+        (np.zeros(len(solids)), bounds.of_solids(parts["csg_code"], solids, part_bounds)),
+    ]
+    low, high = (np.concatenate([both[side] for _, both in each]) for side in (0, 1))
+    slanted = [tables["boxes"], tables["ellipsoids"], parts["csg_boxes"], parts["csg_ellipsoids"]]
+    return tables | parts, np.concatenate([size for size, _ in each]), low, high, bounds.skewness(slanted)
+
+
+def _parts(read, vertices, triangles):
+    """The tables of the parts of CSG solids by name, and the bounds of the parts by kind."""
+    spheres, boxes, ellipsoids = read("csg_spheres"), read("csg_boxes"), read("csg_ellipsoids")
+    meshes, code = read("csg_meshes"), read("csg_code")
+    table, triangle_sizes = triangle_table(vertices, triangles[rows_of(meshes)])
+    sizes = np.zeros(len(code))
+    for kind, of_kind in enumerate((spheres[:, 3], _axis_sizes(boxes), _axis_sizes(ellipsoids))):
+        sizes[code[:, 0] == kind] = of_kind[code[code[:, 0] == kind, 1]]
+    counts = meshes[:, 1]
+    firsts = (np.cumsum(counts) - counts).astype(np.int32)
+    low, high = bounds.of_triangles(table)
+    of_meshes = [
+        np.array([side(array[first : first + n], axis=0) for first, n in zip(firsts, counts, strict=True)])
+        for side, array in ((np.min, low), (np.max, high))
+    ]
+    tables = {
+        "csg_spheres": spheres,
+        "csg_boxes": box_table(boxes),
+        "csg_ellipsoids": ellipsoid_table(ellipsoids),
+        "csg_triangles": table,
+        "csg_meshes": np.ascontiguousarray(np.stack([firsts, counts], axis=1)),
+        "csg_code": code,
+        "csg_ranges": read("csg_ranges"),
+        "csg_sizes": sizes,
+        "csg_triangle_sizes": triangle_sizes,
+    }
+    return tables, [bounds.of_spheres(spheres), bounds.of_boxes(boxes), bounds.of_ellipsoids(ellipsoids), of_meshes]
+
+
+def _axis_sizes(shapes):
+    """Size of boxes or ellipsoids (OFF-1)."""
+    return np.abs(shapes[:, 3:]).max(axis=1, initial=0)
+
+
+def _ids(read, media):
+    """Object, material, rank and flatness of each shape; a triangle has those of its mesh."""
+    meshes, ranges = read("mesh_ids"), read("mesh_ranges")
+    names = ("sphere_ids", "box_ids", "polygon_ids", "ellipsoid_ids")
+    parts = [*(read(name) for name in names), np.repeat(meshes, ranges[:, 1], axis=0), read("csg_ids")]
+    nothing = [np.zeros(len(part), np.int32) for part in parts]
+    nothing[2][:] = 1  # polygons, and open meshes
+    nothing[4] = np.repeat(1 - ranges[:, 2], ranges[:, 1])
+    ids, flat = np.concatenate(parts), np.concatenate(nothing)
+    ranks = {number: rank for rank, number in enumerate(media[:, 0].tolist())}
+    rank = np.array([ranks.get(number, -1) for number in ids[:, 0].tolist()])
+    return np.column_stack([ids, rank, flat]).astype(np.int32)
+
+
+def _lens(camera, job, rounded, real):
+    """LEN-1."""
+    _, u, v, e = camera
+    axes = job.lens_radius * np.array([u / np.linalg.norm(u), v / np.linalg.norm(v)])
+    return {"lens": rounded(axes), "focus": real(job.focal_distance / np.linalg.norm(e))}
+
+
+def _tree(low, high, pad, rounded, real, threads):
+    """The tree over all bounded shapes, and the walk's stack."""
+    bounded = np.isfinite(low).all(axis=1)
+    inside = np.flatnonzero(bounded)
+    nodes, links, items = np.zeros((1, 2, 3)), np.zeros((1, 2), np.int32), np.zeros(0, np.int32)
+    if len(inside):
+        nodes, links, items = bvh.build(low[inside], high[inside])
+    return {
+        "tree_bounds": rounded(nodes),
+        "tree_links": links,
+        "tree_items": inside[items].astype(np.int32),
+        "tree_loose": np.flatnonzero(~bounded).astype(np.int32),
+        "tree_pad": real(pad),
+        "tree_reach": real(np.abs(nodes[0]).max()),
+        "tree_stack": _block(threads, (bvh.LEVELS,), np.int32),
+        "tree_entries": _block(threads, (bvh.LEVELS,), real),
+    }
+
+
+def _work(job, real, threads, shape, values):
+    """Work memory of the walk, of CSG and of samples."""
+    rows = walk.rows(job.depth, job.glossy_rays)
+    code, ranges, meshes = values["csg_code"], values["csg_ranges"], values["csg_meshes"]
+    crossings = np.where(code[:, 0] < 3, 2, 0)
+    crossings[code[:, 0] == 3] = np.minimum(meshes[code[code[:, 0] == 3, 1], 1], needs.CROSSINGS)
+    boundaries = max((crossings[first : first + count].sum() for first, count in ranges), default=0)
+    cells = 1 << (job.adaptive_depth if needs.ADAPTIVE else 0)
+    points = (cells + 1) ** 2 if needs.ADAPTIVE else 0
+    corners = (shape[0] + 1, shape[1] + 1, 3) if needs.ADAPTIVE else (0, 0, 3)
+    return {
+        "walk_reals": _block(threads, (rows, walk.REALS), real),
+        "walk_integers": _block(threads, (rows, walk.INTEGERS), np.int64),
+        "csg_reals": _block(threads, (boundaries, 3), real),
+        "csg_integers": _block(threads, (boundaries, 3), np.int32),
+        "csg_values": _block(threads, (2 * ranges[:, 1].max(initial=0),), np.int32),
+        "csg_overflow": _block(threads, (1,), np.int64),
+        "corners": np.zeros(corners, real),
+        "lattice": _block(threads, (points, 3), real),
+        "lattice_marks": _block(threads, (points + 1,), np.int64),
+        "quarters": _block(threads, (job.adaptive_depth + 1, 4, 3), real),
+        "squares": _block(threads, (job.adaptive_depth + 1, 3), np.int64),
+    }
+
+
+def _block(threads, shape, dtype):
+    """Work memory: `shape` and a little more for each thread, so that no two of them share a cache line."""
+    row = int(np.prod(shape[1:])) * np.dtype(dtype).itemsize
+    return np.zeros((threads, shape[0] + -(-128 // row), *shape[1:]), dtype)

@@ -1,0 +1,42 @@
+"""What this job needs, as constants: Numba leaves out the branches of the kernel that they rule out.
+
+`take` is called before any module of the kernel is imported, as each of them imports its constants by name.
+"""
+
+# Features of the contract (README.md in the folder above).
+SPHERE = BOX = POLYGON = ELLIPSOID = MESH = CSG = False
+AMBIENT = DIFFUSE = PHONG = SHADOWS = SOFT = False
+REFLECTION = TRANSMISSION = GLOSSY = ATTENUATION = MEDIA = False
+SUPERSAMPLING = ADAPTIVE = LENS = False
+FEATURES = tuple(name for name in list(globals()) if name.isupper())
+
+# Methods.
+WALK = "chain"  # of WLK-1
+TREE = False  # a bounding-volume hierarchy (HIT-6)
+JITTERED = False  # SAM-2
+STUDY_WEIGHT = False  # GLO-1
+LIMITED = False  # a mesh in a CSG solid may be crossed too often (CSG-6)
+
+# What follows from them.
+LIT = False  # lights are asked at all
+SCATTERED = False  # rays draw random numbers of their own, by their path (RND-4)
+RANDOM = False  # so do they or the samples
+
+
+CROSSINGS = 64  # of a line with one mesh (CSG-6)
+MANY = 64  # shapes from which on the tree is the faster way
+
+
+def take(features, **methods):
+    """Set the constants. features: the job's needs. methods: walk, tree, jittered, study_weight, limited."""
+    chosen = {name: name.lower() in features for name in FEATURES}
+    chosen |= {name.upper(): value for name, value in methods.items()}
+    chosen["LIT"] = chosen["DIFFUSE"] or chosen["PHONG"] or chosen["SHADOWS"]
+    chosen["SCATTERED"] = chosen["SOFT"] or chosen["GLOSSY"]
+    chosen["RANDOM"] = chosen["SCATTERED"] or chosen["JITTERED"] or chosen["LENS"]
+    globals().update(chosen)
+
+
+def constants():
+    """All of them, by name."""
+    return {name: value for name, value in globals().items() if name.isupper()}

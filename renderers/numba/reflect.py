@@ -1,0 +1,70 @@
+"""What a surface gives back and what it lets through: how much, and where to."""
+
+import math
+
+import numpy as np
+
+from .needs import STUDY_WEIGHT
+from .random import draw
+from .scene import EXPONENT, INDEX, PERMEABILITY
+from .vector import add, along, dot, kernel, normalise, scale
+
+# Of the use of a random number (GLO-2).
+FIRST_GLOSSY = np.int64(2**31)
+
+
+@kernel
+def fresnel(materials, i, t, cosine):
+    """R for unpolarised light between two media, s = √x, N, and whether the surface is there at all (REF-1, REF-2).
+
+    i, t: rows of materials. cosine: d·n.
+    """
+    real = type(cosine)
+    zero, one, half = real(0), real(1), real(0.5)
+    n = materials[i, INDEX] / materials[t, INDEX]
+    m = materials[i, PERMEABILITY] / materials[t, PERMEABILITY]
+    if n == 1 and m == 1:
+        return zero, one, n, False
+    c = min(one, abs(cosine))
+    x = one - n * n * (one - c * c)
+    if x <= 0:
+        return one, zero, n, True
+    s = math.sqrt(x)
+    r1 = (n * c - m * s) / (n * c + m * s)
+    r2 = (m * c - n * s) / (m * c + n * s)
+    return half * (r1 * r1 + r2 * r2), s, n, True
+
+
+@kernel
+def mirrored(direction, normal, cosine):
+    """REF-3. cosine: d·n."""
+    return normalise(along(direction, type(cosine)(-2) * cosine, normal))
+
+
+@kernel
+def refracted(direction, normal, cosine, n, s):
+    """TRA-1."""
+    g = -s if cosine <= 0 else s
+    return normalise(along(scale(n, direction), g - n * cosine, normal))
+
+
+@kernel
+def glossy(scene, place, path, material, normal, r, g):
+    """Direction number `g` of the lobe around the mirrored direction `r`, and its weight w (GLO-1 to GLO-3)."""
+    real = type(scene.epsilon)
+    one = real(1)
+    exponent = scene.materials[material, EXPONENT]
+    u = draw(scene, place, path, FIRST_GLOSSY + g)
+    z = (one - u[0]) ** (one / (exponent + one))
+    w, phi = math.sqrt(max(real(0), one - z * z)), real(2 * math.pi) * u[1]
+    x, y = w * math.cos(phi), w * math.sin(phi)
+    sigma = one if r[2] >= 0 else -one
+    a = -one / (sigma + r[2])
+    b = r[0] * r[1] * a
+    p, q = (one + sigma * r[0] * r[0] * a, sigma * b, -sigma * r[0]), (b, sigma + r[1] * r[1] * a, -r[1])
+    aside, ahead = along(scale(x, p), y, q), scale(z, r)
+    direction = add(aside, ahead)
+    if (dot(direction, normal) > 0) != (dot(r, normal) > 0):
+        direction = along(ahead, -one, aside)
+    weight = z**exponent if STUDY_WEIGHT else one
+    return normalise(direction), weight

@@ -1,0 +1,98 @@
+"""Loads the scene, compiles the kernel or loads it from the disk cache, renders and saves."""
+
+import hashlib
+import os
+import sys
+from pathlib import Path
+
+from renderers import worker
+
+sys.modules["scipy"] = None  # Numba imports it where it finds it; nothing here uses it
+
+import llvmlite.binding  # noqa: E402
+import numba  # noqa: E402
+import numpy as np  # noqa: E402
+
+from . import needs, render, walk  # noqa: E402
+from .load import load  # noqa: E402
+
+TABLE_LIMIT = 2**31  # bytes (WLK-2)
+
+
+def cache_folder(job):
+    """Where this very kernel's machine code is kept.
+
+    Numba's own key sees neither an edit of a module that the entry calls nor a change of options or constants.
+    """
+    sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    versions = sys.version, numba.__version__, llvmlite.__version__, np.__version__
+    processor = llvmlite.binding.get_host_cpu_name()
+    key = repr((sources, versions, processor, job.kind, job.variant, job.precision, needs.constants()))
+    return os.path.join(job.cache, "numba-" + hashlib.sha256(key.encode()).hexdigest()[:16])
+
+
+def work_of_walk(job, real):
+    """`walk_rows` and `walk_bytes` of WLK-2, for the walks that have rows."""
+    rows = walk.rows(job.depth, job.glossy_rays)
+    if rows == 0:
+        return {}
+    size = rows * (walk.REALS * np.dtype(real).itemsize + walk.INTEGERS * 8)
+    if size > TABLE_LIMIT:
+        worker.refuse(f"walk {needs.WALK}: one pixel takes {size} bytes, more than {TABLE_LIMIT}")
+    return {"walk_rows": rows, "walk_bytes": size}
+
+
+def run(job):
+    parallel = job.variant == "numba-parallel"
+    threads = job.threads if parallel else 1
+    numba.config.NUMBA_NUM_THREADS = threads  # how many the first parallel call starts
+    real = np.dtype(job.precision).type
+    work = work_of_walk(job, real)
+    cached = job.cache and needs.WALK != "recursion"  # Numba's cache breaks functions that call themselves
+
+    with worker.phase("load"):
+        x0, y0, x1, y1 = job.region
+        scene = load(job, real, threads, (y1 - y0, x1 - x0))
+        if job.kind == "rays":
+            entry = render.trace_rays_parallel if parallel else render.trace_rays
+            questions = [(scene, np.load(job.array("rays")).astype(real))]
+            answers = [np.zeros((len(questions[0][1]), 8))]
+        else:
+            entry = render.render_rows_parallel if parallel else render.render_rows
+            passes = (True, False) if needs.ADAPTIVE else (False,)  # corners of pixels, pixels
+            questions = [(scene, job.width, job.height, job.region, job.depth, corners) for corners in passes]
+            answers = [np.zeros((y1 - y0, x1 - x0, 3), real), np.zeros((y1 - y0 + 1, 5), np.int64)]
+    with worker.phase("compile"):
+        if cached:
+            numba.config.CACHE_DIR = cache_folder(job)
+            entry.enable_caching()
+        entry(*questions[0], 0, threads, *(answer[:0] for answer in answers))
+
+    def frame():
+        answers[-1][:] = 0
+        for question in questions:
+            entry(*question, 0, threads, *answers)
+
+    worker.render(job, frame)
+
+    with worker.phase("save"):
+        name = "hits.npy" if job.kind == "rays" else "image.npy"
+        np.save(job.output(name), answers[0])
+        worker.say("output", file=name)
+        if job.kind == "image":
+            primary, reflected, transmitted, shadow, non_finite = answers[1].sum(axis=0)
+            worker.say_rays(primary, reflected, shadow, non_finite, transmitted)
+    methods = {
+        "precision": job.precision,
+        "walk": needs.WALK,
+        **work,
+        "accel": "bvh" if needs.TREE else "none",
+        "threads": threads,
+        "contraction": "off",
+        "threading_layer": numba.threading_layer() if parallel else "none",
+        "compile_cache": ("warm" if entry.stats.cache_hits else "cold") if cached else "off",
+    }
+    if needs.GLOSSY:
+        methods["glossy_weight"] = job.glossy_weight
+    worker.say("used", features=job.needs, methods=methods)
+    worker.say_python_versions(numba=numba.__version__, llvmlite=llvmlite.__version__, numpy=np.__version__)
