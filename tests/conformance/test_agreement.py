@@ -49,7 +49,7 @@ def reference_of(known, bench):
 def compare(bench, reference_of, variant, name, **parameters):
     """Render with `variant` and judge; the Verdict, after the gates of its precision have passed."""
     wanted = Parameters(**parameters)
-    result = bench.result(variant, source(name), **parameters)
+    result = bench.result(variant, source(name), exact=True, **parameters)
     found = reference_of(variant, name, wanted)
     verdict = judge.judge(result.array, found.picture, found.mask, wanted.precision)
     print(f"{variant} against {found.maker}: {verdict}")

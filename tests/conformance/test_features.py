@@ -47,8 +47,9 @@ def reference_of(known, bench, scenes):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_pictures_and_counts_agree(bench, reference_of, scenes, serial, name):
+    """With kernels of what the scene needs and no more."""
     source, jobs = scenes[name]
-    result = bench.result(serial, source, **SIZE, **jobs)
+    result = bench.result(serial, source, exact=True, **SIZE, **jobs)
     found = reference_of(serial, name, Parameters(**SIZE, **jobs))
     verdict = judge.judge(result.array, found.picture, found.mask, "float64")
     print(f"{serial} against {found.maker}: {verdict} {result.said.rays}")
@@ -149,7 +150,7 @@ def test_no_table_of_80_gigabytes(bench, known, scenes, serial):
 
 def test_what_was_built_is_what_was_needed(bench, scenes, serial):
     source, jobs = scenes["media"]
-    result = bench.result(serial, source, **SIZE, **jobs)
+    result = bench.result(serial, source, exact=True, **SIZE, **jobs)
     wanted = needs(text.read(source, "media"), Parameters(**SIZE, **jobs))
     assert set(result.said.used["features"]) == set(wanted)
     assert "soft" not in wanted and "media" in wanted
