@@ -122,27 +122,36 @@ private:
         }
     }
 
-    // Rays that wait: the last that came goes first, so that of each order at most one ray has its siblings waiting.
+    // The last of a ray's children is followed at once; its siblings wait, and the last that came goes first, so that of
+    // each order the siblings of one ray wait at most.
     [[gnu::noinline]] Vec3<Real> stack(const Branch<Real>& eye, Desk<Real>& desk,
                                        std::vector<Waiting<Real>>& waiting) const
     {
         Vec3<Real> sum{0, 0, 0};
         std::size_t count = 0;
-        waiting[count++] = {eye, no_attenuation<Real>(), 0};
-        while (count > 0) {
-            const Waiting<Real> now = waiting[--count];
-            Factor<Real> weight = now.weight;
+        Waiting<Real> now{eye, no_attenuation<Real>(), 0};
+        for (;;) {
+            bool more = false;
+            Waiting<Real> next;
             tracer.follow(
                 now.branch, now.order, desk,
                 [&](const Vec3<Real>& light, const Factor<Real>& attenuation) {
-                    weight = weight * attenuation;
-                    sum = sum + weight * light;
+                    now.weight = now.weight * attenuation;
+                    sum = sum + now.weight * light;
                 },
                 [&](int, const Branch<Real>& child, Real share) {
-                    waiting[count++] = {child, share * weight, now.order + 1};
+                    if (more)
+                        waiting[count++] = next;
+                    more = true;
+                    next = {child, share * now.weight, now.order + 1};
                 });
+            if (!more) {
+                if (count == 0)
+                    return sum;
+                next = waiting[--count];
+            }
+            now = next;
         }
-        return sum;
     }
 
     // The study's rows (2.7.4): down the tree for the rays, and up again for the colours.
