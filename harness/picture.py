@@ -13,7 +13,8 @@ SUFFIXES = (".png", ".exr", ".npy")
 def check_suffix(path: Path) -> None:
     """UserError unless a picture can be saved at `path`."""
     if path.suffix not in SUFFIXES:
-        raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; known: {", ".join(SUFFIXES)}, .pov for a scene')
+        known = f"known: {', '.join(SUFFIXES)}, .pov for a scene"
+        raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; {known}')
     check_folder(path)
 
 
