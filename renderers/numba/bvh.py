@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .vector import kernel, largest
+from .vector import kernel
 
 BINS = 16  # of a node's extent, between which it may be split
 LEAF = 4  # a node of no more shapes is a leaf
@@ -92,28 +92,28 @@ def _costs(lows, highs, numbers):
 
 
 @kernel
-def ends(origin, direction, pad):
+def ends(origin, inverse, pad):
     """Along one axis, the origin to measure from to the side that is met first, and to the other."""
-    if direction > 0:
+    if inverse > 0:
         return origin + pad, origin - pad
     return origin - pad, origin + pad
 
 
 @kernel
-def slopes(scene, origin, direction):
+def slopes(origin, direction, pad):
     """Of a ray: 1/d, which side of a box it meets first, and the origin to measure from to that side and to the other.
 
+    1/d tells one side from the other where d is 0 or -0 too: both are then infinitely far, one behind and one ahead.
     The shapes' own tests may find a hit a little beside their bounds, as they are rounded too. So bounds are widened by
-    what rounding can do: the two origins differ by twice that.
+    what rounding can do, `pad`: the two origins differ by twice that.
     """
-    one = type(direction[0])(1)
-    pad = scene.tree_pad * max(largest(origin), scene.tree_reach)
-    x, y, z = direction
+    one = type(pad)(1)
+    x, y, z = one / direction[0], one / direction[1], one / direction[2]
     near_x, far_x = ends(origin[0], x, pad)
     near_y, far_y = ends(origin[1], y, pad)
     near_z, far_z = ends(origin[2], z, pad)
     sides = 0 if x > 0 else 1, 0 if y > 0 else 1, 0 if z > 0 else 1
-    return (one / x, one / y, one / z), sides, (near_x, near_y, near_z), (far_x, far_y, far_z)
+    return (x, y, z), sides, (near_x, near_y, near_z), (far_x, far_y, far_z)
 
 
 @kernel
@@ -125,13 +125,18 @@ def slab(bounds, node, axis, inverse, side, near, far, start, end):
 
 
 @kernel
-def enter(scene, node, ray, best):
-    """Distance at which the ray enters a node; -1 if nothing in it can be hit as near as `best`."""
+def clip(bounds, node, ray, start, end):
+    """The part from `start` to `end` of a ray that is in a node; none if start > end then. ray: of `slopes`."""
     inverse, side, near, far = ray
-    bounds, start = scene.tree_bounds, type(best)(0)
-    start, end = slab(bounds, node, 0, inverse[0], side[0], near[0], far[0], start, best)
+    start, end = slab(bounds, node, 0, inverse[0], side[0], near[0], far[0], start, end)
     start, end = slab(bounds, node, 1, inverse[1], side[1], near[1], far[1], start, end)
-    start, end = slab(bounds, node, 2, inverse[2], side[2], near[2], far[2], start, end)
+    return slab(bounds, node, 2, inverse[2], side[2], near[2], far[2], start, end)
+
+
+@kernel
+def enter(bounds, node, ray, best):
+    """Distance at which the ray enters a node; -1 if nothing in it can be hit as near as `best`."""
+    start, end = clip(bounds, node, ray, type(best)(0), best)
     if start <= end:
         return start
     return type(best)(-1)

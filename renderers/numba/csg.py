@@ -6,9 +6,10 @@ The boundaries of one solid lie in work memory of the thread: rows of `csg_reals
 import math
 
 from .box import face_of_box, span_box
+from .bvh import clip, slopes
 from .ellipsoid import ellipsoid_surface, span_ellipsoid
 from .mesh import cross_triangle, shear, triangle_surface
-from .needs import CROSSINGS, MESH
+from .needs import CROSSINGS, MESH, TREE
 from .sphere import span_sphere, sphere_surface
 from .vector import along, called, dot, kernel, largest, negate
 
@@ -30,22 +31,66 @@ def put(scene, thread, count, t, part, face):
         integers[thread, k, PART] = integers[thread, k - 1, PART]
         integers[thread, k, FACE] = integers[thread, k - 1, FACE]
         k -= 1
+    if TREE:  # which shows triangles in an order of its own
+        while (
+            k > 0 and reals[thread, k - 1, DISTANCE] == t and triangle_after(scene, integers, thread, k - 1, part, face)
+        ):
+            integers[thread, k, PART] = part
+            integers[thread, k, FACE] = integers[thread, k - 1, FACE]
+            reals[thread, k, DISTANCE] = t
+            k -= 1
     reals[thread, k, DISTANCE] = t
     integers[thread, k, PART], integers[thread, k, FACE] = part, face
     return count + 1
 
 
 @kernel
-def put_mesh(scene, thread, count, origin, direction, part, mesh):
-    """The boundaries of a mesh; the number of boundaries after them, -1 if there are too many (CSG-6)."""
-    first, limit = scene.csg_meshes[mesh, 0], count + CROSSINGS
-    ray = shear(origin, direction)
-    for i in range(first, first + scene.csg_meshes[mesh, 1]):
+def triangle_after(scene, integers, thread, k, part, face):
+    """Whether boundary `k` is of the same mesh as a face, and of a later triangle."""
+    same = integers[thread, k, PART] == part and scene.csg_code[part, 0] == SURFACE
+    return same and integers[thread, k, FACE] > face
+
+
+@kernel
+def put_triangles(scene, thread, count, limit, part, ray, triangles, first, last):
+    """The boundaries of the triangles from `first` to `last`: rows of `triangles`, if there is a tree."""
+    for k in range(first, last):
+        i = triangles[k] if TREE else k
         t = cross_triangle(scene.csg_triangles, i, ray)
         if t < math.inf:
             if count == limit:
                 return -1
             count = put(scene, thread, count, t, part, i)
+    return count
+
+
+@kernel
+def put_mesh(scene, thread, count, origin, direction, part, mesh):
+    """The boundaries of a mesh; the number of boundaries after them, -1 if there are too many (CSG-6)."""
+    limit = count + CROSSINGS
+    ray = shear(origin, direction)
+    if not TREE:
+        first = scene.csg_meshes[mesh, 0]
+        return put_triangles(scene, thread, count, limit, part, ray, 0, first, first + scene.csg_meshes[mesh, 1])
+    bounds, links, stack = scene.csg_bounds, scene.csg_links, scene.csg_stack
+    infinity = type(direction[0])(math.inf)
+    line = slopes(origin, direction, scene.tree_pad * max(largest(origin), scene.csg_reaches[mesh]))
+    stack[thread, 0] = scene.csg_roots[mesh]
+    height = 1
+    while height > 0:
+        height -= 1
+        node = stack[thread, height]
+        start, end = clip(bounds, node, line, -infinity, infinity)
+        if start <= end:
+            first, number = links[node, 0], links[node, 1]
+            if number == 0:
+                stack[thread, height], stack[thread, height + 1] = first, first + 1
+                height += 2
+            else:
+                last = first + number
+                count = put_triangles(scene, thread, count, limit, part, ray, scene.csg_items, first, last)
+                if count < 0:
+                    return count
     return count
 
 

@@ -117,7 +117,32 @@ def _parts(read, vertices, triangles):
         "csg_sizes": sizes,
         "csg_triangle_sizes": triangle_sizes,
     }
+    if needs.TREE:
+        tables |= _trees(low, high, firsts, counts)
     return tables, [bounds.of_spheres(spheres), bounds.of_boxes(boxes), bounds.of_ellipsoids(ellipsoids), of_meshes]
+
+
+def _trees(low, high, firsts, counts):
+    """A tree over each mesh that is a part, all in the same arrays."""
+    bounds, links, items, roots = [np.zeros((0, 2, 3))], [np.zeros((0, 2), np.int32)], [np.zeros(0, np.int32)], []
+    made = 0
+    for first, count in zip(firsts, counts, strict=True):
+        nodes, link, order = bvh.build(low[first : first + count], high[first : first + count])
+        leaf = link[:, 1] > 0
+        link[:, 0] += np.where(leaf, first, made).astype(np.int32)
+        roots.append(made)
+        made += len(nodes)
+        bounds.append(nodes)
+        links.append(link)
+        items.append(order + np.int32(first))
+    bounds, roots = np.concatenate(bounds), np.array(roots, np.int32)
+    return {
+        "csg_bounds": bounds,
+        "csg_links": np.concatenate(links),
+        "csg_items": np.concatenate(items),
+        "csg_roots": roots,
+        "csg_reaches": np.abs(bounds[roots]).max(axis=(1, 2), initial=0),
+    }
 
 
 def _axis_sizes(shapes):
@@ -181,6 +206,7 @@ def _work(job, real, threads, shape, values):
         "csg_reals": _block(threads, (boundaries, 3), real),
         "csg_integers": _block(threads, (boundaries, 3), np.int32),
         "csg_values": _block(threads, (2 * ranges[:, 1].max(initial=0),), np.int32),
+        "csg_stack": _block(threads, (bvh.LEVELS + 1,), np.int32),
         "csg_overflow": _block(threads, (1,), np.int64),
         "corners": np.zeros(corners, real),
         "lattice": _block(threads, (points, 3), real),

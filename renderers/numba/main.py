@@ -29,7 +29,9 @@ def main(arguments):
     one_child = "transmission" not in job.needs and ("glossy" not in job.needs or job.glossy_rays == 1)
     if job.walk == "chain" and not one_child:
         worker.refuse("walk chain: a ray of this scene can have several children")
-    walk = job.walk if job.walk != "least" else "chain" if one_child else "stack"
+    walk = job.walk
+    if walk == "least" or job.kind == "rays":
+        walk = "chain" if one_child else "stack"
     with worker.importing():
         from .count import count_shapes, largest_part
 

@@ -6,7 +6,7 @@ from .camera import eye_ray
 from .needs import ADAPTIVE, CSG, JITTERED, LENS, LIMITED, MEDIA, SUPERSAMPLING
 from .random import draw
 from .trace import finite
-from .vector import add, called, inlined, kernel, scale
+from .vector import add, inlined, kernel, scale
 from .walk import walk
 
 # Counts are tuples: primary, reflected, transmitted, shadow, non-finite (CNT-1, CNT-2).
@@ -17,7 +17,7 @@ def add_counts(a, b):
     return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4]
 
 
-@(called if ADAPTIVE else kernel)
+@kernel
 def take(scene, thread, width, height, x, y, place, u, depth):
     """Linear RGB of the sample at (x, y), in pixels from the top left, and its counts. u: numbers for the lens."""
     origin, direction = eye_ray(scene, width, height, x, y, u)

@@ -12,7 +12,7 @@ from .mesh import any_triangle, hit_triangle, nearest_triangle, shear, triangle_
 from .needs import BOX, CSG, ELLIPSOID, MESH, POLYGON, SPHERE, TREE
 from .polygon import any_polygon, hit_polygon, nearest_polygon, polygon_surface
 from .sphere import any_sphere, hit_sphere, nearest_sphere, sphere_surface
-from .vector import kernel
+from .vector import kernel, largest
 
 # What the kernel reads, and whether this job needs it. All numbers are of the job's precision, lengths in the scene's
 # unit. The n shapes count on from spheres to boxes, polygons, ellipsoids, triangles and CSG solids: the order of HIT-2.
@@ -36,6 +36,11 @@ FIELDS = {
     "csg_ellipsoids": CSG,
     "csg_triangles": CSG and MESH,
     "csg_meshes": CSG and MESH,  # int32 (n, 2): first triangle, number
+    "csg_bounds": CSG and MESH and TREE,  # trees over the parts that are meshes, as the one over the shapes below
+    "csg_links": CSG and MESH and TREE,
+    "csg_items": CSG and MESH and TREE,
+    "csg_roots": CSG and MESH and TREE,  # int32 (n,): root of each
+    "csg_reaches": CSG and MESH and TREE,  # (n,): largest coordinate of each
     "csg_code": CSG,  # int32 (K, 2): postfix, as in the contract
     "csg_ranges": CSG,  # int32 (C, 2): first row of csg_code, number
     "csg_sizes": CSG,  # (K,): size of the part, if it is none of a mesh
@@ -63,6 +68,7 @@ FIELDS = {
     "csg_reals": CSG,  # see csg.py
     "csg_integers": CSG,
     "csg_values": CSG,
+    "csg_stack": CSG and MESH and TREE,
     "csg_overflow": CSG,  # not 0 if a line crossed a mesh too often (CSG-6)
     "tree_stack": TREE,
     "tree_entries": TREE,
@@ -120,7 +126,8 @@ def search(scene, thread, origin, direction, best, any_will_do):
     Of shapes at equal distance it is the first (HIT-2), in whatever order the tree shows them.
     """
     stack, entries = scene.tree_stack, scene.tree_entries
-    ray = slopes(scene, origin, direction)
+    bounds = scene.tree_bounds
+    ray = slopes(origin, direction, scene.tree_pad * max(largest(origin), scene.tree_reach))
     sheared = shear(origin, direction) if MESH else 0
     index, node, height = -1, 0, 0
     if CSG:
@@ -131,13 +138,13 @@ def search(scene, thread, origin, direction, best, any_will_do):
                 if any_will_do:
                     return t, i
                 best, index = t, i
-    if len(scene.tree_items) == 0 or enter(scene, 0, ray, best) < 0:
+    if len(scene.tree_items) == 0 or enter(bounds, 0, ray, best) < 0:
         return best, index
     while True:
         first, count = scene.tree_links[node, 0], scene.tree_links[node, 1]
         if count == 0:
             near, far = first, first + 1
-            t0, t1 = enter(scene, near, ray, best), enter(scene, far, ray, best)
+            t0, t1 = enter(bounds, near, ray, best), enter(bounds, far, ray, best)
             if t1 >= 0 and (t0 < 0 or t1 < t0):
                 near, far, t0, t1 = far, near, t1, t0
             if t0 >= 0:
