@@ -103,7 +103,7 @@ def test_threads_do_not_change_a_byte(bench, known, variant, name):
 
 def test_a_threaded_variant_is_its_serial_twin(bench, known):
     for name, entry in known.items():
-        if entry.variant.threads == 1:
+        if entry.variant.threads == 1 or entry.renderer.manifest.external:
             continue
         twin = entry.renderer.manifest.variant[0].name
         pair = [
