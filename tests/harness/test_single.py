@@ -8,6 +8,8 @@ import OpenEXR
 import pytest
 from PIL import Image
 
+from harness import colour
+
 SCENE = """CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)
 BACKGROUND (0.2,0.5,0.7)
 AMBIENT (1,1,1)
@@ -140,3 +142,18 @@ def test_trace_by_one_that_answers_oddly(rows, message, rayrace, scene, write):
     rays = write("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,2,0,0,-4\n")
     done = rayrace("trace", scene, rays, "-r", "hits", "--renderer", folder, code=0 if message is None else 1)
     assert (message or "") in done.stderr
+
+
+def test_srgb_arithmetic_multiplies_codes(rayrace, tmp_path):
+    """A grey wall in grey light: 0.5 x 0.5 of sRGB codes is 0.25 of them, of light it is less dark (figure 2.6)."""
+    scene = tmp_path / "grey.txt"
+    wall = "POLYGON 4 (-9,-9,0) (9,-9,0) (9,9,0) (-9,9,0) (0.5,0.5,0.5) 0 1 (0,0,0) 1 1\n"
+    scene.write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nAMBIENT (0.5,0.5,0.5)\n" + wall)
+    shown = {}
+    for name in ("linear", "srgb"):
+        out = tmp_path / f"{name}.png"
+        rayrace("render", scene, "-r", "python", "-o", out, "--width", 2, "--height", 2, "--arithmetic", name, code=0)
+        with Image.open(out) as picture:
+            shown[name] = picture.getpixel((0, 0))[0]
+    assert shown["srgb"] == round(0.25 * 255)
+    assert shown["linear"] == colour.encode_8bit(colour.decode(0.5) ** 2)
