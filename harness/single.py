@@ -61,7 +61,9 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     needs = needs_of(read, parameters)
     entry = pick(variant, registry.entries(folders), parameters, needs)
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
-    result = repetition.run(entry, flatten(read, parameters.arithmetic), parameters, needs, timeout, cache=_kernels(entry))
+    result = repetition.run(
+        entry, flatten(read, parameters.arithmetic), parameters, needs, timeout, cache=_kernels(entry)
+    )
     _stop_unless_ok(entry, result)
     if out.suffix == ".png" and not np.isfinite(result.array).all():
         raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
