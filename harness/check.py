@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness import judge, race, reference, registry, repetition
+from harness import judge, reference, registry, repetition, row
 from harness.builder import BuildError
 from harness.check_scenes import FURTHER, full_parameters, full_scene_text, scene_text
 from harness.errors import UserError
@@ -20,6 +20,8 @@ from harness.scene.needs import SHAPES
 from harness.scene.needs import needs as needs_of
 
 SIZE = 16
+TIMEOUT = 120.0  # s
+SIMULATED_TIMEOUT = 1800.0
 HIT_TOLERANCE = 1e-11  # of t, point and normal of rays in general position, relative to their size
 
 
@@ -48,10 +50,18 @@ def examine(path: Path) -> Iterator[Check]:
             yield Check("build", False, str(error))
             return
         yield Check("build", True, f"{built.seconds:.2f} s" + (" (from the cache)" if built.cached else ""))
-    for variant in renderer.manifest.variant:
+    entries = [Entry(renderer, variant) for variant in renderer.manifest.variant]
+    some_run = any(not (entry.variant.exhibit or entry.unavailable) for entry in entries)
+    for entry in entries:
+        if entry.variant.exhibit:
+            yield Check(f"{entry.name}: an exhibit", True, f"not checked: {entry.variant.exhibit}")
+            continue
+        if entry.unavailable:
+            yield Check(f"{entry.name}: available here", some_run, f"not checked: {entry.unavailable}")
+            continue
         with tempfile.TemporaryDirectory(prefix="rayrace-check-") as cache:
-            for check in Examination(Entry(renderer, variant), Path(cache)).checks():
-                yield replace(check, what=f"{variant.name}: {check.what}")
+            for check in Examination(entry, Path(cache)).checks():
+                yield replace(check, what=f"{entry.name}: {check.what}")
 
 
 class Examination:
@@ -60,6 +70,7 @@ class Examination:
     def __init__(self, entry: Entry, cache: Path):
         self.entry, self.cache = entry, cache
         self.features = entry.renderer.manifest.features
+        self.timeout = SIMULATED_TIMEOUT if entry.simulated else TIMEOUT
         depth = 3 if "reflection" in self.features else 0
         shadows = "shadows" in self.features
         scene = text.read(scene_text(self.features), "the check's scene")
@@ -70,7 +81,7 @@ class Examination:
     def run(self, parameters=None, needs=None, arrays=None) -> repetition.Result:
         return repetition.start(
             self.entry, self.arrays if arrays is None else arrays, parameters or self.parameters,
-            self.needs if needs is None else needs, timeout=120, cache=self.cache,
+            self.needs if needs is None else needs, timeout=self.timeout, cache=self.cache,
         )  # fmt: skip
 
     def checks(self) -> Iterator[Check]:
@@ -89,11 +100,13 @@ class Examination:
             both = [self.run(replace(self.parameters, threads=n)) for n in (1, 2, 3)]
             same = all(r.status == "ok" and np.array_equal(r.array, first.array) for r in both)
             yield Check("1, 2 and 3 threads give the same bytes", same)
+        if self.entry.variant.device == "cuda":
+            yield self._blocks(first)
         if "region" in self.features:
             region = self.run(replace(self.parameters, region=(3, 5, 10, 13)))
             same = region.status == "ok" and np.array_equal(region.array, first.array[5:13, 3:10])
             yield Check("a region has the pixels of the whole", same, region.reason)
-        for precision in self.entry.renderer.manifest.methods.get("precision", ("float64",))[1:]:
+        for precision in self.entry.methods.get("precision", ("float64",))[1:]:
             other = replace(self.parameters, precision=precision, frames=0)
             yield from self._judged(self.run(other), other)
         if "rays" in self.features:
@@ -153,13 +166,24 @@ class Examination:
         # The plainest first: for so small a picture it is also the quickest, having nothing to compile.
         return reference.choose(self.entry, registry.entries(), parameters, needs, reference.JUDGES[::-1])
 
+    def _blocks(self, first: repetition.Result) -> Check:
+        """Neither the threads of a GPU nor where it keeps the scene may change the picture."""
+        memories = self.entry.methods.get("scene_memory", ("auto",))
+        others = [{"scene_memory": name} for name in memories[1:]]
+        others += [{"block_width": 8, "block_height": 4, "total_threads": 64}, {"block_width": 1, "max_registers": 64}]
+        for other in others:
+            result = self.run(replace(self.parameters, **other, frames=0))
+            if result.status != "ok" or not np.array_equal(result.array, first.array):
+                return Check("other blocks and memories give the same bytes", False, f"{other}: {result.reason}")
+        return Check("other blocks and memories give the same bytes", True)
+
     def _phases(self, result: repetition.Result) -> Check:
         if result.status != "ok":
             return Check("phases cover its life", False, result.reason)
-        phases = race.cover(result.said, result.outcome.spawned, result.outcome.exited)
+        phases = row.cover(result.said, result.outcome.spawned, result.outcome.exited)
         missing = 1 - sum(end - start for _, start, end in phases) / result.outcome.wall_s
         detail = f"{missing:.2%} of the wall time is in no phase"
-        return Check("phases cover its life", abs(missing) <= race.PHASE_TOLERANCE, detail)
+        return Check("phases cover its life", abs(missing) <= row.PHASE_TOLERANCE, detail)
 
     def _rays(self) -> Check:
         what = "rays: first hits agree with another renderer"

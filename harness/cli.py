@@ -47,7 +47,7 @@ def run(
 ) -> None:
     """Run an experiment: every scene x renderer x swept value, in fresh interleaved processes."""
     from harness import experiment as experiments
-    from harness import plan, race, registry, terminal
+    from harness import plan, race, registry, row, terminal
     from harness.errors import UserError
 
     asked = experiments.load(experiment, tuple(settings or ()))
@@ -77,7 +77,7 @@ def run(
         from reports import report as reports
 
         print(f"report: {reports.write(folder, folder / 'report')}")
-    raise typer.Exit(1 if any(record["status"] in race.BAD for record in records) else 0)
+    raise typer.Exit(1 if any(map(row.failed, records)) else 0)
 
 
 @app.command()
@@ -109,6 +109,13 @@ def render(
     region: Annotated[str, typer.Option(help="Only the pixels x0,y0,x1,y1.")] = "",
     precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
     threads: Annotated[int, typer.Option(min=0, help="0: as many as the variant runs by default.")] = 0,
+    scene_memory: Annotated[
+        str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")
+    ] = "auto",
+    block_width: Annotated[int, typer.Option(min=1, max=1024, help="Threads of a GPU's block.")] = 16,
+    block_height: Annotated[int, typer.Option(min=1, max=1024)] = 16,
+    total_threads: Annotated[int, typer.Option(min=0, help="Of a GPU; 0: one for each pixel.")] = 0,
+    max_registers: Annotated[int, typer.Option(min=0, max=255, help="Of a GPU's thread; 0: no cap.")] = 0,
     frames: Annotated[int, typer.Option(min=0, help="Frames after the first, to time.")] = 0,
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
     renderer: RendererOption = None,
@@ -122,7 +129,8 @@ def render(
         adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold, lens_radius=lens_radius,
         focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays, glossy_weight=glossy_weight,
         seed=seed, walk=walk, accel=accel, arithmetic=arithmetic, region=region, precision=precision,
-        threads=threads or "default",
+        threads=threads or "default", scene_memory=scene_memory, block_width=block_width, block_height=block_height,
+        total_threads=total_threads, max_registers=max_registers,
     )  # fmt: skip
     single.render(scene, variant, out, image, frames, timeout, tuple(renderer or ()), as_json)
 
@@ -136,13 +144,16 @@ def trace(
     ] = "",
     out: Annotated[Path | None, typer.Option("-o", "--out", help="HITS.csv. Default: standard output.")] = None,
     precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
+    scene_memory: Annotated[
+        str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")
+    ] = "auto",
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
     renderer: RendererOption = None,
 ) -> None:
     """First hits of a list of rays: hit,t,px,py,pz,nx,ny,nz,object."""
     from harness import single
 
-    single.trace(scene, rays, variant, out, precision, timeout, tuple(renderer or ()))
+    single.trace(scene, rays, variant, out, precision, scene_memory, timeout, tuple(renderer or ()))
 
 
 @app.command()
@@ -165,12 +176,34 @@ def list_renderers(renderer: RendererOption = None, as_json: JsonOption = False)
 
 
 @app.command()
-def doctor(as_json: JsonOption = False) -> None:
+def doctor(
+    as_json: JsonOption = False,
+    cuda: Annotated[
+        bool, typer.Option("--cuda", help="What kernels take of a GPU: registers, memory, occupancy. Needs no GPU.")
+    ] = False,
+    scene: Annotated[list[Path] | None, typer.Option(help="With --cuda: a scene to compile for, not ours.")] = None,
+    target: Annotated[
+        list[str] | None, typer.Option(help="With --cuda: a compute capability. Default: sm_75, sm_80, sm_90, sm_100.")
+    ] = None,
+    renderer: RendererOption = None,
+) -> None:
     """Is this machine fit to measure? It changes nothing."""
     from harness import doctor as doctors
     from harness import terminal
+    from harness.errors import UserError
 
-    terminal.show_findings(doctors.examine(), as_json)
+    if not cuda:
+        if scene or target:
+            raise UserError("--scene, --target: only with --cuda")
+        terminal.show_findings(doctors.examine(), as_json)
+        return
+    from harness import compile_report, registry
+
+    entries = compile_report.find(registry.entries(tuple(renderer or ())))
+    rows = compile_report.examine(
+        entries, compile_report.cases(tuple(scene or ())), tuple(target or compile_report.TARGETS)
+    )
+    raise typer.Exit(terminal.show_kernels(rows, as_json))
 
 
 @app.command()

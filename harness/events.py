@@ -9,6 +9,17 @@ from pathlib import Path
 LIMIT = 64 * 2**20  # bytes of output that are read
 FAULTS = 10  # after so many, the rest is not read
 WORDS = 500  # characters of a text that are kept
+PARTS = 20  # of a frame
+CLOCKS = 0.01  # by which the clock of a device may differ from the system's
+
+DEVICE_COUNTS = ("multiprocessors", "memory_bytes", "shared_bytes_per_block", "registers_per_multiprocessor")
+DEVICE_NUMBERS = ("clock_mhz", "peak_fp32_flops", "peak_fp64_flops")
+
+KERNEL_COUNTS = (
+    *("registers", "shared_bytes", "local_bytes", "constant_bytes", "spill_store_bytes", "spill_load_bytes"),
+    *("threads_per_block", "float64_instructions", "contracted"),
+)
+KERNEL_NUMBERS = ("occupancy", "compile_s", "assemble_s")
 
 
 @dataclass
@@ -21,6 +32,8 @@ class Said:
     memory: dict | None = None
     versions: dict | None = None
     used: dict | None = None
+    device: dict | None = None
+    kernels: list[dict] = field(default_factory=list)
     output: str | None = None
     error: str | None = None
     faults: list[str] = field(default_factory=list)
@@ -66,7 +79,8 @@ def _take(said: Said, kind: str, event: dict) -> None:
         if kind == "phase":
             said.phases.append({"name": words(event["name"]), "start": start, "end": end})
         else:
-            said.frames.append({"index": _count(event["index"]), "start": start, "end": end})
+            parts = _parts(event.get("parts"))
+            said.frames.append({"index": _count(event["index"]), "start": start, "end": end, "parts": parts})
     elif kind == "rays":
         said.rays = {
             name: _count(event[name]) for name in ("primary", "reflected", "transmitted", "shadow", "non_finite")
@@ -77,6 +91,10 @@ def _take(said: Said, kind: str, event: dict) -> None:
             for name in ("peak_bytes", "render_peak_bytes", "peak_virtual_bytes")
         }
         said.memory["method"] = words(event.get("method") or "not told")
+    elif kind == "device":
+        said.device = _device(event)
+    elif kind == "kernel":
+        said.kernels.append(_kernel(event))
     elif kind in ("versions", "used"):
         json.dumps(event, allow_nan=False)  # ValueError: no JSON could hold it
         setattr(said, kind, event)
@@ -94,8 +112,46 @@ def _count(value) -> int:
     return value
 
 
+def _number(value) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+        raise ValueError("not a number from 0")
+    return float(value)
+
+
+def _parts(parts) -> dict | None:
+    """Seconds by the name of a part."""
+    if parts is None:
+        return None
+    if len(parts) > PARTS:
+        raise ValueError("too many parts")
+    return {words(name): _number(seconds) for name, seconds in parts.items()}
+
+
+def _device(event: dict) -> dict:
+    """What a renderer says of the device that it ran on; null for what it leaves out."""
+    if not isinstance(event["simulated"], bool):
+        raise ValueError("neither true nor false")
+    major_minor = event.get("compute_capability")
+    if major_minor is not None:
+        major_minor = [_count(number) for number in major_minor]
+        if len(major_minor) != 2:
+            raise ValueError("not a compute capability")
+    device = {"name": words(event["name"]), "simulated": event["simulated"], "compute_capability": major_minor}
+    for names, kind in ((DEVICE_COUNTS, _count), (DEVICE_NUMBERS, _number), (("driver",), words)):
+        device |= {name: None if event.get(name) is None else kind(event[name]) for name in names}
+    return device
+
+
+def _kernel(event: dict) -> dict:
+    """What a compiled kernel takes of a GPU."""
+    kernel = {name: words(event[name]) for name in ("name", "target")}
+    kernel |= {name: _count(event[name]) for name in KERNEL_COUNTS}
+    return kernel | {name: None if event.get(name) is None else _number(event[name]) for name in KERNEL_NUMBERS}
+
+
 def tidy(said: Said, spawned: float, exited: float) -> None:
-    """Find stamps that cannot be: outside the life of the process, out of order, frames outside `render`.
+    """Find stamps that cannot be: outside the life of the process, out of order, frames outside `render`, parts of a
+    frame that are longer than it.
 
     Adds to `faults`.
     """
@@ -112,4 +168,9 @@ def tidy(said: Said, spawned: float, exited: float) -> None:
     for frame in said.frames:
         if render and not (render[0]["start"] - slack <= frame["start"] and frame["end"] <= render[-1]["end"] + slack):
             said.faults.append(f"frame {frame['index']} lies outside the phase render")
+            return
+    for frame in said.frames:
+        parts = sum((frame["parts"] or {}).values())
+        if parts > (frame["end"] - frame["start"]) * (1 + CLOCKS) + slack:
+            said.faults.append(f"the parts of frame {frame['index']} are longer than it: {frame}")
             return

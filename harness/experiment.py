@@ -10,6 +10,7 @@ from harness.errors import UserError
 from harness.job import Parameters
 from harness.manifest import Strict, read_toml, validated
 
+BLOCK = 1024  # threads that a block of a GPU can have
 UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 
 
@@ -28,8 +29,6 @@ Count = Annotated[int, Field(ge=0, le=10**6)]
 Size = Annotated[int, Field(ge=1, le=2**16)]
 Precision = Annotated[str, Field(pattern=r"^[a-z]+[0-9]+$")]
 Region = Literal["all", "one pixel"] | tuple[Count, Count, Count, Count]
-
-
 Real = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
@@ -58,13 +57,22 @@ class Image(Strict):
     sample_y: Annotated[float, Field(ge=0, lt=1)] = 0.5
     precision: Precision = "float64"
     threads: Annotated[int, Field(ge=1)] | Literal["default"] = "default"
+    scene_memory: Literal["auto", "global", "constant", "shared"] = "auto"  # of a GPU, as what follows
+    block_width: Annotated[int, Field(ge=1, le=BLOCK)] = 16
+    block_height: Annotated[int, Field(ge=1, le=BLOCK)] = 16
+    total_threads: Annotated[int, Field(ge=0, lt=2**31)] = 0  # 0: one for each pixel
+    max_registers: Annotated[int, Field(ge=0, le=255)] = 0  # of a thread; 0: no cap
 
     @model_validator(mode="after")
-    def _region_inside(self):
+    def _sides_fit(self):
         if isinstance(self.region, tuple):
             x0, y0, x1, y1 = self.region
             if not (x0 < x1 <= self.width and y0 < y1 <= self.height):
                 raise ValueError(f"region {list(self.region)}: expected x0 < x1 <= width and y0 < y1 <= height")
+        threads = self.block_width * self.block_height
+        if threads > BLOCK:
+            sides = f"{self.block_width} x {self.block_height}"
+            raise ValueError(f"block_width x block_height: {sides} is {threads} threads, expected {BLOCK} at most")
         return self
 
     def bounds(self) -> tuple[int, int, int, int] | None:
@@ -93,7 +101,10 @@ Case = create_model(
 
 
 class Measure(Strict):
+    """gpu_load: of the load pass, one more process of each cell of a GPU, with frames that fill this time. 0: none."""
+
     interval: Seconds = 0.05
+    gpu_load: Annotated[float, BeforeValidator(duration), Field(ge=0, le=3600)] = 5.0
 
 
 class Override(Strict):

@@ -16,6 +16,12 @@ def default_epsilon(precision: str) -> float:
     return 32 * {"float32": 2.0**-24}.get(precision, 2.0**-53)
 
 
+NOT_IN_THE_PICTURE = (
+    *("threads", "frames", "walk", "accel"),
+    *("scene_memory", "block_width", "block_height", "total_threads", "max_registers"),
+)
+
+
 @dataclass(frozen=True)
 class Parameters:
     """The parameters of a job, with the names and units of the contract."""
@@ -45,6 +51,11 @@ class Parameters:
     epsilon: float | None = None  # None: 32 u of the precision (OFF-1)
     threads: int = 1
     frames: int = 0
+    scene_memory: str = "auto"  # of a GPU, as what follows
+    block_width: int = 16
+    block_height: int = 16
+    total_threads: int = 0  # 0: one for each pixel
+    max_registers: int = 0  # of a thread; 0: as many as the compiler likes
 
     def bounds(self) -> tuple[int, int, int, int]:
         return self.region or (0, 0, self.width, self.height)
@@ -64,7 +75,8 @@ class Parameters:
 
     def picture(self) -> "Parameters":
         """These parameters without those that may not change the picture."""
-        return dataclasses.replace(self, threads=1, frames=0, walk="least", accel="auto")
+        default = Parameters()
+        return dataclasses.replace(self, **{name: getattr(default, name) for name in NOT_IN_THE_PICTURE})
 
     def defines(self, needs: tuple[str, ...]) -> tuple[str, ...]:
         """What a program is built with for this job, as words for a compiler of C or C++ (the contract's {defines})."""
@@ -86,6 +98,13 @@ def flags(folder: Path, out: Path, variant: str, cache: Path | None, parameters:
     values = {"job": folder, "out": out, "variant": variant, **parameters.values()}
     values |= {"needs": ",".join(needs), "cache": cache or ""}
     return [f"--{key}={value}" for key, value in values.items()]
+
+
+def count_shapes(arrays: dict[str, np.ndarray]) -> dict[str, int]:
+    """How many shapes of each kind a ray is tried against; a CSG solid is one, whatever its parts."""
+    rows = {"sphere": "spheres", "box": "boxes", "polygon": "polygon_ranges", "ellipsoid": "ellipsoids"}
+    counts = {kind: len(arrays[name]) for kind, name in rows.items()}
+    return {**counts, "triangle": int(arrays["mesh_ranges"][:, 1].sum()), "csg": len(arrays["csg_ranges"])}
 
 
 def fingerprint(arrays: dict[str, np.ndarray], *more) -> str:

@@ -32,12 +32,27 @@ class Export(Strict):
     command: tuple[str, ...] = Field(min_length=1)
 
 
+class Inspect(Strict):
+    """A command that compiles the kernels of a job for GPUs that need not be there, and tells what they take."""
+
+    command: tuple[str, ...] = Field(min_length=1)
+
+
 class Variant(Strict):
+    """requires: beside the renderer's own. methods: in place of the renderer's, if given.
+
+    exhibit: why it is there, though made to be wrong: to be looked at. It is run and judged like any other, and ranked
+    with none.
+    """
+
     name: str = Field(pattern=r"^[a-z][a-z0-9-]*$")
     command: tuple[str, ...] = Field(min_length=1)
     changes: str = ""
     threads: Literal[1, "all"] = 1
-    device: str = "cpu"
+    device: Literal["cpu", "cuda"] = "cpu"
+    requires: Requires = Requires()
+    methods: dict[str, tuple[str, ...]] | None = None
+    exhibit: str | None = Field(None, min_length=1)
 
 
 class Manifest(Strict):
@@ -56,6 +71,7 @@ class Manifest(Strict):
     requires: Requires = Requires()
     build: Build | None = None
     export: Export | None = None
+    inspect: Inspect | None = None
     variant: tuple[Variant, ...] = Field(min_length=1)
 
 

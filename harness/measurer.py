@@ -5,7 +5,8 @@ input, samples until that process is gone or standard input closes, then prints 
 
 The series has one row a tick: t (s since the start of the renderer), cpu_s (CPU time used so far by the process and
 its descendants, the ended ones included), rss_bytes, vms_bytes, threads (sums over the living), and the columns of
-gpu.SERIES. An empty field is a value that the system does not tell.
+gpu.SERIES. An empty field is a value that the system does not tell; the audit's `gpu` says why of each column of the
+GPU, and its `gpu_sources` which call of NVML the others are from.
 """
 
 import csv
@@ -30,6 +31,10 @@ class Family:
         self.root = psutil.Process(pid)
         self.descendants = {}
         self.looked = 0.0
+
+    @property
+    def pids(self):
+        return frozenset((self.root.pid, *self.descendants))
 
     def sample(self, now):
         """cpu_s, rss, vms, threads; None once the root has ended."""
@@ -74,7 +79,8 @@ def watch(pid, spawned, interval, writer, gpu):
         if sample is None:
             return ticks, missed
         ticks.append(now)
-        writer.writerow("" if v is None else v for v in (f"{now - spawned:.6f}", *sample, *gpu.sample()))
+        row = (f"{now - spawned:.6f}", *sample, *gpu.sample(family.pids, now))
+        writer.writerow("" if value is None else value for value in row)
         tick += 1
         late = int((time.monotonic() - start) / interval) - tick + 1
         if late > 0:
@@ -105,7 +111,8 @@ def main(path, interval):
         "interval_p50_s": gaps[len(gaps) // 2] if gaps else None,
         "interval_p99_s": gaps[min(len(gaps) - 1, int(0.99 * len(gaps)))] if gaps else None,
         "cpu_s": sum(psutil.Process().cpu_times()[:2]) - used_before,
-        "gpu": gpu.unavailable or "available",
+        "gpu": gpu.states(),
+        "gpu_sources": gpu.sources(),
     }
     print(json.dumps(audit), flush=True)
 

@@ -9,11 +9,15 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from harness import cuda
 from harness import launcher as launcher_module
 
 # What a renderer needs of the caller's environment. The rest is left out: its size and content change timings
 # (Mytkowicz et al., ASPLOS 2009) and differ from user to user.
-KEPT = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "PYTHONPATH")
+KEPT = (
+    *("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "PYTHONPATH"),
+    *(cuda.SIMULATOR, "CUDA_VISIBLE_DEVICES", "CUDA_HOME", "CUDA_PATH"),
+)
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,7 @@ def run(
 ) -> Outcome:
     """Run `command` in `folder`; with `series`, watch it every `interval` seconds into that CSV file."""
     environment = {name: os.environ[name] for name in KEPT if name in os.environ}
+    environment["CUDA_DEVICE_ORDER"] = "PCI_BUS_ID"  # NVML's: the device that runs is the one that is watched
     spec = folder.parent / f"{folder.name}.launch.json"
     spec.write_text(
         json.dumps(

@@ -11,15 +11,11 @@ from pathlib import Path
 import numpy as np
 from filelock import FileLock, Timeout
 
-from harness import environment, events, job, judge, reference, repetition, store
+from harness import environment, gpu_use, job, judge, load_pass, reference, repetition, row, store
 from harness.builder import BuildError
 from harness.experiment import Experiment
 from harness.plan import Cell, Plan
 from harness.registry import Entry
-
-BAD = ("failed", "timeout", "killed", "wrong picture")
-CPU_TOLERANCE = 0.10  # between wait4 and the measurer's series
-PHASE_TOLERANCE = 0.02  # of the wall time that no phase covers
 
 
 def host_lock() -> FileLock:
@@ -50,7 +46,7 @@ def run(
             started=_now(),
             command=sys.argv,
             environment=environment.capture(),
-            cells=[_cell_facts(cell) for cell in plan.cells],
+            cells=[row.facts(cell) for cell in plan.cells],
         )
         order = plan.order(experiment.seed)
         with tempfile.TemporaryDirectory(prefix="rayrace-caches-", ignore_cleanup_errors=True) as caches:
@@ -60,6 +56,12 @@ def run(
                 run_store.append(record)
                 records.append(record)
                 tell(cell, record, len(records), len(order))
+            more = load_pass.cells(plan, records, experiment.measure.gpu_load)
+            for cell in more:
+                record = bench.repeat(cell, 0, "load")
+                run_store.append(record)
+                records.append(record)
+                tell(cell, record, len(records), len(order) + len(more))
     finally:
         run_store.close()
         lock.release()
@@ -75,9 +77,9 @@ class Bench:
         self.references: dict[str, tuple] = {}  # (Reference or NoReference, its files)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
 
-    def repeat(self, cell: Cell, number: int) -> dict:
-        """Run one repetition of a cell; its record (store.py)."""
-        stem = f"{cell.key}-{number}"
+    def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
+        """Run one repetition of a cell, for the timed or the load pass; its record (store.py)."""
+        stem = f"{cell.key}-{number}" if kind == "timed" else f"{cell.key}-{kind}-{number}"
         series = self.store.folder / "series" / f"{stem}.csv"
         started = _now()
         result = repetition.run(
@@ -92,10 +94,14 @@ class Bench:
             log=self.store.folder / "logs" / stem,
         )
         record = {
-            **_cell_facts(cell),
+            **row.facts(cell),
             "repetition": number,
             "started": started,
-            **_measured(result, series),
+            "shapes": job.count_shapes(self.plan.arrays[cell.scene_version]),
+            "unranked": row.unranked(cell.entry, result.said),
+            "pass": kind,
+            **row.measured(result, series),
+            "gpu": _gpu(cell.entry, result, series),
             "build": self._build(cell),
             "picture": None,
             "accuracy": None,
@@ -108,8 +114,7 @@ class Bench:
 
     def _build(self, cell: Cell) -> dict | None:
         try:
-            renderer = cell.entry.renderer
-            built = None if renderer.unavailable else renderer.build(cell.parameters, cell.needs)
+            built = None if cell.entry.unavailable else cell.entry.renderer.build(cell.parameters, cell.needs)
         except BuildError:
             return None
         if built is None:
@@ -166,102 +171,15 @@ def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
-def _cell_facts(cell: Cell) -> dict:
-    entry = cell.entry
-    return {
-        "cell": cell.key,
-        "variant": entry.name,
-        "renderer": entry.renderer.manifest.name,
-        "renderer_version": entry.renderer.version,
-        "technology": entry.renderer.manifest.technology,
-        "scene": cell.scene,
-        "scene_version": cell.scene_version,
-        "point": cell.point,
-        "parameters": cell.parameters.values(),
-        "needs": list(cell.needs),
-    }
-
-
-def _measured(result: repetition.Result, series: Path) -> dict:
-    """The measured part of a record."""
-    outcome, said = result.outcome, result.said
-    empty = ("wall_s", "phases", "frames_s", "cpu", "memory", "rays", "used", "versions", "measurer", "series")
-    record = {**dict.fromkeys(empty), "warnings": [] if result.status != "ok" else list(said.faults)}
-    if outcome is None or outcome.failed:
-        return record
-    phases = cover(said, outcome.spawned, outcome.exited)
-    record |= {
-        "wall_s": outcome.wall_s,
-        "phases": phases,
-        "frames_s": [frame["end"] - frame["start"] for frame in said.frames],
-        "cpu": {"user_s": outcome.user_s, "system_s": outcome.system_s, "series_s": last_cpu(series)},
-        "memory": _memory(said, outcome),
-        "rays": said.rays,
-        "used": said.used,
-        "versions": said.versions,
-        "measurer": outcome.measurer,
-        "series": f"series/{series.name}" if series.exists() else None,
-    }
-    missing = 1 - sum(end - start for _, start, end in phases) / outcome.wall_s
-    if result.status == "ok" and abs(missing) > PHASE_TOLERANCE:
-        record["warnings"].append(f"its phases leave {missing:.1%} of the wall time uncovered")
-    doubt = _cpu_doubt(record["cpu"], outcome)
-    if doubt:
-        record["warnings"].append(doubt)
-    return record
-
-
-def cover(said: events.Said, spawned: float, exited: float) -> list[list]:
-    """Phases as [name, start, end] since `spawned`, with `start` before the first and `exit` after the last.
-
-    What lies between phases is left uncovered: the renderer must account for it.
-    """
-    marks = [[p["name"], p["start"] - spawned, p["end"] - spawned] for p in said.phases]
-    wall = exited - spawned
-    if not marks:
-        return [["start", 0.0, wall]]
-    return [["start", 0.0, marks[0][1]], *marks, ["exit", marks[-1][2], wall]]
-
-
-def last_cpu(series: Path) -> float | None:
-    """CPU time (s) in the last whole row of a series; None if it has none."""
-    try:
-        whole, _, _ = series.read_text(encoding="utf-8").rpartition("\n")
-    except OSError:
+def _gpu(entry: Entry, result: repetition.Result, series: Path) -> dict | None:
+    """What the GPU did, of a variant that runs on one."""
+    if entry.variant.device != "cuda":
         return None
-    rows = whole.splitlines()[1:]
-    return float(rows[-1].split(",")[1]) if rows else None
-
-
-def _cpu_doubt(cpu: dict, outcome) -> str | None:
-    """How wait4 and the series differ by more than the last, unseen tick explains."""
-    if cpu["series_s"] is None or outcome.measurer is None:
-        return None
-    total = cpu["user_s"] + cpu["system_s"]
-    unseen = outcome.measurer["interval_s"] * 2 * max(1, total / outcome.wall_s)
-    if abs(total - cpu["series_s"]) > max(CPU_TOLERANCE * total, unseen):
-        return f"CPU time: wait4 says {total:.3g} s, the measurer saw {cpu['series_s']:.3g} s"
-    return None
-
-
-def _memory(said: events.Said, outcome) -> dict:
-    """The renderer's own peak where it tells it, else wait4's, which cannot be below the launcher's floor."""
-    own = said.memory or {}
-    if own.get("peak_bytes"):
-        names = ("peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "method")
-        return {
-            **{name: own.get(name) for name in names},
-            "floor_bytes": None,
-            "wait4_peak_bytes": outcome.wait4_peak_bytes,
-        }
-    return {
-        "peak_bytes": outcome.wait4_peak_bytes,
-        "render_peak_bytes": None,
-        "peak_virtual_bytes": None,
-        "method": "wait4",
-        "floor_bytes": outcome.wait4_floor_bytes,
-        "wait4_peak_bytes": outcome.wait4_peak_bytes,
-    }
+    if result.outcome is None or result.outcome.failed:
+        return gpu_use.unavailable(result.reason)
+    if row.simulated(entry, result.said):
+        return gpu_use.unavailable(row.SIMULATED)
+    return gpu_use.use(result.said, result.outcome, series)
 
 
 def new_folder(title: str, parent: Path) -> Path:

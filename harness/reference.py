@@ -53,7 +53,7 @@ def choose(
 
 
 def _runs(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) -> bool:
-    if entry.renderer.unavailable:
+    if entry.unavailable:
         return False
     try:
         entry.renderer.build(parameters, needs)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from harness import builder, manifest
+from harness import builder, cuda, manifest
 from harness.errors import UserError
 from harness.job import Parameters
 
@@ -46,12 +46,9 @@ class Renderer:
     @cached_property
     def unavailable(self) -> str | None:
         """None, or why it cannot run here and what to do about it."""
-        for module in self.manifest.requires.modules:
-            if not _is_installed(module):
-                return f"no Python module {module} (pip install {module})"
-        for program in self.manifest.requires.programs:
-            if shutil.which(program) is None:
-                return f"no program {program} on the PATH (apt install {program})"
+        missing = _missing(self.manifest.requires)
+        if missing:
+            return missing
         if self.manifest.build and builder.find_compiler(self.manifest.build.compiler) is None:
             return builder.MISSING[self.manifest.build.compiler]
         return None
@@ -92,9 +89,43 @@ class Entry:
     def name(self) -> str:
         return self.variant.name
 
+    @property
+    def unavailable(self) -> str | None:
+        """None, or why it cannot run here and what to do about it."""
+        if self.variant.device == "cuda" and not self.missing and not (self.simulated or cuda.devices()):
+            return cuda.MISSING
+        return self.missing
+
+    @property
+    def missing(self) -> str | None:
+        """None, or what it needs here beside a device, with the remedy."""
+        return self.renderer.unavailable or _missing(self.variant.requires)
+
+    @property
+    def simulated(self) -> bool:
+        """Does it run in a simulator of its device, so that its times say nothing?"""
+        return self.variant.device == "cuda" and cuda.simulated()
+
+    @property
+    def methods(self) -> dict[str, tuple[str, ...]]:
+        """Parameters with a choice, the default first."""
+        own = self.variant.methods
+        return self.renderer.manifest.methods if own is None else own
+
     def threads(self) -> int:
         """How many threads it runs by default on this machine."""
         return 1 if self.variant.threads == 1 else usable_cores()
+
+
+def _missing(requires: manifest.Requires) -> str | None:
+    """None, or the first of `requires` that is not here, with the remedy."""
+    for module in requires.modules:
+        if not _is_installed(module):
+            return f"no Python module {module} (pip install {module})"
+    for program in requires.programs:
+        if shutil.which(program) is None:
+            return f"no program {program} on the PATH (apt install {program})"
+    return None
 
 
 def _is_installed(module: str) -> bool:

@@ -17,7 +17,8 @@ from harness.job import Parameters
 from harness.registry import Entry
 
 UNSUPPORTED = 3  # exit status
-METHODS = ("precision", "walk", "accel", "glossy_weight")  # parameters that a manifest names the values of
+# Parameters that a manifest names the values of.
+METHODS = ("precision", "walk", "accel", "scene_memory", "glossy_weight")
 
 
 @dataclass
@@ -42,7 +43,7 @@ def unsupported(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) ->
     if missing:
         return f"does not support {', '.join(missing)}"
     for method in METHODS if "glossy" in needs else METHODS[:-1]:
-        chosen, choices = getattr(parameters, method), manifest.methods.get(method, (getattr(Parameters, method),))
+        chosen, choices = getattr(parameters, method), entry.methods.get(method, (getattr(Parameters, method),))
         if chosen not in choices:
             return f"has no {method} {chosen} (has {', '.join(choices)})"
     if entry.variant.threads == 1 and parameters.threads > 1:
@@ -66,8 +67,8 @@ def run(
     series: CSV file for the measurer, or None to start none. cache: folder for the renderer's compiled code.
     log: path stem; standard output and error are kept at log.stdout and log.stderr.
     """
-    if entry.renderer.unavailable:
-        return Result("unavailable", entry.renderer.unavailable)
+    if entry.unavailable:
+        return Result("unavailable", entry.unavailable)
     reason = unsupported(entry, parameters, needs)
     if reason:
         return Result("unsupported", reason)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from harness import export, picture, rays, registry, repetition
+from harness import export, picture, rays, registry, repetition, row
 from harness.builder import cache_folder
 from harness.errors import UserError
 from harness.experiment import Image
@@ -27,7 +27,7 @@ def pick(name: str, known: dict, parameters: Parameters, needs: tuple[str, ...])
         return registry.find(name, known)
     reasons = []
     for entry in (known[n] for n in FASTEST if n in known):
-        reason = entry.renderer.unavailable or repetition.unsupported(entry, parameters, needs)
+        reason = entry.unavailable or repetition.unsupported(entry, parameters, needs)
         if reason is None:
             return entry
         reasons.append(f"{entry.name}: {reason}")
@@ -40,8 +40,10 @@ def image(region: str, **values) -> Image:
         return Image(**values, region=_region(region, values["width"], values["height"]))
     except ValidationError as error:
         fault = error.errors()[0]
-        name = "--" + str(fault["loc"][0]).replace("_", "-")
-        raise UserError(f"{name} {fault['input']}: {fault['msg'].removeprefix('Value error, ')}") from None
+        why = fault["msg"].removeprefix("Value error, ")
+        if fault["loc"]:  # else it is of several options, and names them
+            why = f"--{str(fault['loc'][0]).replace('_', '-')} {fault['input']}: {why}"
+        raise UserError(why) from None
 
 
 def render(scene, variant, out, image, frames, timeout, folders, as_json) -> None:
@@ -77,6 +79,8 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
         "frames_s": seconds,
         "wall_s": result.outcome.wall_s,
         "rays": result.said.rays,
+        "device": result.said.device,
+        "unranked": row.unranked(entry, result.said),
     }
     if as_json:
         print(json.dumps(facts))
@@ -88,6 +92,8 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
         f"{out}: {facts['width']} x {facts['height']}, {entry.name}, {parameters.precision}: "
         f"{min(seconds):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced}"
     )
+    if facts["unranked"]:
+        print(f"note: {facts['unranked']}", file=sys.stderr)
     if counts.get("non_finite"):
         print(f"warning: {counts['non_finite']} samples are not finite", file=sys.stderr)
 
@@ -99,13 +105,13 @@ def _export(scene, out, exporter, image, timeout, as_json) -> None:
     print(json.dumps({"scene": str(out), "exporter": name}) if as_json else f"{out}: scene for {name}")
 
 
-def trace(scene, ray_file, variant, out, precision, timeout, folders) -> None:
+def trace(scene, ray_file, variant, out, precision, scene_memory, timeout, folders) -> None:
     """Trace the rays of a CSV file and write their hits. SystemExit(1) if the renderer fails."""
     if out is not None:
         picture.check_folder(out)
     read = load(scene)
     listed = rays.read(ray_file)
-    parameters = Parameters(kind="rays", depth=0, precision=precision)
+    parameters = Parameters(kind="rays", depth=0, precision=precision, scene_memory=scene_memory)
     needs = tuple(sorted(shapes(read)))
     entry = pick(variant, registry.entries(folders), parameters, needs)
     arrays = {**flatten(read), "rays": listed}

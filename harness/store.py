@@ -3,22 +3,28 @@
     run.json            the experiment, the plan's cells, the environment, when and by what command
     repetitions.jsonl   one line per repetition, appended and synced when it ends: nothing finished is lost
     pictures/KEY.npy    the picture of each cell, linear float; KEY.reference.npy and KEY.mask.npy of each reference
-    series/KEY-N.csv    what the measurer saw (columns in measurer.py)
-    logs/KEY-N.stdout, .stderr
+    series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-load-N.csv of the load pass
+    logs/KEY-N.stdout, .stderr; KEY-load-N of the load pass
 
 A line of repetitions.jsonl has these keys; what is not known is null, with the reason in `status` and `reason`:
 
     cell, repetition, variant, renderer, renderer_version, technology, scene, scene_version, point, parameters, needs
+    shapes      {sphere, box, polygon, ellipsoid, triangle, csg}: how many a ray is tried against
+    pass        timed, or load: a repetition that repeats the frame for the GPU's counters, and is in no times
+    unranked    null, or why the row takes no part in any comparison: "exhibit: ..", or it ran in a simulator
     status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
     reason      text; "" if ok
     started     ISO time
     wall_s      from start to end of the process
     phases      [[name, start_s, end_s], ..] since the start of the process, `start` and `exit` added by the harness
     frames_s    durations of the frames, the first one first
+    frame_parts [{kernel, download} or null, ..]: seconds of the parts of each frame
     cpu         {user_s, system_s, series_s}: from wait4, and what the measurer last saw
     memory      {peak_bytes, render_peak_bytes, peak_virtual_bytes, method, floor_bytes, wait4_peak_bytes}
     rays        {primary, reflected, transmitted, shadow, non_finite}
-    used, versions   what the renderer said
+    used, versions, device   what the renderer said
+    gpu         null, or {utilisation_percent, power_w, energy_j, energy_s, joules_per_mray, process_memory_bytes,
+                temperature_c, throttled}, each a number (throttled: [reason, ..]) or {unavailable: reason}: gpu_use.py
     build       {seconds, compiler, command}: of the build it ran, when that was made
     picture     {file, sha256}
     accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, or {unavailable: reason}

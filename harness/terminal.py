@@ -10,6 +10,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from harness.row import is_as_meant
+
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
 
 
@@ -20,7 +22,7 @@ def show_plan(plan) -> None:
     table = Table("cell", "variant", "scene", "swept", "processes", "frames", "runs?", title=f"{len(plan.cells)} cells")
     for cell in plan.cells:
         swept = ", ".join(f"{key} = {value}" for key, value in cell.point.items())
-        reason = cell.entry.renderer.unavailable or unsupported(cell.entry, cell.parameters, cell.needs)
+        reason = cell.entry.unavailable or unsupported(cell.entry, cell.parameters, cell.needs)
         runs = f"no: {reason}" if reason else "yes"
         numbers = str(cell.processes), f"1 + {cell.parameters.frames}"
         table.add_row(*map(escape, (cell.key, cell.entry.name, cell.scene, swept, *numbers, runs)))
@@ -50,22 +52,30 @@ def progress():
 
 def _line(cell, record, done, total) -> str:
     if record["status"] != "ok":
-        return f"[{done}/{total}] {cell.label}: {record['status']}: {record['reason']}"
+        return f"[{done}/{total}] {cell.label}: {_verdict(record)}: {record['reason']}"
     frames = record["frames_s"]
     steady = f"{statistics.median(frames[1:]):.4g} s a frame" if len(frames) > 1 else "no steady frame"
     worst = (record["accuracy"] or {}).get("max_outside")
     error = "error unavailable" if worst is None else f"error {worst:.1e}"
-    return f"[{done}/{total}] {cell.label}: first {frames[0]:.4g} s, {steady}, {error}"
+    unranked = ", unranked" if record["unranked"] else ""
+    load = ", load pass" if record["pass"] == "load" else ""
+    return f"[{done}/{total}] {cell.label}{load}: first {frames[0]:.4g} s, {steady}, {error}{unranked}"
+
+
+def _verdict(record) -> str:
+    return "wrong as meant" if is_as_meant(record) else record["status"]
 
 
 def show_summary(records: list[dict]) -> None:
     """How many repetitions ended how, with a reason for each kind of failure."""
-    counts = Counter(record["status"] for record in records)
+    counts = Counter(_verdict(record) + (" (unranked)" if record["unranked"] else "") for record in records)
     print(", ".join(f"{count} {status}" for status, count in counts.most_common()) or "nothing to run")
     seen = {}
     for record in records:
         if record["status"] != "ok":
-            seen.setdefault((record["variant"], record["status"], record["reason"]), record)
+            seen.setdefault((record["variant"], _verdict(record), record["reason"]), record)
+        if record["unranked"]:
+            seen.setdefault((record["variant"], "unranked", record["unranked"]), record)
         for warning in record["warnings"]:
             seen.setdefault((record["variant"], "warning", warning), record)
     for variant, status, reason in seen:
@@ -78,8 +88,11 @@ def show_renderers(entries: dict, as_json: bool) -> None:
             "variant": name,
             "technology": entry.renderer.manifest.technology,
             "threads": entry.threads(),
-            "available": entry.renderer.unavailable is None,
-            "reason": entry.renderer.unavailable,
+            "device": entry.variant.device,
+            "available": entry.unavailable is None,
+            "reason": entry.unavailable,
+            "simulated": entry.simulated,
+            "exhibit": entry.variant.exhibit,
             "changes": entry.variant.changes,
             "features": list(entry.renderer.manifest.features),
             "folder": str(entry.renderer.folder),
@@ -91,8 +104,11 @@ def show_renderers(entries: dict, as_json: bool) -> None:
         return
     table = Table("variant", "technology", "threads", "available", "what it is")
     for row in rows:
-        available = "yes" if row["available"] else f"unavailable: {row['reason']}"
-        table.add_row(*map(escape, (row["variant"], row["technology"], str(row["threads"]), available, row["changes"])))
+        available = f"unavailable: {row['reason']}"
+        if row["available"]:
+            available = "simulated" if row["simulated"] else "yes"
+        what = f"exhibit: {row['exhibit']}" if row["exhibit"] else row["changes"]
+        table.add_row(*map(escape, (row["variant"], row["technology"], str(row["threads"]), available, what)))
     console.print(table)
 
 
@@ -105,6 +121,37 @@ def show_findings(findings: list, as_json: bool) -> None:
         mark = {"good": "good", "doubtful": "DOUBT", "unknown": "?"}[finding.verdict]
         table.add_row(*map(escape, (mark, finding.what, finding.found, finding.remedy)))
     console.print(table)
+
+
+def show_kernels(rows, as_json: bool) -> int:
+    """Print the rows of compile_report.py; the exit status: 1 if a compilation failed."""
+    found = []
+    for row in rows:
+        found.append(row)
+        if sys.stderr.isatty():
+            print(f"\r{len(found)} kernels", end="", file=sys.stderr, flush=True)
+    good = [row for row in found if row["status"] == "ok"]
+    if as_json:
+        print(json.dumps(found, indent=1))
+    elif good:
+        names = ("variant", "case", "precision", "memory", "walk", "target", "registers", "spilled", "local", "shared")
+        table = Table(
+            *names, "constant", "occupancy", "float64", title="Kernels: bytes a thread or block, occupancy in %"
+        )
+        for row in good:
+            what = [row[name] for name in ("variant", "case", "precision", "scene_memory", "walk")]
+            what.append(row["target"] + ("" if row["name"] == "render_pixels" else f" {row['name']}"))
+            spilled = f"{row['spill_store_bytes']} + {row['spill_load_bytes']}"
+            numbers = [row["registers"], spilled, row["local_bytes"], row["shared_bytes"], row["constant_bytes"]]
+            share = "unknown" if row["occupancy"] is None else f"{100 * row['occupancy']:.0f}"
+            table.add_row(*map(escape, what), *map(str, (*numbers, share, row["float64_instructions"])))
+        console.print(table)
+    if not as_json:
+        for row in found:
+            if row["status"] != "ok":
+                what = f"{row['variant']}, {row['case']}, {row['precision']}"
+                print(f"{what}: {row['status']}: {row['reason']}")
+    return 1 if any(row["status"] == "failed" for row in found) else 0
 
 
 def show_checks(checks) -> int:

@@ -50,6 +50,11 @@ class Job:
         self.precision = flags.get("precision", "float64")
         self.threads = int(flags.get("threads", 1))
         self.frames = int(flags.get("frames", 0))
+        self.scene_memory = flags.get("scene_memory", "auto")
+        self.block_width = int(flags.get("block_width", 16))
+        self.block_height = int(flags.get("block_height", 16))
+        self.total_threads = int(flags.get("total_threads", 0))
+        self.max_registers = int(flags.get("max_registers", 0))
         self.needs = tuple(name for name in flags.get("needs", "").split(",") if name)
         self.cache = flags.get("cache", "")
 
@@ -98,10 +103,11 @@ def require(job, features):
         refuse("does not support " + ", ".join(missing))
 
 
-def render(job, frame):
+def render(job, frame, parts=None):
     """The `render` phase: call `frame()` once and then `job.frames` times more; return the last answer.
 
-    Says each frame and, at the end, the memory peaks.
+    Says each frame and, at the end, the memory peaks. parts: called after each frame, its time being over; the seconds
+    of the frame's parts by name.
     """
     with phase("render"):
         before = _status("VmHWM")
@@ -110,7 +116,7 @@ def render(job, frame):
             start = time.monotonic()
             answer = frame()
             end = time.monotonic()
-            say("frame", index=index, start=start, end=end)
+            say("frame", index=index, start=start, end=end, **({"parts": parts()} if parts else {}))
         _say_memory(before, reset)
     return answer
 
@@ -119,6 +125,11 @@ def say_rays(primary, reflected, shadow, non_finite, transmitted=0):
     """Say the ray counts of one frame (CNT-1, CNT-2)."""
     counts = {"primary": primary, "reflected": reflected, "transmitted": transmitted, "shadow": shadow}
     say("rays", **{name: int(n) for name, n in counts.items()}, non_finite=int(non_finite))
+
+
+def say_device(name, simulated, **facts):
+    """Say what a renderer for a GPU runs on; `facts` by the names of README.md, those that are not known left out."""
+    say("device", name=name, simulated=simulated, **facts)
 
 
 def say_python_versions(**more):

@@ -6,9 +6,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-from matplotlib.patches import Patch
 
-from reports import markdown, style
+from reports import markdown, style, timeline
 from reports.results import Cell, Missing, Results, place_label
 
 CAPTION = (
@@ -39,16 +38,6 @@ def rates(series: Path, apart: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     return t[kept], 100 * np.diff(cpu[kept]) / np.diff(t[kept])
 
 
-def largest_place(results: Results, scene: str) -> tuple[str, str]:
-    """The place of a scene with the most pixels, the last of several."""
-
-    def pixels(place):
-        x0, y0, x1, y1 = map(int, results.at(place)[0].parameters["region"].split(","))
-        return (x1 - x0) * (y1 - y0)
-
-    return max(reversed([place for place in results.places if place[0] == scene]), key=pixels)
-
-
 def draw(results: Results, place: tuple[str, str]):
     """The figure of a place."""
     cells = results.at(place)
@@ -62,10 +51,7 @@ def draw(results: Results, place: tuple[str, str]):
     panels[-1, 0].set_xlabel("time since the process started (s)")
     figure.supylabel("CPU use (% of one core)", fontsize=8, x=0.005)
     figure.text(0.995, 0.5, "CPU use (% of all cores)", rotation=270, ha="right", va="center", fontsize=8)
-    order = [name for name in (*style.PHASES, *seen) if name in seen]
-    patches = [Patch(color=style.PHASES.get(name, style.OTHER_PHASE), label=name) for name in dict.fromkeys(order)]
-    if patches:
-        figure.legend(handles=patches, loc="lower center", ncols=len(patches), title="phases", title_fontsize=7)
+    timeline.legend(figure, seen)
     return figure
 
 
@@ -73,7 +59,7 @@ def _panel(results: Results, cell: Cell, axes, cores: int | None) -> list[str]:
     """Draw one variant; the names of its phases."""
     rows = cell.good
     record = results.records[rows.index[0]] if len(rows) else None
-    axes.set_title(cell.variant, loc="left", fontweight="bold", pad=3)
+    axes.set_title(cell.label, loc="left", fontweight="bold", pad=3)
     if record is None or not record["series"] or not record["cpu"]:
         reason = Missing(cell.verdict if cell.status != "ok" else "no series was stored")
         axes.text(0.5, 0.5, textwrap.fill(str(reason), 90), ha="center", va="center", fontsize=7)
@@ -81,11 +67,7 @@ def _panel(results: Results, cell: Cell, axes, cores: int | None) -> list[str]:
         return []
     wall, cpu = record["wall_s"], record["cpu"]["user_s"] + record["cpu"]["system_s"]
     t, percent = rates(results.folder / record["series"], wall / FINEST)
-    for name, start, end in record["phases"]:
-        axes.axvspan(start, end, color=style.PHASES.get(name, style.OTHER_PHASE), lw=0)
-        if end - start > 0.012 * wall * (len(name) + 1):
-            axes.text((start + end) / 2, 0.93, name, transform=axes.get_xaxis_transform(), ha="center", va="top",
-                      fontsize=6, color="#444444")  # fmt: skip
+    names = timeline.shade(axes, record)
     mean = 100 * cpu / wall
     axes.axhline(mean, ls="--", lw=0.8, color="#444444")
     if len(percent):
@@ -98,14 +80,14 @@ def _panel(results: Results, cell: Cell, axes, cores: int | None) -> list[str]:
     axes.set_title(f"{wall:.3g} s, CPU time {cpu:.3g} s, mean {mean:.0f} %", loc="right", fontsize=7, pad=3)
     if cores:
         axes.secondary_yaxis("right", functions=(lambda y: y / cores, lambda y: y * cores))
-    return [name for name, _, _ in record["phases"]]
+    return names
 
 
 def write(results: Results, out: Path) -> str:
     """cpu-NUMBER-SCENE.png and .svg, one a scene, and the section of the report."""
     parts = ["## CPU use (the study's figure 4.2)"]
     for number, scene in enumerate(results.scenes):
-        place = largest_place(results, scene)
+        place = timeline.largest_place(results.of(scene))
         name = f"cpu-{number}-{markdown.slug(Path(scene).stem)}"
         with style.styled():
             style.save(draw(results, place), out / name)

@@ -43,7 +43,8 @@ def _pairs(value: dict | str) -> str:
 def _gpu(value: dict | str) -> str:
     if isinstance(value, str):
         return value
-    memory = f"{value['memory_bytes'] / 1e9:.1f} GB" if value["memory_bytes"] else "memory unavailable: not told"
+    told = value["memory_bytes"]
+    memory = f"{told / 1e9:.1f} GB" if isinstance(told, int | float) else f"memory {told or 'unavailable: not told'}"
     return f"{value['name']}, driver {value['driver']}, {memory}"
 
 

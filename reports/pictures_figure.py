@@ -9,14 +9,15 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 
 from harness import colour
-from reports import markdown, style
+from reports import launch, markdown, style
 from reports.results import Cell, Missing, Results, place_label
 
 CAPTION = (
     "Above, the picture; below, its largest absolute difference in any channel of linear RGB from the reference, "
     "which another renderer made, on a logarithmic scale that all share; grey where it is exactly 0, magenta "
     "where a pixel is not finite. A small picture is enlarged by a whole number, one of more than 1024 pixels is "
-    "made smaller; others are shown pixel for pixel."
+    "made smaller; others are shown pixel for pixel. Points that differ only in how the kernel of a GPU is launched "
+    "are drawn once, and again where one is not ok. Exhibits have a figure of their own."
 )
 
 SMALLEST, LARGEST = 480, 1024  # of a panel, in pixels of the PNG
@@ -27,11 +28,11 @@ SMALLEST_DIFFERENCE = 1e-17
 BROKEN = (1.0, 0.0, 1.0)
 
 
-def panel_size(height: int, width: int) -> tuple[int, int]:
+def panel_size(height: int, width: int, largest: int = LARGEST) -> tuple[int, int]:
     """(height, width) in which a picture is shown, pixels of the PNG."""
     longest = max(height, width)
-    if longest > LARGEST:
-        return max(1, round(height * LARGEST / longest)), max(1, round(width * LARGEST / longest))
+    if longest > largest:
+        return max(1, round(height * largest / longest)), max(1, round(width * largest / longest))
     zoom = max(1, SMALLEST // longest)
     return height * zoom, width * zoom
 
@@ -63,9 +64,20 @@ def verdict(accuracy: dict) -> str:
     )
 
 
-def draw(results: Results, place: tuple[str, str], size: tuple[int, int]):
-    """The figure of a place. size: (height, width) of its pictures."""
-    cells = results.at(place)
+def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
+    """The places to be drawn, each with its cells."""
+    found, seen = [], set()
+    for place in results.places:
+        cells = [cell for cell in results.at(place) if not cell.exhibit]
+        alike = frozenset((cell.scene, cell.variant, launch.rest(cell, launch.UNSEEN)) for cell in cells)
+        if cells and (alike not in seen or any(cell.status != "ok" for cell in cells)):
+            found.append((place, cells))
+        seen.add(alike)
+    return found
+
+
+def draw(results: Results, cells: list[Cell], size: tuple[int, int]):
+    """The figure of the cells of a place. size: (height, width) of their pictures."""
     high, wide = panel_size(*size)
     columns = min(COLUMNS, len(cells))
     rows = -(-len(cells) // columns)
@@ -86,7 +98,7 @@ def draw(results: Results, place: tuple[str, str], size: tuple[int, int]):
         left = GAP + column * block_wide + (block_wide - GAP - wide) // 2
         top = row * block_high + ABOVE
         above, below = box(left, top, high, wide), box(left, top + high + BETWEEN, high, wide)
-        above.set_title(cell.variant, fontweight="bold")
+        above.set_title(cell.label, fontweight="bold")
         _panels(results, cell, above, below, norm)
     _bar(figure, box(total_wide * 0.2, total_high - BAR + 40, 22, total_wide * 0.6), norm)
     return figure
@@ -95,7 +107,7 @@ def draw(results: Results, place: tuple[str, str], size: tuple[int, int]):
 def _panels(results: Results, cell: Cell, above, below, norm) -> None:
     record = results.record(cell)
     if record is None or record["picture"] is None:
-        _say(above, cell.verdict if cell.status != "ok" else "unavailable: no picture was stored")
+        say(above, cell.verdict if cell.status != "ok" else "unavailable: no picture was stored")
         return
     picture = np.load(results.folder / record["picture"]["file"])
     accuracy = record["accuracy"] or {}
@@ -106,9 +118,9 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
     if cell.status != "ok":
         text = textwrap.fill(cell.verdict, 48)
     below.text(0.5, -0.02, text, transform=below.transAxes, ha="center", va="top", fontsize=7,
-               color="black" if cell.status == "ok" else "#B00000")  # fmt: skip
+               color="black" if cell.status == "ok" or cell.as_meant else "#B00000")  # fmt: skip
     if isinstance(reference, Missing):
-        _say(below, f"difference unavailable: {reference.reason}")
+        say(below, f"difference unavailable: {reference.reason}")
         return
     difference = np.abs(picture.astype(np.float64) - reference).max(axis=-1)
     below.set_facecolor("#DDDDDD")
@@ -118,7 +130,8 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
     below.imshow(broken, interpolation="nearest", aspect="auto")
 
 
-def _say(axes, text: str) -> None:
+def say(axes, text: str) -> None:
+    """Write in an empty panel why it is."""
     axes.set_facecolor("#F4F4F4")
     axes.text(0.5, 0.5, textwrap.fill(text, 34), transform=axes.transAxes, ha="center", va="center", fontsize=7)
 
@@ -133,8 +146,8 @@ def _bar(figure, axes, norm) -> None:
 def write(results: Results, out: Path) -> str:
     """pictures-NUMBER-PLACE.png and .svg, one a place with more than one pixel, and the section of the report."""
     parts = ["## Pictures (the study's figure 4.1)"]
-    for number, place in enumerate(results.places):
-        x0, y0, x1, y1 = map(int, results.at(place)[0].parameters["region"].split(","))
+    for number, (place, cells) in enumerate(places(results)):
+        x0, y0, x1, y1 = map(int, cells[0].parameters["region"].split(","))
         size = y1 - y0, x1 - x0
         label = place_label(place)
         if size == (1, 1):
@@ -142,6 +155,6 @@ def write(results: Results, out: Path) -> str:
             continue
         name = f"pictures-{number}-{markdown.slug(label)}"
         with style.styled():
-            style.save(draw(results, place, size), out / name)
+            style.save(draw(results, cells, size), out / name)
         parts += [f"### {markdown.escape(label)}", markdown.figure(name, f"Pictures: {label}")]
     return "\n\n".join([*parts, markdown.escape(CAPTION)])

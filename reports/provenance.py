@@ -26,6 +26,7 @@ def write(results: Results) -> str:
         ["image", json.dumps(experiment["image"])],
         ["measurer's interval (s)", str(experiment["measure"]["interval"])],
         ["measurer's audit", _audit(results)],
+        *([["CUDA device", _devices(results)]] if any(cell.gpu for cell in results.cells) else []),
         ["repetitions", f"{len(results.records)}, order shuffled with seed {experiment['seed']}"],
     ]
     doubts = disturbances(environment)
@@ -69,7 +70,18 @@ def _told(values) -> str:
         return "unavailable: it does not tell"
     if not isinstance(values, dict):
         return str(values)
-    return ", ".join(f"{name} {value}" for name, value in values.items())
+    return ", ".join(f"{name} {'not told' if value is None else value}" for name, value in values.items())
+
+
+def _devices(results: Results) -> str:
+    """The devices as renderers told them, each once."""
+    told = [record.get("device") for record in results.records]
+    names = (
+        f"{device['name']}, compute capability {'.'.join(map(str, device.get('compute_capability') or ['not told']))}, "
+        f"driver {device.get('driver') or 'not told'}"
+        for device in filter(None, told)
+    )
+    return "; ".join(dict.fromkeys(names)) or "unavailable: no renderer told it"
 
 
 def _audit(results: Results) -> str:

@@ -5,12 +5,14 @@ from harness.statistics import Estimate
 from reports.results import Cell, Missing, Results
 
 
+def steady(cell: Cell) -> float:
+    """Mean over processes of the steady times, s, of a cell that takes part."""
+    return statistics.mean(cell.values("steady_s")).value
+
+
 def ranked(results: Results, place: tuple[str, str]) -> list[Cell]:
     """The cells of a place that take part, the lowest mean of steady times first."""
-    return sorted(
-        (cell for cell in results.at(place) if not cell.unranked),
-        key=lambda cell: statistics.mean(cell.values("steady_s")).value,
-    )
+    return sorted((cell for cell in results.at(place) if not cell.unranked), key=steady)
 
 
 def baseline(results: Results, scene: str) -> str | None:

@@ -3,20 +3,30 @@
 from pathlib import Path
 
 from reports import (
+    blocks_figure,
     cpu_figure,
+    fault_figure,
+    gpu_figure,
+    gpu_table,
+    launch_figure,
     machine_table,
     markdown,
     memory_table,
     pictures_figure,
     provenance,
     results,
+    roofline_figure,
+    scene_memory_table,
     startup_table,
     summary,
     times_figure,
     times_table,
 )
 
-PARTS = (machine_table, times_table, times_figure, startup_table, memory_table, pictures_figure, cpu_figure)
+PARTS = (
+    machine_table, times_table, times_figure, startup_table, memory_table, pictures_figure, cpu_figure, gpu_table,
+    gpu_figure, roofline_figure, scene_memory_table, launch_figure, blocks_figure, fault_figure,
+)  # fmt: skip
 
 
 def write(run: Path, out: Path) -> Path:
@@ -33,5 +43,5 @@ def write(run: Path, out: Path) -> Path:
         "Every repetition, one row each: [repetitions.csv](repetitions.csv)",
     ]
     path = out / "report.md"
-    path.write_text("\n\n".join(sections) + "\n", encoding="utf-8")
+    path.write_text("\n\n".join(filter(None, sections)) + "\n", encoding="utf-8")
     return path

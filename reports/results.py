@@ -1,7 +1,6 @@
 """A run, loaded: a pandas DataFrame with one row a repetition, and its cells in the order of the experiment.
 
-The process is the unit of replication: every number of a repetition is one number, and the steady time is the mean of
-its frames after the first.
+The process is the unit of replication. Of the cells of a place, those that take no part in comparisons come last.
 """
 
 from dataclasses import dataclass, field, replace
@@ -11,6 +10,7 @@ import pandas as pd
 
 from harness import statistics, store
 from harness.statistics import Estimate
+from reports import repetition
 
 BAD_FIRST = ("wrong picture", "failed", "timeout", "killed", "unsupported", "unavailable")
 
@@ -27,26 +27,54 @@ class Missing:
 
 @dataclass(frozen=True)
 class Cell:
-    """All repetitions of one variant at one place (a scene and a swept point), or those with one state of its cache."""
+    """All repetitions of one variant at one place (a scene and a swept point), or those with one state of its cache.
+
+    rows: those whose times count. load: those of the repeated-load pass, of which only the GPU is looked at.
+    apart: "" or why it takes no part in any comparison, whatever came out: an exhibit, or a simulator.
+    gpu: did its variant use a GPU, or a simulator of one, anywhere in the run?
+    """
 
     scene: str
     point: str
     variant: str
     parameters: dict
     rows: pd.DataFrame = field(repr=False)
+    load: pd.DataFrame = field(repr=False)
+    swept: dict = field(default_factory=dict)
+    apart: str = ""
+    simulated: bool = False
+    gpu: bool = False
     cache: str = ""
 
     @property
     def label(self) -> str:
-        return f"{self.variant} ({self.cache} cache)" if self.cache else self.variant
+        notes = [f"{self.cache} cache"] * bool(self.cache) + ["simulator"] * self.simulated
+        return f"{self.variant} ({', '.join(notes)})" if notes else self.variant
+
+    @property
+    def as_meant(self) -> bool:
+        """Is it apart, and did it do what it is there for? A wrong picture is no failure of an exhibit."""
+        return bool(self.apart) and (self.status == "ok" or (self.exhibit and self.status == "wrong picture"))
+
+    @property
+    def exhibit(self) -> bool:
+        return self.apart.startswith("exhibit")
 
     def by_cache(self) -> list["Cell"]:
         """The cell itself, or a cell for each state in which its processes found their cache of compiled code."""
         states = sorted(self.good["compile_cache"].dropna().unique())
         bad = self.rows["status"] != "ok"
         return [
-            replace(self, cache=state, rows=self.rows[bad | (self.rows["compile_cache"] == state)]) for state in states
+            replace(
+                self, cache="" if state == "off" else state, rows=self.rows[bad | (self.rows["compile_cache"] == state)]
+            )
+            for state in states
         ] or [self]
+
+    @property
+    def pixels(self) -> int:
+        x0, y0, x1, y1 = map(int, self.parameters["region"].split(","))
+        return (x1 - x0) * (y1 - y0)
 
     @property
     def place(self) -> tuple[str, str]:
@@ -70,14 +98,20 @@ class Cell:
 
     @property
     def verdict(self) -> str:
-        """Status and reason; of an ok cell also how many of its repetitions were not."""
-        if self.status != "ok":
-            return f"{self.status}: {self.reason}"
+        """Status and reason; of an ok cell also how many of its repetitions were not; and why it is apart."""
+        if self.status == "wrong picture" and self.exhibit:
+            return f"{self.apart}; its picture is wrong, as meant: {self.reason}"
+        text = f"ok{self.lost}" if self.status == "ok" else f"{self.status}: {self.reason}"
+        return f"{text}; {self.apart}" if self.apart else text
+
+    @property
+    def lost(self) -> str:
+        """Of an ok cell: "" or how many of its repetitions were not, and why."""
         bad = self.rows[self.rows["status"] != "ok"]
         if bad.empty:
-            return "ok"
+            return ""
         worst = bad.iloc[0]
-        return f"ok, but {len(bad)} of {len(self.rows)} repetitions not: {worst['status']}: {worst['reason']}"
+        return f", but {len(bad)} of {len(self.rows)} repetitions not: {worst['status']}: {worst['reason']}"
 
     @property
     def good(self) -> pd.DataFrame:
@@ -110,6 +144,8 @@ class Cell:
         """ "" or why the cell takes no part in a comparison: only a steady time with a judged picture does."""
         if self.status != "ok":
             return self.verdict
+        if self.apart:
+            return self.apart
         if not self.values("steady_s"):
             return "no steady frames"
         if self.good["not_judged"].notna().any():
@@ -154,15 +190,29 @@ class Results:
 def load(folder: Path) -> Results:
     """The run in `folder`. UserError if it is none."""
     facts, records = store.read(folder)
-    repetitions = pd.DataFrame([_row(record) for record in records], columns=COLUMNS)
+    rows = [{**repetition.row(record), "point": point_label(record["point"])} for record in records]
+    table = pd.DataFrame(rows, columns=repetition.COLUMNS)
+    on_gpu = {record["variant"] for record in records if record.get("device") or record.get("gpu")}
     cells = {}
     for told in [*facts["cells"], *records]:
         name = told["scene"], point_label(told["point"]), told["variant"]
         if name not in cells:
-            table = repetitions
-            mine = (table["scene"] == name[0]) & (table["point"] == name[1]) & (table["variant"] == name[2])
-            cells[name] = Cell(*name, told["parameters"], table[mine])
-    return Results(Path(folder), facts, records, repetitions, list(cells.values()))
+            here = table[(table["scene"] == name[0]) & (table["point"] == name[1]) & (table["variant"] == name[2])]
+            mine = [records[index] for index in here.index]
+            timed = here["pass"] == "timed"
+            cells[name] = Cell(
+                *name,
+                told["parameters"],
+                here[timed],
+                here[~timed],
+                told["point"],
+                next((record["unranked"] for record in mine if record.get("unranked")), ""),
+                any((record.get("device") or {}).get("simulated") for record in mine),
+                name[2] in on_gpu,
+            )
+    places = list(dict.fromkeys(cell.place for cell in cells.values()))
+    order = sorted(cells.values(), key=lambda cell: (places.index(cell.place), bool(cell.apart)))
+    return Results(Path(folder), facts, records, table, order)
 
 
 def point_label(point: dict) -> str:
@@ -173,48 +223,3 @@ def point_label(point: dict) -> str:
 def place_label(place: tuple[str, str]) -> str:
     scene, point = place
     return Path(scene).stem if point == "no sweep" else f"{Path(scene).stem}, {point}"
-
-
-MEMORY = "peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"
-ACCURACY = "reference", "max_outside", "max_inside", "rmse", "bad_pixels", "mask_fraction", "tolerance"
-COLUMNS = (
-    "scene", "point", "variant", "technology", "repetition", "status", "reason", "wall_s", "first_s", "steady_s",
-    "steady_frames", "compile_s", "compile_cache", "build_s", "user_s", "system_s", "rays", "rays_per_s",
-    *MEMORY, "memory_method", *ACCURACY, "not_judged", "warnings",
-)  # fmt: skip
-
-
-def _row(record: dict) -> dict:
-    """A record as a flat row; what it does not tell is left out, which pandas makes NaN."""
-    frames = record["frames_s"] or []
-    steady = frames[1:]
-    rays = record["rays"] and sum(record["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
-    compiled = [end - start for name, start, end in record["phases"] or [] if name == "compile"]
-    methods = (record["used"] or {}).get("methods") or {}
-    memory, accuracy = record["memory"] or {}, record["accuracy"] or {}
-    return {
-        **{name: record[name] for name in ("scene", "variant", "technology", "repetition", "status", "reason")},
-        "wall_s": record["wall_s"],
-        **{name: (record["cpu"] or {}).get(name) for name in ("user_s", "system_s")},
-        **{name: memory.get(name) for name in MEMORY},
-        **{name: accuracy.get(name) for name in ACCURACY},
-        "point": point_label(record["point"]),
-        "memory_method": memory.get("method"),
-        "first_s": frames[0] if frames else None,
-        "steady_s": sum(steady) / len(steady) if steady else None,
-        "steady_frames": len(steady),
-        "compile_s": sum(compiled) if compiled else None,
-        "compile_cache": methods.get("compile_cache"),
-        "build_s": (record["build"] or {}).get("seconds"),
-        "rays": rays,
-        "rays_per_s": rays * len(steady) / sum(steady) if rays and steady else None,
-        "not_judged": _not_judged(record),
-        "warnings": "; ".join(record["warnings"]),
-    }
-
-
-def _not_judged(record: dict) -> str | None:
-    """Why the picture of a record has no verdict; None if it has one, or if there is no picture."""
-    if record["accuracy"] is None:
-        return "the judge was not asked" if record["status"] == "ok" else None
-    return record["accuracy"].get("unavailable")

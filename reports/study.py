@@ -24,13 +24,13 @@ TIMES_S = {  # table 4.1
     "cpp": {"one pixel": (0.000149, 0.000006, 10), "all": (11.22, 0.03, 10)},
     "numba-parallel": {"one pixel": (0.0041, 0.0001, 10), "all": (95.6, 0.4, 10)},
     "cpp-threads": {"one pixel": (0.000140, 0.000008, 10), "all": (3.22, 0.02, 10)},
-    "cuda": {"one pixel": (0.0075, 0.0003, 10), "all": (10.112, 0.002, 10)},
+    "numba-cuda": {"one pixel": (0.0075, 0.0003, 10), "all": (10.112, 0.002, 10)},
 }
 
 COMPILE_S = {  # section 4.2.1: "about", without a ±
     "numba": {"all": (30, None, 1)},
     "numba-parallel": {"all": (35, None, 1)},
-    "cuda": {"all": (15, None, 1)},
+    "numba-cuda": {"all": (15, None, 1)},
 }
 
 RSS_MB = {  # table 4.2; none of CUDA

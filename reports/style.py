@@ -20,7 +20,7 @@ COLOURS = {
     "numba-parallel": "#D55E00",
     "cpp": "#009E73",
     "cpp-threads": "#005C43",
-    "cuda": "#CC79A7",
+    "numba-cuda": "#CC79A7",
 }
 SPARE = ("#000000", "#999999", "#8C6BB1", "#7F5539", "#B5A300", "#5B8DB8")
 
@@ -64,6 +64,19 @@ def colour(variant: str, variants: list[str]) -> str:
     """Of a variant: its own, else a spare one by its place among the unknown."""
     unknown = [name for name in variants if name not in COLOURS]
     return COLOURS.get(variant) or SPARE[unknown.index(variant) % len(SPARE)]
+
+
+def log_ticks(axis) -> None:
+    """Numbers without exponents on a logarithmic axis; between decades at 2 and 5 or everywhere, if it is short."""
+
+    def minor(value, _):
+        low, high = sorted(axis.get_view_interval())
+        if high / low < 6 or (high / low < 30 and f"{value:.3e}"[:5] in ("2.000", "5.000")):
+            return f"{value:.3g}"
+        return ""
+
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(minor)
 
 
 def save(figure: Figure, path: Path) -> None:

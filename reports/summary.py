@@ -3,7 +3,7 @@
 import re
 
 from harness import statistics
-from reports import accuracy_columns, markdown, quantity, ranking
+from reports import accuracy_columns, launch, markdown, quantity, ranking
 from reports.results import Cell, Results, place_label
 
 STARVED = 0.9  # of a core: a renderer that computes all the time and is let uses more
@@ -12,12 +12,35 @@ SHORTEST = 0.2  # s of a process, of which starting is then a small part
 
 def write(results: Results) -> str:
     """The section of the report."""
-    parts = ["## Summary", markdown.bullets([_ranking(results, place) for place in results.places])]
-    unranked = _unranked(results)
-    parts += ["Not ranked:", markdown.bullets(unranked)] if unranked else ["Every variant is ranked."]
+    parts = ["## Summary", markdown.bullets(_rankings(results))]
+    unranked = _reasons(results, [cell for cell in results.cells if cell.unranked and not cell.as_meant])
+    apart = _reasons(results, [cell for cell in results.cells if cell.as_meant])
+    if unranked:
+        parts += ["Not ranked:", markdown.bullets(unranked)]
+    if apart:
+        parts += ["Shown, and in no comparison:", markdown.bullets(apart)]
+    if not unranked + apart:
+        parts.append("Every variant is ranked.")
     doubts = _warnings(results)
     parts += ["Doubtful:", markdown.bullets(doubts)] if doubts else ["No repetition has a warning."]
     return "\n\n".join(parts)
+
+
+def _rankings(results: Results) -> list[str]:
+    """A sentence a place, but for places of exhibits alone; one for all that differ only in a launch."""
+    return [
+        _ranking(results, place) + (_launches(results, place, others) if others else "")
+        for place, others in launch.places(results)
+        if not all(cell.exhibit for cell in results.at(place))
+    ]
+
+
+def _launches(results: Results, place: tuple[str, str], others: list[Cell]) -> str:
+    """What a place stands for, which is the fastest of the ways to launch a kernel."""
+    (first,) = ranking.ranked(results, place)
+    next_best = ranking.ratio(others[0], first)
+    sure = "the fastest" if quantity.resolved(next_best) else "the lowest mean, not resolved from the next,"
+    return f" It is {sure} of {1 + len(others)} ways to launch it."
 
 
 def _ranking(results: Results, place: tuple[str, str]) -> str:
@@ -38,30 +61,40 @@ def _ranking(results: Results, place: tuple[str, str]) -> str:
     return f"{label}**{name}** {best}: {said}. Times as long: {rest}."
 
 
-def _unranked(results: Results) -> list[str]:
+def _reasons(results: Results, cells: list[Cell]) -> list[str]:
     """One item a variant and reason, with the places where it holds."""
     found: dict[tuple[str, str], list[Cell]] = {}
-    for cell in results.cells:
-        if cell.unranked:
-            found.setdefault((cell.variant, cell.unranked), []).append(cell)
+    for cell in cells:
+        found.setdefault((cell.variant, _reason(cell)), []).append(cell)
     return [
         f"{markdown.escape(variant)}: {markdown.escape(why)} ({_where(results, [cell.place for cell in cells])})"
         for (variant, why), cells in found.items()
     ]
 
 
+def _reason(cell: Cell) -> str:
+    """Why it is not ranked; of an exhibit without numbers, which differ from place to place."""
+    if not cell.as_meant or not cell.exhibit:
+        return cell.unranked
+    return f"{cell.apart}; its picture is {'wrong, as meant' if cell.status == 'wrong picture' else 'right here'}"
+
+
 def _warnings(results: Results) -> list[str]:
     """One item a variant and kind of warning (numbers apart), and the repetitions of an ok cell that failed."""
     found: dict[tuple[str, str], list[tuple[str, tuple]]] = {}
     for cell in results.cells:
-        if cell.status == "ok" and cell.verdict != "ok":
-            found.setdefault((cell.variant, cell.verdict), []).append((cell.verdict, cell.place))
-        for index in cell.rows.index:
+        if cell.status == "ok" and cell.lost:
+            found.setdefault((cell.variant, cell.lost), []).append((f"ok{cell.lost}", cell.place))
+        bad = cell.load[cell.load["status"] != "ok"] if not cell.as_meant else cell.load[:0]
+        for status, reason in zip(bad["status"], bad["reason"], strict=True):
+            text = f"a repetition of its load pass is not ok: {status}: {reason}"
+            found.setdefault((cell.variant, text), []).append((text, cell.place))
+        for index in cell.rows.index.append(cell.load.index):
             for text in results.records[index]["warnings"]:
                 kind = re.sub(r"[-+.\de]*\d", "#", text)
                 found.setdefault((cell.variant, kind), []).append((text, cell.place))
         share = _share_of_a_core(cell)
-        if share is not None and share < STARVED:
+        if share is not None and share < STARVED and not cell.gpu:
             text = f"used {share:.0%} of one core over its life: it waited, or other programs had the cores"
             found.setdefault((cell.variant, "starved"), []).append((text, cell.place))
     return [

@@ -54,7 +54,7 @@ def to_markdown(cells: list[Cell], columns: list[Column]) -> str:
 
 
 def _shown(cell: Cell, columns: list[Column]) -> list[str]:
-    told, texts = {cell.verdict}, []
+    told, texts = {cell.verdict, cell.apart, f"not ranked: {cell.apart}"}, []
     for column in columns:
         value = column.value(cell)
         if not isinstance(value, Missing):

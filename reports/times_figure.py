@@ -6,14 +6,14 @@ import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 
 from harness import statistics
-from reports import accuracy_columns, markdown, ranking, study, style
+from reports import accuracy_columns, launch, markdown, ranking, study, style
 from reports.results import Missing, Results, place_label
 
 CAPTION = (
     "Mean time of a steady frame with its 95 % interval over processes, where there are enough; only what is "
     "ranked is drawn. Beside each row the largest error outside the mask. Hollow: the study's time for the same "
     "case on its own machine. An interval that reaches below a thirtieth of its mean is cut there, since a "
-    "logarithmic axis has no 0."
+    "logarithmic axis has no 0. Of points that differ only in how the kernel of a GPU is launched the fastest is drawn."
 )
 
 ROW, HEAD = 0.22, 0.8  # inches
@@ -22,7 +22,7 @@ MARKS = ("o", "black"), ("D", "white")  # ours, the study's
 
 def draw(results: Results, scene: str):
     """The figure of a scene; None if nothing is ranked in it."""
-    places = [place for place in results.places if place[0] == scene and ranking.ranked(results, place)]
+    places = [place for place, _ in launch.places(results) if place[0] == scene and ranking.ranked(results, place)]
     if not places:
         return None
     heights = [len(ranking.ranked(results, place)) * ROW + HEAD for place in places]
@@ -54,7 +54,7 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
         beside = axes.get_yaxis_transform()
         axes.text(1.01, row, accuracy_columns.shown(cell), transform=beside, va="center", fontsize=7)
     axes.set(xscale="log", xlabel="steady frame (s)", ylim=(len(cells) - 0.5, -0.5))
-    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    style.log_ticks(axes.xaxis)
     axes.set_yticks(range(len(cells)), [cell.variant for cell in cells])
     axes.set_title(place_label(place), loc="left", fontweight="bold")
     axes.grid(axis="x", lw=0.4, color="#CCCCCC")

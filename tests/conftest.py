@@ -11,8 +11,12 @@ from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
 
-# Outside programs have tests of their own.
-VARIANTS = tuple(name for name, entry in registry.entries().items() if not entry.renderer.manifest.external)
+# Outside programs have tests of their own; exhibits are wrong on purpose.
+VARIANTS = tuple(
+    name
+    for name, entry in registry.entries().items()
+    if not entry.renderer.manifest.external and not entry.variant.exhibit
+)
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -44,8 +48,8 @@ class Bench:
 
     def entry(self, variant):
         entry = self.known[variant]
-        if entry.renderer.unavailable:
-            pytest.skip(entry.renderer.unavailable)
+        if entry.unavailable:
+            pytest.skip(entry.unavailable)
         return entry
 
     def result(self, variant, scene_text, exact=False, **parameters):

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from .vector import add, along, dot, kernel, negate, row_of, subtract
+from .target import kernel
+from .vector import add, along, dot, negate, row_of, subtract
 
 # What a row of the table holds, three of each but the corner.
 CORNER, EDGE, RECIPROCAL, NORMAL = 0, 1, 4, 7

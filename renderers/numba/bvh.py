@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .vector import kernel
+from .target import kernel
 
 BINS = 16  # of a node's extent, between which it may be split
 LEAF = 4  # a node of no more shapes is a leaf

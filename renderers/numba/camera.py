@@ -3,7 +3,9 @@
 import math
 
 from .needs import LENS
-from .vector import add, along, kernel, normalise, row, scale, subtract
+from .random import turn
+from .target import kernel
+from .vector import add, along, normalise, row, scale, subtract
 
 
 @kernel
@@ -20,8 +22,8 @@ def eye_ray(scene, width, height, x, y, numbers):
     origin = add(row(camera, 0), e)
     direction = subtract(along(scale(x, u), y, v), e)
     if LENS:  # LEN-1
-        rho, phi = math.sqrt(numbers[2]), real(2 * math.pi) * numbers[3]
-        h = along(scale(rho * math.cos(phi), row(scene.lens, 0)), rho * math.sin(phi), row(scene.lens, 1))
+        rho, (cos, sin) = math.sqrt(numbers[2]), turn(numbers[3])
+        h = along(scale(rho * cos, row(scene.lens, 0)), rho * sin, row(scene.lens, 1))
         origin = add(origin, h)
         direction = subtract(scale(scene.focus, direction), h)
     return origin, normalise(direction)

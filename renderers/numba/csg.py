@@ -11,7 +11,8 @@ from .ellipsoid import ellipsoid_surface, span_ellipsoid
 from .mesh import cross_triangle, shear, triangle_surface
 from .needs import CROSSINGS, MESH, TREE
 from .sphere import span_sphere, sphere_surface
-from .vector import along, called, dot, kernel, largest, negate
+from .target import called, kernel
+from .vector import along, dot, largest, negate
 
 # Operations of csg_code.
 SPHERE, BOX, ELLIPSOID, SURFACE, OR, AND = range(6)

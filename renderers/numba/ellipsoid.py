@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from .box import reciprocal
-from .vector import add, along, dot, inlined, kernel, normalise, row_of, scale, subtract
+from .target import inlined, kernel
+from .vector import add, along, dot, normalise, row_of, scale, subtract
 
 # What a row of the table holds, three of each but the centre.
 CENTRE, AXIS, RECIPROCAL = 0, 1, 4

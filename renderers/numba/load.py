@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from renderers import worker
+
 from . import bounds, bvh, needs, walk
 from .box import box_table
 from .ellipsoid import ellipsoid_table
@@ -9,9 +11,18 @@ from .mesh import rows_of, triangle_table
 from .polygon import polygon_table
 from .scene import Scene
 
+TABLE_LIMIT = 2**31  # bytes (WLK-2)
 
-def load(job, real, threads, shape):
-    """All numbers are rounded once to the type `real` (NUM-1). shape: height and width of the region."""
+
+def load(job, real, threads):
+    """The Scene of as many threads. All numbers are rounded once to the type `real` (NUM-1)."""
+    values = tables(job, real)
+    values |= {name: _block(threads, *block) for name, block in work(job, real, values).items()}
+    return Scene(**{name: values[name] for name in Scene._fields})
+
+
+def tables(job, real):
+    """Fields of the Scene by name, but the work memory of threads."""
 
     def read(name):
         return np.load(job.array(name))
@@ -47,9 +58,11 @@ def load(job, real, threads, shape):
     if needs.LENS:
         values |= _lens(read("camera"), job, rounded, real)
     if needs.TREE:
-        values |= _tree(low, high, 64 * unit * skewness, rounded, real, threads)
-    values |= _work(job, real, threads, shape, values)
-    return Scene(**{name: values[name] for name in Scene._fields})
+        values |= _tree(low, high, 64 * unit * skewness, rounded, real)
+    x0, y0, x1, y1 = job.region
+    if needs.ADAPTIVE:
+        values["corners"] = np.zeros((y1 - y0 + 1, x1 - x0 + 1, 3), real)
+    return values
 
 
 def _materials(materials, air):
@@ -171,8 +184,8 @@ def _lens(camera, job, rounded, real):
     return {"lens": rounded(axes), "focus": real(job.focal_distance / np.linalg.norm(e))}
 
 
-def _tree(low, high, pad, rounded, real, threads):
-    """The tree over all bounded shapes, and the walk's stack."""
+def _tree(low, high, pad, rounded, real):
+    """The tree over all bounded shapes."""
     bounded = np.isfinite(low).all(axis=1)
     inside = np.flatnonzero(bounded)
     nodes, links, items = np.zeros((1, 2, 3)), np.zeros((1, 2), np.int32), np.zeros(0, np.int32)
@@ -185,35 +198,45 @@ def _tree(low, high, pad, rounded, real, threads):
         "tree_loose": np.flatnonzero(~bounded).astype(np.int32),
         "tree_pad": real(pad),
         "tree_reach": real(np.abs(nodes[0]).max()),
-        "tree_stack": _block(threads, (bvh.LEVELS,), np.int32),
-        "tree_entries": _block(threads, (bvh.LEVELS,), real),
     }
 
 
-def _work(job, real, threads, shape, values):
-    """Work memory of the walk, of CSG and of samples."""
+def work_of_walk(job, real):
+    """`walk_rows` and `walk_bytes` of WLK-2, for the walks that have rows."""
+    rows = walk.rows(job.depth, job.glossy_rays)
+    if rows == 0:
+        return {}
+    size = rows * (walk.REALS * np.dtype(real).itemsize + walk.INTEGERS * 8)
+    if size > TABLE_LIMIT:
+        worker.refuse(f"walk {needs.WALK}: one pixel takes {size} bytes, more than {TABLE_LIMIT}")
+    return {"walk_rows": rows, "walk_bytes": size}
+
+
+def work(job, real, values):
+    """Shape and type of a thread's work memory, by field of the Scene. values: of `tables`."""
     rows = walk.rows(job.depth, job.glossy_rays)
     code, ranges, meshes = values["csg_code"], values["csg_ranges"], values["csg_meshes"]
     crossings = np.where(code[:, 0] < 3, 2, 0)
     crossings[code[:, 0] == 3] = np.minimum(meshes[code[code[:, 0] == 3, 1], 1], needs.CROSSINGS)
-    boundaries = max((crossings[first : first + count].sum() for first, count in ranges), default=0)
+    boundaries = max((int(crossings[first : first + count].sum()) for first, count in ranges), default=0)
     cells = 1 << (job.adaptive_depth if needs.ADAPTIVE else 0)
     points = (cells + 1) ** 2 if needs.ADAPTIVE else 0
-    corners = (shape[0] + 1, shape[1] + 1, 3) if needs.ADAPTIVE else (0, 0, 3)
-    return {
-        "walk_reals": _block(threads, (rows, walk.REALS), real),
-        "walk_integers": _block(threads, (rows, walk.INTEGERS), np.int64),
-        "csg_reals": _block(threads, (boundaries, 3), real),
-        "csg_integers": _block(threads, (boundaries, 3), np.int32),
-        "csg_values": _block(threads, (2 * ranges[:, 1].max(initial=0),), np.int32),
-        "csg_stack": _block(threads, (bvh.LEVELS + 1,), np.int32),
-        "csg_overflow": _block(threads, (1,), np.int64),
-        "corners": np.zeros(corners, real),
-        "lattice": _block(threads, (points, 3), real),
-        "lattice_marks": _block(threads, (points + 1,), np.int64),
-        "quarters": _block(threads, (job.adaptive_depth + 1, 4, 3), real),
-        "squares": _block(threads, (job.adaptive_depth + 1, 3), np.int64),
+    blocks = {
+        "walk_reals": ((rows, walk.REALS), real),
+        "walk_integers": ((rows, walk.INTEGERS), np.int64),
+        "csg_reals": ((boundaries, 3), real),
+        "csg_integers": ((boundaries, 3), np.int32),
+        "csg_values": ((2 * int(ranges[:, 1].max(initial=0)),), np.int32),
+        "csg_stack": ((bvh.LEVELS + 1,), np.int32),
+        "csg_overflow": ((1,), np.int64),
+        "tree_stack": ((bvh.LEVELS,), np.int32),
+        "tree_entries": ((bvh.LEVELS,), real),
+        "lattice": ((points, 3), real),
+        "lattice_marks": ((points + 1,), np.int64),
+        "quarters": ((job.adaptive_depth + 1, 4, 3), real),
+        "squares": ((job.adaptive_depth + 1, 3), np.int64),
     }
+    return {name: block for name, block in blocks.items() if name in Scene._fields}
 
 
 def _block(threads, shape, dtype):

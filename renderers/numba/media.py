@@ -6,8 +6,8 @@ A set of clear solids is an integer: bit r for the solid of rank r (MED-2).
 import numpy as np
 
 from .needs import MEDIA
-from .scene import MATERIAL, RANK
-from .vector import kernel
+from .scene import RANK
+from .target import kernel
 
 
 @kernel
@@ -23,7 +23,7 @@ def medium(scene, members):
 
 
 @kernel
-def sides(scene, index, inside, members):
+def sides(scene, index, material, inside, members):
     """Rows of materials of the media i and t, and the sets the ray was in and is in beyond (MED-3, MED-4)."""
     around = len(scene.materials) - 1
     if MEDIA:
@@ -35,7 +35,7 @@ def sides(scene, index, inside, members):
                 return medium(scene, within), medium(scene, out), within, out
             return medium(scene, out), medium(scene, within), out, within
         around = medium(scene, members)
-    own = np.int64(scene.ids[index, MATERIAL])
+    own = np.int64(material)
     if inside:
         return own, around, members, members
     return around, own, members, members

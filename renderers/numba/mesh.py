@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from .vector import along, dot, inlined, kernel, negate, row_of, subtract
+from .target import inlined, kernel
+from .vector import along, dot, negate, row_of, subtract
 
 # What a row of the table holds, three of each: three vertices and the normal.
 VERTEX, NORMAL = 0, 3

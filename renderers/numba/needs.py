@@ -10,6 +10,16 @@ REFLECTION = TRANSMISSION = GLOSSY = ATTENUATION = MEDIA = False
 SUPERSAMPLING = ADAPTIVE = LENS = False
 FEATURES = tuple(name for name in list(globals()) if name.isupper())
 
+# Where the kernel runs.
+TARGET = "cpu"  # or "cuda"
+SIMULATED = False  # by Numba's simulator of a GPU
+SINGLE = False  # precision float32
+THREADS = 1  # of a block of the GPU
+STRIDED = False  # each thread has several pixels
+MEMORY = "global"  # of the GPU, in which the scene is
+STREAMED = False  # through shared memory, being too large for it: the threads of a block go in step (gpu/tiles.py)
+FAULT = ""  # of the exhibits: "index" or "barrier" (gpu/assemble.py)
+
 # Methods.
 WALK = "chain"  # of WLK-1
 TREE = False  # a bounding-volume hierarchy (HIT-6)
@@ -23,6 +33,7 @@ SCATTERED = False  # rays draw random numbers of their own, by their path (RND-4
 RANDOM = False  # so do they or the samples
 
 
+MOST_ROWS = 65535  # of blocks in a grid
 CROSSINGS = 64  # of a line with one mesh (CSG-6)
 MANY = 64  # spheres from which on, or half as many of the other shapes, the tree is surely the faster way
 

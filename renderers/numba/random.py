@@ -1,8 +1,15 @@
 """Random numbers that are a function of what they are for: Philox4x32-10 (RND)."""
 
+import math
+
 import numpy as np
 
-from .vector import kernel
+from .needs import SIMULATED, SINGLE, TARGET
+from .target import kernel
+
+ON_GPU = TARGET == "cuda" and SINGLE and not SIMULATED
+if ON_GPU:
+    from numba.cuda import libdevice
 
 # All words are 32 bits in a uint64. Constants have that type too: with an int64, Numba would go on in float64.
 M0, M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
@@ -38,3 +45,12 @@ def draw(scene, place, path, use):
         real(np.int64(x[2] >> EIGHT)) * unit,
         real(np.int64(x[3] >> EIGHT)) * unit,
     )
+
+
+@kernel
+def turn(u):
+    """cos and sin of 2π u, for u from 0 to 1."""
+    if ON_GPU:  # cosine and sine of a float32 take float64, were it for large angles only
+        return libdevice.cospif(u + u), libdevice.sinpif(u + u)
+    phi = type(u)(2 * math.pi) * u
+    return math.cos(phi), math.sin(phi)

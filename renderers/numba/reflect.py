@@ -5,9 +5,10 @@ import math
 import numpy as np
 
 from .needs import STUDY_WEIGHT
-from .random import draw
+from .random import draw, turn
 from .scene import EXPONENT, INDEX, PERMEABILITY
-from .vector import add, along, dot, kernel, normalise, scale
+from .target import kernel
+from .vector import add, along, dot, normalise, scale
 
 # Of the use of a random number (GLO-2).
 FIRST_GLOSSY = np.int64(2**31)
@@ -56,8 +57,8 @@ def glossy(scene, place, path, material, normal, r, g):
     exponent = scene.materials[material, EXPONENT]
     u = draw(scene, place, path, FIRST_GLOSSY + g)
     z = (one - u[0]) ** (one / (exponent + one))
-    w, phi = math.sqrt(max(real(0), one - z * z)), real(2 * math.pi) * u[1]
-    x, y = w * math.cos(phi), w * math.sin(phi)
+    w, (cos, sin) = math.sqrt(max(real(0), one - z * z)), turn(u[1])
+    x, y = w * cos, w * sin
     sigma = one if r[2] >= 0 else -one
     a = -one / (sigma + r[2])
     b = r[0] * r[1] * a

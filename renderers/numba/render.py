@@ -7,7 +7,8 @@ from numba import njit, prange
 from .needs import ADAPTIVE, CSG, LIMITED
 from .sample import add_counts, lattice_sample, pixel
 from .scene import OBJECT, nearest, surface
-from .vector import kernel, normalise, row
+from .target import kernel
+from .vector import normalise, row
 
 # What Python calls. No C code does: leaving out that way in saves compiling it.
 ENTRY = {"error_model": "numpy", "no_cfunc_wrapper": True}

@@ -13,10 +13,8 @@ import llvmlite.binding  # noqa: E402
 import numba  # noqa: E402
 import numpy as np  # noqa: E402
 
-from . import needs, render, walk  # noqa: E402
-from .load import load  # noqa: E402
-
-TABLE_LIMIT = 2**31  # bytes (WLK-2)
+from . import needs, render  # noqa: E402
+from .load import load, work_of_walk  # noqa: E402
 
 
 def cache_folder(job):
@@ -24,22 +22,11 @@ def cache_folder(job):
 
     Numba's own key sees neither an edit of a module that the entry calls nor a change of options or constants.
     """
-    sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py")))
     versions = sys.version, numba.__version__, llvmlite.__version__, np.__version__
     processor = llvmlite.binding.get_host_cpu_name()
     key = repr((sources, versions, processor, job.kind, job.variant, job.precision, needs.constants()))
     return os.path.join(job.cache, "numba-" + hashlib.sha256(key.encode()).hexdigest()[:16])
-
-
-def work_of_walk(job, real):
-    """`walk_rows` and `walk_bytes` of WLK-2, for the walks that have rows."""
-    rows = walk.rows(job.depth, job.glossy_rays)
-    if rows == 0:
-        return {}
-    size = rows * (walk.REALS * np.dtype(real).itemsize + walk.INTEGERS * 8)
-    if size > TABLE_LIMIT:
-        worker.refuse(f"walk {needs.WALK}: one pixel takes {size} bytes, more than {TABLE_LIMIT}")
-    return {"walk_rows": rows, "walk_bytes": size}
 
 
 def run(job):
@@ -52,7 +39,7 @@ def run(job):
 
     with worker.phase("load"):
         x0, y0, x1, y1 = job.region
-        scene = load(job, real, threads, (y1 - y0, x1 - x0))
+        scene = load(job, real, threads)
         if job.kind == "rays":
             entry = render.trace_rays_parallel if parallel else render.trace_rays
             questions = [(scene, np.load(job.array("rays")).astype(real))]

@@ -5,8 +5,9 @@ import math
 from .camera import eye_ray
 from .needs import ADAPTIVE, CSG, JITTERED, LENS, LIMITED, MEDIA, SUPERSAMPLING
 from .random import draw
+from .target import inlined, kernel
 from .trace import finite
-from .vector import add, inlined, kernel, scale
+from .vector import add, scale
 from .walk import walk
 
 # Counts are tuples: primary, reflected, transmitted, shadow, non-finite (CNT-1, CNT-2).

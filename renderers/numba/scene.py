@@ -9,10 +9,11 @@ from .bvh import enter, slopes
 from .csg import any_csg, csg_surface, hit_csg, nearest_csg
 from .ellipsoid import any_ellipsoid, ellipsoid_surface, hit_ellipsoid, nearest_ellipsoid
 from .mesh import any_triangle, hit_triangle, nearest_triangle, shear, triangle_surface
-from .needs import BOX, CSG, ELLIPSOID, MESH, POLYGON, SPHERE, TREE
+from .needs import BOX, CSG, ELLIPSOID, MESH, POLYGON, SPHERE, STREAMED, TREE
 from .polygon import any_polygon, hit_polygon, nearest_polygon, polygon_surface
 from .sphere import any_sphere, hit_sphere, nearest_sphere, sphere_surface
-from .vector import kernel, largest
+from .target import kernel
+from .vector import largest
 
 # What the kernel reads, and whether this job needs it. All numbers are of the job's precision, lengths in the scene's
 # unit. The n shapes count on from spheres to boxes, polygons, ellipsoids, triangles and CSG solids: the order of HIT-2.
@@ -77,8 +78,22 @@ FIELDS = {
     "lattice_marks": needs.ADAPTIVE,
     "quarters": needs.ADAPTIVE,
     "squares": needs.ADAPTIVE,
+    # Tiles of the tables of shapes, in the shared memory of a block: see gpu/tiles.py.
+    "sphere_tile": STREAMED and SPHERE,
+    "box_tile": STREAMED and BOX,
+    "polygon_tile": STREAMED and POLYGON,  # corners
+    "polygon_range_tile": STREAMED and POLYGON,
+    "ellipsoid_tile": STREAMED and ELLIPSOID,
+    "triangle_tile": STREAMED and MESH,
 }
 Scene = namedtuple("Scene", [name for name, needed in FIELDS.items() if needed])
+
+# The last kind of shape that there is needs no test whether a shape is of it.
+LAST_IS_MESH = not CSG
+LAST_IS_ELLIPSOID = LAST_IS_MESH and not MESH
+LAST_IS_POLYGON = LAST_IS_ELLIPSOID and not ELLIPSOID
+LAST_IS_BOX = LAST_IS_POLYGON and not POLYGON
+LAST_IS_SPHERE = LAST_IS_BOX and not BOX
 
 # Columns of the table of materials, after the three of the diffuse colour.
 SPECULAR, EXPONENT, INDEX, PERMEABILITY, ATTENUATED, CLEAR = 3, 4, 5, 6, 7, 10
@@ -95,23 +110,23 @@ def hit_shape(scene, thread, index, origin, direction, sheared, limit):
     """Distance to shape `index`, which may be negative; inf for a miss. sheared: of `shear`, if there are meshes."""
     i = index
     if SPHERE:
-        if i < len(scene.spheres):
+        if LAST_IS_SPHERE or i < len(scene.spheres):
             return hit_sphere(scene.spheres, i, origin, direction)
         i -= len(scene.spheres)
     if BOX:
-        if i < len(scene.boxes):
+        if LAST_IS_BOX or i < len(scene.boxes):
             return hit_box(scene.boxes, i, origin, direction)[0]
         i -= len(scene.boxes)
     if POLYGON:
-        if i < len(scene.polygon_ranges):
+        if LAST_IS_POLYGON or i < len(scene.polygon_ranges):
             return hit_polygon(scene.polygon_corners, scene.polygon_ranges, i, origin, direction, limit)
         i -= len(scene.polygon_ranges)
     if ELLIPSOID:
-        if i < len(scene.ellipsoids):
+        if LAST_IS_ELLIPSOID or i < len(scene.ellipsoids):
             return hit_ellipsoid(scene.ellipsoids, i, origin, direction)
         i -= len(scene.ellipsoids)
     if MESH:
-        if i < len(scene.triangles):
+        if LAST_IS_MESH or i < len(scene.triangles):
             return hit_triangle(scene.triangles, i, sheared)
         i -= len(scene.triangles)
     if CSG:
@@ -168,12 +183,21 @@ def search(scene, thread, origin, direction, best, any_will_do):
         node = stack[thread, height]
 
 
+if STREAMED:
+    from .gpu.tiles import nearest_in_tiles
+
+
 @kernel
 def nearest(scene, thread, origin, direction):
     """Distance to the nearest shape and its number; inf and -1 for a miss (HIT-1, HIT-2)."""
     best, index, first = type(direction[0])(math.inf), -1, 0
     if TREE:
         return search(scene, thread, origin, direction, best, False)
+    if STREAMED:
+        best, index, first = nearest_in_tiles(scene, origin, direction, best)
+        if CSG:
+            best, index = nearest_csg(scene, thread, origin, direction, best, index, first)
+        return best, index
     if SPHERE:
         best, index = nearest_sphere(scene.spheres, origin, direction, best, index, first)
         first += len(scene.spheres)
@@ -201,28 +225,28 @@ def surface(scene, thread, index, origin, direction, t):
     i = index
     size = scene.sizes[index]
     if SPHERE:
-        if i < len(scene.spheres):
+        if LAST_IS_SPHERE or i < len(scene.spheres):
             point, normal = sphere_surface(scene.spheres, i, origin, direction, t)
             return point, normal, size
         i -= len(scene.spheres)
     if BOX:
-        if i < len(scene.boxes):
+        if LAST_IS_BOX or i < len(scene.boxes):
             point, normal = box_surface(scene.boxes, i, origin, direction)
             return point, normal, size
         i -= len(scene.boxes)
     if POLYGON:
-        if i < len(scene.polygon_ranges):
+        if LAST_IS_POLYGON or i < len(scene.polygon_ranges):
             corners, ranges = scene.polygon_corners, scene.polygon_ranges
             point, normal = polygon_surface(corners, ranges, i, origin, direction, t)
             return point, normal, size
         i -= len(scene.polygon_ranges)
     if ELLIPSOID:
-        if i < len(scene.ellipsoids):
+        if LAST_IS_ELLIPSOID or i < len(scene.ellipsoids):
             point, normal = ellipsoid_surface(scene.ellipsoids, i, origin, direction, t)
             return point, normal, size
         i -= len(scene.ellipsoids)
     if MESH:
-        if i < len(scene.triangles):
+        if LAST_IS_MESH or i < len(scene.triangles):
             flat = scene.ids[index, FLAT] == 1
             point, normal = triangle_surface(scene.triangles, i, origin, direction, t, flat)
             return point, normal, size
@@ -237,6 +261,10 @@ def occluded(scene, thread, origin, direction, limit):
     """Whether a feeler is stopped before `limit` (HIT-5)."""
     if TREE:
         return search(scene, thread, origin, direction, limit, True)[1] >= 0
+    if STREAMED:
+        if nearest_in_tiles(scene, origin, direction, limit)[1] >= 0:
+            return True
+        return CSG and any_csg(scene, thread, origin, direction, limit)
     if SPHERE and any_sphere(scene.spheres, origin, direction, limit):
         return True
     if BOX and any_box(scene.boxes, origin, direction, limit):

@@ -2,11 +2,12 @@
 
 import math
 
-from .needs import AMBIENT, DIFFUSE, LIT, PHONG, SHADOWS, SOFT
-from .random import draw
+from .needs import AMBIENT, DIFFUSE, LIT, PHONG, SHADOWS, SOFT, STREAMED
+from .random import draw, turn
 from .scene import AMBIENT as AMBIENT_ROW
 from .scene import EXPONENT, SPECULAR, occluded
-from .vector import add, along, dot, kernel, multiply, row, scale, subtract
+from .target import kernel
+from .vector import add, along, dot, multiply, row, scale, subtract
 
 # Columns of the table of lights, after the three of the position.
 COLOUR, RADIUS = 3, 6
@@ -18,14 +19,17 @@ def on_light(scene, place, path, i, f):
     real = type(scene.epsilon)
     one, two = real(1), real(2)
     u = draw(scene, place, path, 1 + i * scene.feelers + f)
-    z, phi = one - two * u[0], real(2 * math.pi) * u[1]
+    z, (cos, sin) = one - two * u[0], turn(u[1])
     w = math.sqrt(max(real(0), one - z * z))
-    return along(row(scene.lights, i), scene.lights[i, RADIUS], (w * math.cos(phi), w * math.sin(phi), z))
+    return along(row(scene.lights, i), scene.lights[i, RADIUS], (w * cos, w * sin, z))
 
 
 @kernel
-def local_light(scene, thread, place, path, material, point, normal, direction, outside):
-    """Linear RGB (LOC-1 to LOC-5, SOF-1) at `point`, and the number of feelers, which leave from `outside`."""
+def local_light(scene, thread, place, path, material, point, normal, direction, outside, there):
+    """Linear RGB (LOC-1 to LOC-5, SOF-1) at `point`, and the number of feelers, which leave from `outside`.
+
+    there: whether there is a point at all. Threads that are in step ask for shadows without one too (gpu/tiles.py).
+    """
     real = type(direction[0])
     zero, one, two = real(0), real(1), real(2)
     diffuse = row(scene.materials, material)
@@ -48,22 +52,27 @@ def local_light(scene, thread, place, path, material, point, normal, direction, 
             distance = math.sqrt(dot(to_light, to_light))
             l = to_light[0] / distance, to_light[1] / distance, to_light[2] / distance  # noqa: E741
             cosine = dot(normal, l)
-            if not cosine > 0:
+            lit = there and cosine > 0
+            if not (lit or STREAMED):
                 continue
             if SHADOWS:
-                feelers += 1
-                if occluded(scene, thread, outside, l, distance):
+                if lit:
+                    feelers += 1
+                if occluded(scene, thread, outside, l, distance if lit else zero):
                     continue
-            received = zero, zero, zero
-            if DIFFUSE:
-                received = scale(cosine, diffuse)
+            if not lit:
+                continue
+            highlight, received = zero, (zero, zero, zero)
             if PHONG:
                 r = subtract(scale(two * cosine, normal), l)
                 c = -dot(r, direction)
                 if c > 0:
                     highlight = specular * min(c, one) ** scene.materials[material, EXPONENT]
-                    received = received[0] + highlight, received[1] + highlight, received[2] + highlight
-            total = add(total, received)
+            if DIFFUSE:
+                received = scale(cosine, diffuse)
+            if PHONG:
+                received = received[0] + highlight, received[1] + highlight, received[2] + highlight
+            total = add(total, received) if SOFT else received
         if SOFT:
             total = scale(share, total)
         colour = add(colour, multiply(total, (lights[i, COLOUR], lights[i, COLOUR + 1], lights[i, COLOUR + 2])))

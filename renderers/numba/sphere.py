@@ -2,7 +2,8 @@
 
 import math
 
-from .vector import along, dot, inlined, kernel, normalise, row, subtract
+from .target import inlined, kernel
+from .vector import along, dot, normalise, row, subtract
 
 
 @inlined

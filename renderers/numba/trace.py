@@ -3,11 +3,12 @@
 import math
 
 from .media import sides
-from .needs import ATTENUATION, GLOSSY, REFLECTION, SCATTERED, TRANSMISSION
+from .needs import ATTENUATION, GLOSSY, REFLECTION, SCATTERED, STREAMED, TRANSMISSION
 from .reflect import fresnel, glossy, mirrored, refracted
 from .scene import ATTENUATED, BACKGROUND, CLEAR, FLAT, MATERIAL, SPECULAR, nearest, surface
 from .shade import local_light
-from .vector import add, along, dot, kernel, largest, multiply, row, scale
+from .target import kernel
+from .vector import add, along, dot, largest, multiply, row, scale
 
 # A ray is (origin, direction, set of clear solids it is in, path of RND-4). A weight is a number, or three where
 # anything is attenuated.
@@ -61,16 +62,21 @@ def meet(scene, thread, place, ray, weight, last):
     origin, direction, members, path = ray
     zero = type(direction[0])(0)
     t, index = nearest(scene, thread, origin, direction)
-    if index < 0:
-        nowhere = origin, origin, direction, zero, -1, zero, zero, members, members, False
-        return row(scene.colours, BACKGROUND), weight, zero, zero, 0, nowhere
+    hit = index >= 0
+    if not hit:
+        if not STREAMED:
+            nowhere = origin, origin, direction, zero, -1, zero, zero, members, members, False
+            return row(scene.colours, BACKGROUND), weight, zero, zero, 0, nowhere
+        t, index = type(t)(1), 0  # goes along with the threads that it is in step with (gpu/tiles.py)
     point, normal, size = surface(scene, thread, index, origin, direction, t)
     material = scene.ids[index, MATERIAL]
     step = scale(scene.epsilon * max(largest(point), size), normal)
-    light, feelers = local_light(scene, thread, place, path, material, point, normal, direction, add(point, step))
+    outside = add(point, step)
+    light, feelers = local_light(scene, thread, place, path, material, point, normal, direction, outside, hit)
     cosine = dot(direction, normal)
-    i, beyond_i, was, beyond = sides(scene, index, cosine > 0, members)
-    weight = attenuated(scene, weight, i, t)
+    i, beyond_i, was, beyond = sides(scene, index, material, cosine > 0, members)
+    if hit:
+        weight = attenuated(scene, weight, i, t)
     mirror, through, n, s, straight = zero, zero, zero, zero, False
     if REFLECTION:
         k_s = scene.materials[material, SPECULAR]
@@ -81,6 +87,8 @@ def meet(scene, thread, place, ray, weight, last):
                 straight = not there or scene.ids[index, FLAT] == 1
                 if scene.materials[material, CLEAR] == 1:
                     through = k_s * (type(r)(1) - r)
+    if not hit:
+        light, mirror, through = row(scene.colours, BACKGROUND), zero, zero
     return light, weight, mirror, through, feelers, (point, step, normal, cosine, material, n, s, was, beyond, straight)
 
 

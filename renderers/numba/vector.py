@@ -2,16 +2,7 @@
 
 import math
 
-from numba import njit
-
-# Every function of the kernel is made by one of these three. Floating point is strict (NUM-3: no fastmath), and a
-# division by zero gives inf or NaN. Arrays are not reference-counted, as counting the scene's at each call takes
-# two thirds of the time; calls are inlined, as a scene passed on is a hundred words; and Python never calls them.
-kernel = njit(error_model="numpy", forceinline=True, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-# A function of its own, for what is large and stands in several places, or calls itself.
-called = njit(error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-# As `kernel`, but inlined before LLVM first sees the caller, which lets a miss go straight on to the next shape.
-inlined = njit(error_model="numpy", inline="always")
+from .target import kernel
 
 
 @kernel

@@ -3,9 +3,15 @@
 Each gives a colour and the numbers of reflected rays, transmitted rays and feelers (CNT-1).
 """
 
-from .needs import ATTENUATION, GLOSSY, MEDIA, SCATTERED, TRANSMISSION, WALK
+import numpy as np
+
+from .needs import ATTENUATION, GLOSSY, MEDIA, SCATTERED, STREAMED, TRANSMISSION, WALK
+from .target import called, kernel
 from .trace import gather, leave_mirrored, leave_through, meet, unit_weight, weigh
-from .vector import add, called, kernel, scale
+from .vector import add, scale
+
+if STREAMED:
+    from .gpu.tiles import any_of_block
 
 # Columns of walk_reals: origin, direction, weight. Of walk_integers: order, or whether the row is used; set; path.
 REALS = 9 if ATTENUATION else 7
@@ -68,7 +74,7 @@ def walk_chain(scene, thread, place, ray, depth):
     """Where each ray has one child at most, the tree of rays is a loop."""
     zero = type(scene.epsilon)(0)
     colour, weight = (zero, zero, zero), unit_weight(scene)
-    order, feelers = 0, 0
+    order, feelers = np.int32(0), 0  # narrow, as a GPU has few registers
     while True:
         light, weight, mirror, _, more, surroundings = meet(scene, thread, place, ray, weight, order == depth)
         colour = gather(colour, weight, light)
@@ -81,7 +87,15 @@ def walk_chain(scene, thread, place, ray, depth):
             if mirror == 0:
                 return colour, order, 0, feelers
         weight = weigh(weight, mirror)
-        order += 1
+        order = np.int32(order + 1)
+
+
+@kernel
+def unfinished(height):
+    """Whether rays wait here; or in some thread of the block, if all go in step (gpu/tiles.py)."""
+    if STREAMED:
+        return any_of_block(height > 0)
+    return height > 0
 
 
 @kernel
@@ -92,10 +106,13 @@ def walk_stack(scene, thread, place, ray, depth):
     reflected, transmitted, feelers = 0, 0, 0
     keep(scene, thread, 0, unit_weight(scene), ray, 0)
     height = 1
-    while height > 0:
-        height -= 1
+    while unfinished(height):
+        waiting = height > 0  # but not of a thread that only keeps step
+        height = max(0, height - 1)
         weight, ray, order = kept(scene, thread, height)
         light, weight, mirror, through, more, surroundings = meet(scene, thread, place, ray, weight, order == depth)
+        if not waiting:
+            continue
         colour = gather(colour, weight, light)
         feelers += more
         if TRANSMISSION and through != 0:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from harness import registry, store
+from harness import cuda, registry, store
 
 HERE = Path(__file__).parent
 REPOSITORY = HERE.parents[1]
@@ -23,7 +23,7 @@ SPHERE_SCENE = EMPTY_SCENE + "LIGHT (4,5,6) (1,1,1) 0\nSPHERE (0,0,-1) 0.8 (0.7,
 @pytest.fixture(scope="session")
 def environment(tmp_path_factory):
     """Of a rayrace of its own: TMPDIR holds the lock of measuring."""
-    kept = {name: value for name, value in os.environ.items() if name != registry.SEARCH_PATH}
+    kept = {name: value for name, value in os.environ.items() if name not in (registry.SEARCH_PATH, cuda.SIMULATOR)}
     return {**kept, "TMPDIR": str(tmp_path_factory.mktemp("tmp"))}
 
 

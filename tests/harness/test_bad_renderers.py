@@ -53,6 +53,8 @@ EXPECTED = {
     "bad-number": ("failed", "no event of the contract"),
     "bad-memory": ("failed", "no event of the contract"),
     "bad-versions": ("failed", "no event of the contract"),
+    "bad-device": ("failed", "no event of the contract"),
+    "bad-parts": ("failed", "the parts of frame 0 are longer than it"),
     "bad-reason": ("failed", "exit 1: half ? of it half"),
     "bad-pixel": ("wrong picture", "1 pixels off by more than 1e-09 outside the mask, the worst by 1e-06"),
     "bad-nan": ("wrong picture", "1 pixels are not finite"),

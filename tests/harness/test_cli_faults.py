@@ -62,6 +62,18 @@ EXPERIMENTS = {
         GOOD + "[image]\nwidth = 8\n[sweep]\nregion = [[0, 0, 9, 1]]\n",
         "region [0, 0, 9, 1]: expected x0 < x1",
     ),
+    "block too large": (
+        GOOD + "[image]\nblock_width = 64\nblock_height = 32\n",
+        "image: block_width x block_height: 64 x 32 is 2048 threads, expected 1024 at most",
+    ),
+    "block swept too large": (
+        GOOD + "[image]\nblock_height = 64\n[sweep]\nblock_width = [16, 32]\n",
+        "sweep {'block_width': 32}: block_width x block_height: 32 x 64 is 2048 threads",
+    ),
+    "block side too large": (GOOD + "[image]\nblock_width = 1025\n", "image.block_width: Input should be less than or"),
+    "block empty": (GOOD + "[image]\nblock_height = 0\n", "image.block_height: Input should be greater than or"),
+    "registers": (GOOD + "[image]\nmax_registers = 256\n", "image.max_registers: Input should be less than or"),
+    "memory unknown": (GOOD + '[image]\nscene_memory = "local"\n', "image.scene_memory: Input should be 'auto', "),
     "sample outside": (GOOD + "[image]\nsample_x = 1.0\n", "image.sample_x: Input should be less than 1"),
     "not a number": (GOOD + "[image]\nsample_x = nan\n", "image.sample_x: Input should be"),
     "override of nobody": (GOOD + "[override.cpp]\nframes = 1\n", "override.cpp: not among the experiment's renderers"),
@@ -134,6 +146,19 @@ def test_experiment(name, rayrace, place, write):
         (
             ["render", "scene.txt", "-r", "python", "--precision", "float16"],
             "python is unsupported: has no precision float16",
+        ),
+        (
+            ["render", "scene.txt", "--block-width", "64", "--block-height", "32"],
+            "error: block_width x block_height: 64 x 32 is 2048 threads, expected 1024 at most",
+        ),
+        (["render", "scene.txt", "--scene-memory", "local"], "--scene-memory local: Input should be 'auto', "),
+        (
+            ["render", "scene.txt", "-r", "python", "--scene-memory", "shared"],
+            "python is unsupported: has no scene_memory shared (has auto)",
+        ),
+        (
+            ["trace", "scene.txt", "good.csv", "-r", "python", "--scene-memory", "shared"],
+            "python is unsupported: has no scene_memory shared (has auto)",
         ),
         (["render", "scene.txt", "-r", "python", "--threads", "2"], "python is unsupported: runs one thread"),
         (["trace", "scene.txt", "nowhere.csv"], "nowhere.csv: No such file or directory"),

@@ -24,19 +24,26 @@ def phase(name="render", start=1, end=2):
     return {"event": "phase", "name": name, "start": start, "end": end}
 
 
-def frame(index=0, start=1, end=2):
-    return {"event": "frame", "index": index, "start": start, "end": end}
+def frame(index=0, start=1, end=2, parts=None):
+    return {"event": "frame", "index": index, "start": start, "end": end, **({"parts": parts} if parts else {})}
+
+
+def device(**more):
+    return {"event": "device", "name": "a", "simulated": False, **more}
 
 
 def test_all_events(read):
     said = read(
-        phase("load", 1, 2.5), frame(0, 3, 4), {"event": "rays", **RAYS}, {"event": "memory", "peak_bytes": 10},
+        phase("load", 1, 2.5), frame(0, 3, 4), frame(1, 4, 5, {"kernel": 0.5, "download": 0}),
+        {"event": "rays", **RAYS}, {"event": "memory", "peak_bytes": 10},
         {"event": "versions", "compiler": {"name": "x"}}, {"event": "used", "features": [], "methods": {"threads": 1}},
         b"\n", {"event": "output", "file": "image.npy"}, {"event": "error", "reason": "so\nit is"},
     )  # fmt: skip
     assert said.faults == []
-    assert said.phases == [{"name": "load", "start": 1, "end": 2.5}] and said.frames == [
-        {"index": 0, "start": 3, "end": 4}
+    assert said.phases == [{"name": "load", "start": 1, "end": 2.5}]
+    assert said.frames == [
+        {"index": 0, "start": 3, "end": 4, "parts": None},
+        {"index": 1, "start": 4, "end": 5, "parts": {"kernel": 0.5, "download": 0}},
     ]
     assert said.rays == RAYS and said.output == "image.npy" and said.error == "so it is"
     assert said.memory == {
@@ -48,11 +55,26 @@ def test_all_events(read):
     assert said.versions == {"compiler": {"name": "x"}} and said.used["methods"] == {"threads": 1}
 
 
+def test_device(read):
+    nothing = dict.fromkeys((*events.DEVICE_COUNTS, *events.DEVICE_NUMBERS, "driver", "compute_capability"))
+    assert read(device()).device == {"name": "a", "simulated": False, **nothing}
+    facts = {"compute_capability": [9, 0], "multiprocessors": 132, "clock_mhz": 1980.5, "driver": "5\n7", "other": 1}
+    said = read(device(**facts)).device
+    assert said.pop("driver") == "5 7" and said["compute_capability"] == [9, 0] and said["clock_mhz"] == 1980.5
+    assert "other" not in said and said["multiprocessors"] == 132 and said["memory_bytes"] is None
+
+
 @pytest.mark.parametrize(
     "line",
     [
         b"text\n", b"\x00\xff\n", b"5\n", b"[]\n", b"null\n", b'"event"\n', b"{}\n", b'{"event": "frame"\n',
         b"[" * 10**5 + b"\n",
+        frame(parts={"kernel": -1}), frame(parts={"kernel": "1"}), frame(parts={"kernel": True}), frame(parts=[1]),
+        frame(parts={"kernel": float("nan")}), frame(parts={"kernel": 10**400}), frame(parts=3),
+        frame(parts={str(n): 0 for n in range(100)}),
+        {"event": "device"}, device(simulated=1), device(simulated=None), device(compute_capability=[9]),
+        device(compute_capability=9), device(compute_capability=[9, 0.5]), device(multiprocessors=-1),
+        device(multiprocessors="many"), device(clock_mhz="fast"), device(peak_fp32_flops=float("inf")),
         {"event": "unknown"}, {"event": ["phase"]}, {"event": None},
         phase(start=2, end=1), phase(start=float("nan")), phase(end=float("inf")), phase(start="x"), phase(start=None),
         phase(start=10**400),
@@ -99,6 +121,8 @@ def test_what_came_before_the_limit_is_kept(read):
         ([phase("load", 1, 2), phase("render", 2, 4), frame(0, 2, 3), frame(1, 3, 4)], None),
         ([phase("load", 0.9995, 2)], None),
         ([phase("load", 0.9, 2)], "outside the life"),
+        ([frame(0, 2, 3, {"kernel": 0.6, "download": 0.405})], None),
+        ([frame(0, 2, 3, {"kernel": 0.6, "download": 0.42})], "the parts of frame 0 are longer"),
         ([phase("load", 3, 5.1)], "outside the life"),
         ([frame(0, 0, 2)], "outside the life"),
         ([phase("load", 1, 3), phase("render", 2, 4)], "before the end of the one"),

@@ -1,3 +1,4 @@
+import shlex
 from pathlib import Path
 
 import pytest
@@ -86,3 +87,20 @@ def test_schema_file_is_what_the_command_prints(rayrace):
 def test_shipped_experiments(file, rayrace):
     assert file.read_text().startswith("#:schema ./schema.json\n")
     assert "cells" in rayrace("run", file, "--dry-run", code=0).stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", sorted((REPOSITORY / "experiments").glob("cuda-*.toml")), ids=lambda path: path.name)
+def test_cuda_experiments_in_the_simulator(file, rayrace, rows, known, tmp_path):
+    """By the command that the head of the file tells."""
+    if known["numba-cuda"].missing:
+        pytest.skip(known["numba-cuda"].missing)
+    head = "\n".join(line.removeprefix("#") for line in file.read_text().splitlines() if line.startswith("#"))
+    words = head[head.index("RAYRACE_CUDASIM=1 ") :].replace("\\\n", " ")
+    variable, program, *words = shlex.split(words)
+    assert (variable, program, words[:2]) == ("RAYRACE_CUDASIM=1", "rayrace", ["run", f"experiments/{file.name}"])
+    words += "--out", tmp_path / "run"
+    rayrace(*words, cwd=REPOSITORY, env=dict([variable.split("=")]), timeout=1200, code=0)
+    found = [row for each in rows(tmp_path / "run").values() for row in each]
+    assert found and all(row["unranked"] for row in found)
+    assert any(row["status"] == "ok" for row in found) and not any(row["status"] == "unavailable" for row in found)

@@ -53,8 +53,8 @@ def test_launcher_stays_small():
 @pytest.mark.parametrize("name", ["python", "numpy", "numba"])
 def test_a_measured_process_imports_its_own_technology(name, known, tmp_path):
     entry = known[name]
-    if entry.renderer.unavailable:
-        pytest.skip(entry.renderer.unavailable)
+    if entry.unavailable:
+        pytest.skip(entry.unavailable)
     python, *rest = entry.variant.command
     traced = replace(entry, variant=entry.variant.model_copy(update={"command": (python, "-X", "importtime", *rest)}))
     scene = flatten(

@@ -11,7 +11,7 @@ HARNESS = """
 import json, sys
 from pathlib import Path
 ballast = b"x" * int(sys.argv[1])
-from harness import process, race, registry, repetition
+from harness import process, registry, repetition, row
 from harness.job import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
@@ -22,7 +22,7 @@ here = Path(sys.argv[2])
 found = {}
 for name in ("python", "numpy"):
     runs = [repetition.run(registry.entries()[name], scene, Parameters(width=8, height=8), ()) for _ in range(3)]
-    memory = [race._memory(run.said, run.outcome) for run in runs]
+    memory = [row.memory(run.said, run.outcome) for run in runs]
     assert all(m["method"] == "VmHWM" for m in memory)
     found[f"{name}, its own"] = min(m["peak_bytes"] for m in memory)
     found[f"{name}, rendering"] = min(m["render_peak_bytes"] or 0 for m in memory)
@@ -63,7 +63,7 @@ def test_wait4_is_at_least_the_floor_and_what_the_renderer_says(peaks):
 
 
 def test_without_words_of_its_own_wait4_is_taken(bad_folder):
-    from harness import race, registry, repetition
+    from harness import registry, repetition, row
     from harness.job import Parameters
     from harness.scene import text
     from harness.scene.flatten import flatten
@@ -71,6 +71,6 @@ def test_without_words_of_its_own_wait4_is_taken(bad_folder):
     entry = registry.entries((bad_folder("bad-nothing", name="silent"),))["bad-nothing"]
     scene = flatten(text.read("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)"))
     result = repetition.run(entry, scene, Parameters(width=4, height=4), ())
-    memory = race._memory(result.said, result.outcome)
+    memory = row.memory(result.said, result.outcome)
     assert memory["method"] == "wait4" and memory["peak_bytes"] == result.outcome.wait4_peak_bytes
     assert memory["floor_bytes"] == result.outcome.wait4_floor_bytes > 0 and memory["render_peak_bytes"] is None

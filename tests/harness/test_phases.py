@@ -4,7 +4,7 @@ import statistics
 
 import pytest
 
-from harness import race, registry, repetition
+from harness import registry, repetition, row
 from harness.events import Said
 from harness.job import Parameters
 from harness.scene import text
@@ -13,33 +13,33 @@ from harness.scene.generate import comparison
 from harness.scene.needs import needs
 
 
-@pytest.mark.parametrize("name", list(registry.entries()))
+@pytest.mark.parametrize("name", [n for n, entry in registry.entries().items() if not entry.variant.exhibit])
 def test_phases_sum_to_the_wall_time(name, known, tmp_path):
     """The median of three processes: a pause between two phases may be the machine's."""
     entry = known[name]
-    if entry.renderer.unavailable:
-        pytest.skip(entry.renderer.unavailable)
+    if entry.unavailable:
+        pytest.skip(entry.unavailable)
     scene = text.read(comparison(12, 2))
-    size = 48 if name == "python" else 192
+    size = 8 if entry.simulated else 48 if name == "python" else 192
     parameters = Parameters(width=size, height=size, depth=3, frames=1, threads=entry.threads())
     sums = []
     for number in range(3):
         result = repetition.run(entry, flatten(scene), parameters, needs(scene, parameters), cache=tmp_path / "cache")
         assert result.status == "ok", result.reason
-        row = race._measured(result, tmp_path / f"{number}.csv")
-        phases, wall = row["phases"], row["wall_s"]
+        made = row.measured(result, tmp_path / f"{number}.csv")
+        phases, wall = made["phases"], made["wall_s"]
         marks = [phases[0][1], *(end for _, _, end in phases)]
         assert marks[0] == 0 and marks[-1] == pytest.approx(wall) and marks == sorted(marks)
         assert (phases[0][0], phases[-1][0]) == ("start", "exit")
         render = next(end - start for phase, start, end in phases if phase == "render")
-        assert sum(row["frames_s"]) <= render + 1e-3
+        assert sum(made["frames_s"]) <= render + 1e-3
         sums.append(sum(end - start for _, start, end in phases) / wall)
-        assert (abs(sums[-1] - 1) > 0.02) == any("uncovered" in warning for warning in row["warnings"])
+        assert (abs(sums[-1] - 1) > 0.02) == any("uncovered" in warning for warning in made["warnings"])
     print(sums)
     assert abs(statistics.median(sums) - 1) <= 0.02
 
 
 def test_cover_by_hand():
     said = Said(phases=[{"name": "load", "start": 10.5, "end": 11}, {"name": "render", "start": 11.25, "end": 13}])
-    assert race.cover(said, 10, 14) == [["start", 0, 0.5], ["load", 0.5, 1], ["render", 1.25, 3], ["exit", 3, 4]]
-    assert race.cover(Said(), 10, 14) == [["start", 0.0, 4]]
+    assert row.cover(said, 10, 14) == [["start", 0, 0.5], ["load", 0.5, 1], ["render", 1.25, 3], ["exit", 3, 4]]
+    assert row.cover(Said(), 10, 14) == [["start", 0.0, 4]]

@@ -120,7 +120,8 @@ def test_keys_stay(make):
     ["frames = 3\n"]
     + [f"[image]\n{line}\n" for line in (
         "width = 511", "height = 511", "depth = 9", "shadows = true", "sample_x = 0.25", "sample_y = 0.25",
-        'precision = "float32"', 'region = "one pixel"', "threads = 2",
+        'precision = "float32"', 'region = "one pixel"', "threads = 2", 'scene_memory = "shared"', "block_width = 8",
+        "block_height = 8", "total_threads = 64", "max_registers = 64",
     )],
 )  # fmt: skip
 def test_keys_change_with_parameters(make, more):

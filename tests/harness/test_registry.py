@@ -46,6 +46,13 @@ command = ["true"]
             'build.comand: unknown key; did you mean "command"?',
         ),
         ('command = ["true"]', 'command = ["true"]\nthreads = 4', "variant.0.threads: Input should be 1 or 'all'"),
+        ('["true"]', '["true"]\ndevice = "tpu"', "variant.0.device: Input should be 'cpu' or 'cuda'"),
+        ('["true"]', '["true"]\nexhibit = ""', "variant.0.exhibit: String should have at least 1 character"),
+        (
+            '["true"]',
+            '["true"]\nrequires = { module = ["x"] }',
+            'variant.0.requires.module: unknown key; did you mean "modules"?',
+        ),
         ("contract = 1", "contract = ", "Invalid value (at line 1"),
         (GOOD, "\udcff", "not a text file (UTF-8)"),
     ],
@@ -122,6 +129,9 @@ def test_version_is_of_the_content_alone(write, tmp_path):
 def test_list(rayrace, known):
     told = json.loads(rayrace("list", "--json", code=0).stdout)
     assert [row["variant"] for row in told] == list(known)
-    assert set(told[0]) == {"variant", "technology", "threads", "available", "reason", "changes", "features", "folder"}
+    assert set(told[0]) == {
+        *("variant", "technology", "threads", "device", "available", "reason", "simulated", "exhibit"),
+        *("changes", "features", "folder"),
+    }
     shown = rayrace("list", code=0).stdout
     assert all(f" {name} " in shown for name in known)

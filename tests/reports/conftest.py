@@ -59,6 +59,73 @@ def _bad(variant, status, reason, number=0, **changes):
     return _record(variant, number, status=status, reason=reason) | dict.fromkeys(UNKNOWN) | changes
 
 
+DEVICE = {
+    "name": "made-up GPU", "simulated": False, "compute_capability": [9, 0], "multiprocessors": 100, "clock_mhz": 1500,
+    "memory_bytes": 8e10, "shared_bytes_per_block": 49152, "registers_per_multiprocessor": 65536, "driver": "1.2",
+    "peak_fp32_flops": 4e13, "peak_fp64_flops": 2e13,
+}  # fmt: skip
+LAUNCH = {
+    "precision": "float64", "accel": "none", "scene_memory": "global", "block": "16x16", "total_threads": 16,
+    "blocks": 1, "max_registers": 0, "registers": 128, "local_bytes": 64, "shared_bytes": 0, "constant_bytes": 512,
+    "occupancy": 0.25,
+}  # fmt: skip
+SEEN = {
+    "utilisation_percent": 98.0, "power_w": 350.0, "energy_j": 900.0, "energy_s": 2.6, "joules_per_mray": 0.5,
+    "process_memory_bytes": 3e8, "temperature_c": 50.0, "throttled": [],
+}  # fmt: skip
+IN_SIMULATOR = "ran in the CUDA simulator: its times say nothing about a GPU"
+
+
+def _gpu_record(variant="numba-cuda", number=0, kernel_s=(0.4, 0.2, 0.2), told=None, **changes):
+    """A good repetition on a GPU. Every number is made up; none was measured on a device.
+
+    kernel_s: of each frame, of which 0.25 ms more is downloading. told: what differs in `used.methods`.
+    parameters: what differs from PARAMETERS.
+    """
+    parameters = PARAMETERS | {"scene_memory": "global", "block_width": 16, "block_height": 16, "total_threads": 0}
+    parameters |= changes.pop("parameters", {})
+    made = _record(variant, number, frames=[seconds + 0.00025 for seconds in kernel_s])
+    return made | {
+        "parameters": parameters, "phases": [["start", 0.0, 0.2], ["upload", 0.2, 0.3], ["render", 0.3, 1.9]],
+        "used": {"features": [], "methods": LAUNCH | (told or {})}, "device": DEVICE,
+        "shapes": {"sphere": 48, "box": 0},
+        "frame_parts": [{"kernel": seconds, "download": 0.00025} for seconds in kernel_s], "unranked": None,
+        "pass": "timed", "gpu": SEEN, "picture": {"file": f"pictures/{variant}.npy", "sha256": "0"},
+    } | changes  # fmt: skip
+
+
+def _simulated(number=0, told=None, **changes):
+    """A repetition in the CUDA simulator."""
+    none = dict.fromkeys(LAUNCH) | {"block": "16x16", "total_threads": 16, "scene_memory": "global"} | (told or {})
+    device = dict.fromkeys(DEVICE) | {"name": "the CUDA simulator", "simulated": True}
+    gpu = {name: {"unavailable": "no NVIDIA driver"} for name in SEEN}
+    return _gpu_record(number=number, told=none, **{"device": device, "gpu": gpu, "unranked": IN_SIMULATOR} | changes)
+
+
+def _exhibit(variant="numba-cuda-index-fault", number=0, **changes):
+    """A repetition of an exhibit, whose picture is wrong."""
+    text = "exhibit: the study's figure 2.9"
+    wrong = {"status": "wrong picture", "reason": "7 pixels differ", "unranked": text}
+    return _gpu_record(
+        variant, number, **{**wrong, "accuracy": ACCURACY | {"bad_pixels": 0.4375, "max_outside": 0.8}} | changes
+    )
+
+
+@pytest.fixture
+def gpu_record():
+    return _gpu_record
+
+
+@pytest.fixture
+def simulated():
+    return _simulated
+
+
+@pytest.fixture
+def exhibit():
+    return _exhibit
+
+
 @pytest.fixture
 def record():
     """`_record`; a fixture, since tests cannot import each other."""
@@ -72,9 +139,12 @@ def bad():
 
 @pytest.fixture
 def make_run(tmp_path):
-    """A function that writes a run of the given records and returns its folder."""
+    """A function that writes a run of the given records and returns its folder.
 
-    def make(records, name="run", **facts):
+    files: arrays and texts by path, in place of the pictures and series that are written otherwise.
+    """
+
+    def make(records, name="run", files=None, **facts):
         folder = tmp_path / name
         run = store.Run(folder)
         experiment = {"processes": 1, "frames": 2, "seed": 1, "override": {}, "image": {}}
@@ -93,6 +163,11 @@ def make_run(tmp_path):
             if told["series"]:
                 (folder / told["series"]).write_text("t,cpu_s\n0.0,0.0\n0.5,0.5\n1.5,1.0\n")
             run.append(json.loads(json.dumps(told)))
+        for file, content in (files or {}).items():
+            if isinstance(content, str):
+                (folder / file).write_text(content)
+            else:
+                np.save(folder / file, content)
         run.close()
         return folder
 

@@ -40,12 +40,12 @@ def save(data, name="image.npy"):
         file.write(data)
 
 
-def good(frames=None, data=None, file="image.npy", rays=GOOD_RAYS, life=None, extra=()):
+def good(frames=None, data=None, file="image.npy", rays=GOOD_RAYS, life=None, extra=(), parts=None):
     """Everything right, but for what is given."""
     start, end = life or (STARTED, None)
     now = time.monotonic()
     for index in range(FRAMES) if frames is None else frames:
-        say("frame", index=index, start=now, end=now)
+        say("frame", index=index, start=now, end=now, parts=parts)
     say("phase", name="render", start=start, end=time.monotonic() if end is None else end)
     if data is not None:
         save(data)
@@ -59,10 +59,19 @@ def good(frames=None, data=None, file="image.npy", rays=GOOD_RAYS, life=None, ex
         say("output", file=file)
 
 
-def changed(place, value):
+def changed(place, value, **more):
     values = background()
     values[place] = value(values[place])
-    good(data=npy(values, (HEIGHT, WIDTH, 3)))
+    good(data=npy(values, (HEIGHT, WIDTH, 3)), **more)
+
+
+def on_device(change=0.0, **more):
+    """Right but for `change` in one value, and says what a renderer for a GPU says, its flags among it."""
+    names = ("scene_memory", "block_width", "block_height", "total_threads", "max_registers")
+    say("used", features=[], methods={name: flags[name] for name in names})
+    simulated = os.environ.get("RAYRACE_CUDASIM") == "1"
+    say("device", name="a device", simulated=simulated, compute_capability=[9, 0], clock_mhz=1980.5)
+    changed(7, lambda value: value + change, parts={"kernel": 0, "download": 1e-6}, **more)
 
 
 def outside():
@@ -212,6 +221,8 @@ MISDEEDS = {
     "bad-number": lambda: good(extra=(f'{{"event": "frame", "index": 0, "start": 1{"0" * 400}, "end": 0}}',)),
     "bad-memory": lambda: good(extra=('{"event": "memory", "peak_bytes": "much"}',)),
     "bad-versions": lambda: good(extra=('{"event": "versions", "numbers": [1, 1e999]}',)),
+    "bad-device": lambda: good(extra=('{"event": "device", "name": "x", "simulated": "no"}',)),
+    "bad-parts": lambda: good(parts={"kernel": 0.1}),
     "bad-reason": lambda: print('{"event": "error", "reason": "' + "half \\ud800 of it " * 10**5 + '"}') or sys.exit(1),
     "bad-pixel": lambda: changed(7, lambda value: value + 1e-6),
     "bad-nan": lambda: changed(7, lambda value: float("nan")),
@@ -234,6 +245,13 @@ MISDEEDS = {
     "bad-outside": outside,
     "bad-link": link,
     "bad-long-name": lambda: good(file="x" * 5000),
+    # For test_device.py
+    "device": on_device,
+    "device-exhibit": lambda: on_device(1e-3),
+    "device-wrong": lambda: on_device(1e-3),
+    "device-broken": lambda: fail(1),
+    "device-block": lambda: on_device(int(flags["block_width"]) * 1e-12),
+    "device-memory": lambda: on_device(1e-12 * (flags["scene_memory"] == "shared")),
 }
 
 if flags["needs"] and flags["variant"] != "bad-obedient":

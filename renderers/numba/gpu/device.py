@@ -1,0 +1,59 @@
+"""The GPU, or Numba's simulator of one."""
+
+import sys
+
+from numba import cuda as numba_cuda
+
+from ..needs import SIMULATED
+
+if SIMULATED:
+    # A thread of the simulator never stops asking whether the others are done. The default of 5 ms would let it ask for
+    # most of the time.
+    sys.setswitchinterval(0.0005)
+
+    from numba.cuda.simulator.kernel import _get_kernel_context
+
+    class Simulated:
+        """`cuda` as a kernel sees it. Numba's own way to lend it, by changing globals, is not safe between threads."""
+
+        def __getattr__(self, name):
+            return getattr(_get_kernel_context(), name)
+
+    cuda = Simulated()
+else:
+    cuda = numba_cuda
+
+# Operations that a multiprocessor starts in each clock cycle, in float32 and float64, by compute capability: CUDA C++
+# Programming Guide, table "Throughput of Native Arithmetic Instructions".
+LANES = {
+    (7, 0): (64, 32), (7, 5): (64, 2), (8, 0): (64, 32), (8, 6): (128, 2),
+    (8, 9): (128, 2), (9, 0): (128, 64), (10, 0): (128, 64), (12, 0): (128, 2),
+}  # fmt: skip
+
+
+def describe():
+    """The event `device` of the contract."""
+    unknown = (
+        *("compute_capability", "multiprocessors", "clock_mhz", "memory_bytes", "shared_bytes_per_block"),
+        *("registers_per_multiprocessor", "driver", "peak_fp32_flops", "peak_fp64_flops"),
+    )
+    if SIMULATED:
+        return {"name": "CUDA simulator of Numba (no GPU)", "simulated": True, **dict.fromkeys(unknown)}
+    device = numba_cuda.get_current_device()
+    name = device.name.decode() if isinstance(device.name, bytes) else device.name
+    clock, units = device.CLOCK_RATE / 1e3, device.MULTIPROCESSOR_COUNT
+    # A fused multiply-add is two operations, as the makers of GPUs count them.
+    peaks = [2e6 * clock * units * lanes for lanes in LANES.get(tuple(device.compute_capability), ())] or [None, None]
+    return {
+        "name": name,
+        "simulated": False,
+        "compute_capability": list(device.compute_capability),
+        "multiprocessors": units,
+        "clock_mhz": clock,
+        "memory_bytes": numba_cuda.current_context().get_memory_info().total,
+        "shared_bytes_per_block": device.MAX_SHARED_MEMORY_PER_BLOCK,
+        "registers_per_multiprocessor": device.MAX_REGISTERS_PER_MULTIPROCESSOR,
+        "driver": ".".join(map(str, numba_cuda.runtime.get_version())),
+        "peak_fp32_flops": peaks[0],
+        "peak_fp64_flops": peaks[1],
+    }

@@ -1,0 +1,32 @@
+"""What makes functions of the kernel of plain ones: Numba for the processor, Numba for a GPU, or its simulator.
+
+kernel: inlined by LLVM. inlined: inlined before LLVM first sees the caller, which lets a miss go straight on to the
+next shape. called: a function of its own, for what is large and stands in several places, or calls itself.
+
+Floating point is strict (NUM-3: no fastmath), and a division by zero gives inf or NaN.
+"""
+
+from .needs import SIMULATED, TARGET
+
+if SIMULATED:
+
+    def kernel(function):
+        """Nothing: threads of the simulator are Python's."""
+        return function
+
+    called = inlined = kernel
+elif TARGET == "cuda":
+    from numba import cuda
+
+    kernel = cuda.jit(device=True, forceinline=True)
+    called = cuda.jit(device=True)
+    inlined = cuda.jit(device=True, inline="always")
+else:
+    from numba import njit
+
+    # Arrays are not reference-counted, as counting the scene's at each call takes two thirds of the time; calls are
+    # inlined, as a scene passed on is a hundred words; and Python never calls these functions.
+    OPTIONS = {"error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    kernel = njit(**OPTIONS, forceinline=True)
+    called = njit(**OPTIONS)
+    inlined = njit(error_model="numpy", inline="always")
