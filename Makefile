@@ -18,6 +18,9 @@ quick: .venv/installed  ## the fast tests alone
 	$(BIN)/pytest -q -m "not slow" $(MEASURES)
 	$(BIN)/pytest -q -m "not slow" $(PICTURES)
 
+cudasim: .venv/installed  ## the conformance suite for numba-cuda in Numba's simulator of a GPU
+	RAYRACE_CUDASIM=1 $(BIN)/pytest -q -m "not slow" -n auto tests/conformance -k numba-cuda
+
 gallery: .venv/installed  ## the study's figures, with scenes of our own
 	$(BIN)/rayrace run experiments/gallery.toml --report
 
@@ -35,4 +38,4 @@ format: .venv/installed
 clean:  ## forget the environment; results stay
 	rm -rf .venv build dist *.egg-info
 
-.PHONY: study test quick gallery smoke format clean
+.PHONY: study test quick cudasim gallery smoke format clean

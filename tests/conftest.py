@@ -40,6 +40,11 @@ def padded(needed):
     return tuple(sorted(more | set(needed)))
 
 
+def blocks(entry):
+    """Small blocks for the simulator of a GPU, to which a thread costs more than its work."""
+    return {"block_width": 4, "block_height": 4} if entry.simulated else {}
+
+
 class Bench:
     """Renders scene text and traces rays with any variant, sharing compiled code between the tests of a session."""
 
@@ -52,6 +57,10 @@ class Bench:
             pytest.skip(entry.unavailable)
         return entry
 
+    def by_speed(self, variant, few, many):
+        """`few` for a variant that Python runs step by step."""
+        return few if variant == "python" or self.known[variant].simulated else many
+
     def result(self, variant, scene_text, exact=False, **parameters):
         """The Result of a picture; the test is skipped if the manifest says that the variant cannot make it.
 
@@ -59,7 +68,7 @@ class Bench:
         """
         entry = self.entry(variant)
         scene = text.read(scene_text, "scene of the test")
-        wanted = Parameters(**{"threads": entry.threads(), **parameters})
+        wanted = Parameters(**{"threads": entry.threads(), **blocks(entry), **parameters})
         needed = needs(scene, wanted)
         if not exact and not entry.renderer.manifest.external:
             needed = padded(needed)
@@ -77,7 +86,7 @@ class Bench:
         """Hits (R, 8) of rays (R, 6), as the contract returns them."""
         entry = self.entry(variant)
         scene = text.read(scene_text, "scene of the test")
-        wanted = Parameters(kind="rays", precision=precision, **methods)
+        wanted = Parameters(kind="rays", precision=precision, **{**blocks(entry), **methods})
         arrays = {**flatten(scene), "rays": np.asarray(rays, dtype=np.float64).reshape(-1, 6)}
         result = repetition.run(entry, arrays, wanted, padded(shapes(scene)), cache=self.caches / variant)
         if result.status == "unsupported":

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from feature_scenes import features
 
-from harness import judge, reference
+from harness import cuda, judge, reference
 from harness.job import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs
 
 SIZE = {"width": 26, "height": 22}
+if cuda.simulated():
+    SIZE = {"width": 16, "height": 16}  # a millisecond a ray
 NAMES = [
     *("transmission", "attenuation", "air", "media", "mesh", "open mesh", "csg", "csg mesh", "uniform", "jittered"),
     *("adaptive", "lens", "soft", "glossy", "glossy, the study's weight", "mix: glass, mirrors, shadows"),

@@ -91,7 +91,7 @@ def test_no_crack_on_edges_and_vertices(bench, serial, mesh, accel, precision):
     vertices, triangles = ball(2)
     vertices = (vertices * rng.uniform(1, 1.3, (len(vertices), 1))) @ turned(rng).T
     place = vertices[triangles]
-    count = 1500 if serial == "python" else 20000
+    count = bench.by_speed(serial, 1500, 20000)
     which = rng.integers(0, len(place), count)
     share = rng.random((count, 1))
     aim = place[which, 0] * share + place[which, 1] * (1 - share)
@@ -115,7 +115,7 @@ def test_the_hierarchy_answers_as_trying_all(bench, serial, mesh, seed):
     scene += same + same + "POLYGON 4 (0.5,0.5,0.5) (1.5,0.5,0.5) (1.5,1.5,0.5) (0.5,1.5,0.5) " + MATTE + "\n"
     scene += f"OR SPHERE (-1,-1,1) 0.5 BOX (-1,-1,1) (1,0,0) (0,1,0) (0,0,1) END {MATTE}\n"
     scene += mesh(*block(), "c.obj") + f" (0.5,0.5,-0.5) (0,0,0) 1 {MATTE}\n"
-    rays = random_rays(rng, 1200 if serial == "python" else 6000)
+    rays = random_rays(rng, bench.by_speed(serial, 1200, 6000))
     rays[::5, 3:] = np.eye(3)[rng.integers(0, 3, len(rays[::5]))] * rng.choice([-1, 1], (len(rays[::5]), 1))
     rays[::10, :3] = np.round(rays[::10, :3] * 2) / 2
     answers = [bench.hits(serial, scene, rays, accel=accel) for accel in ("none", "bvh")]

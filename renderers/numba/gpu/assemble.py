@@ -32,7 +32,7 @@ TILES = {  # table of shapes: its tile, in which it is streamed
     "triangles": "triangle_tile",
 }
 ZEROED = ("csg_overflow", "lattice_marks")  # work memory that is read before it is written
-FEW = ("camera", "sample", "colours", "lights", "materials", "media", "lens")  # what is not of a shape each
+FEW = ("camera", "sample", "colours", "lens", "lights", "media", "materials")  # beside the tiles, as far as they fit
 TYPES = {np.dtype(name).type: getattr(types, name) for name in ("float32", "float64", "int32", "int64")}
 
 
@@ -69,9 +69,11 @@ class Layout:
             self._limit("constant", CONSTANT, sum(array.nbytes for array in inside.values()))
         elif needs.MEMORY == "shared":
             if needs.STREAMED:
-                inside = {name: array for name, array in inside.items() if name in FEW}
                 self.shared = _tiles(arrays)
-            self.shared |= {name: (array.shape, array.dtype.type) for name, array in inside.items()}
+                inside = {name: inside[name] for name in FEW if name in inside}
+            for name, array in inside.items():
+                if not needs.STREAMED or self.shared_bytes + array.nbytes <= SHARED:
+                    self.shared[name] = array.shape, array.dtype.type
             self._limit("shared", SHARED, self.shared_bytes)
         self.local = {name: ((1, *shape), np.dtype(dtype).type) for name, (shape, dtype) in work.items()}
         if self.local_bytes > LOCAL:

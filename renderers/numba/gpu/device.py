@@ -1,17 +1,25 @@
 """The GPU, or Numba's simulator of one."""
 
 import sys
+import threading
 
 from numba import cuda as numba_cuda
 
 from ..needs import SIMULATED
 
 if SIMULATED:
-    # A thread of the simulator never stops asking whether the others are done. The default of 5 ms would let it ask for
-    # most of the time.
+    from numba.cuda.simulator.kernel import BlockThread, _get_kernel_context
+
+    # The simulator asks again and again whether the threads of a block are done or wait, and so takes half of the time
+    # from them. Now it waits a while for each that is still at work.
     sys.setswitchinterval(0.0005)
 
-    from numba.cuda.simulator.kernel import _get_kernel_context
+    def is_alive(thread):
+        if not thread.syncthreads_blocked:
+            thread.join(0.0002)
+        return threading.Thread.is_alive(thread)
+
+    BlockThread.is_alive = is_alive
 
     class Simulated:
         """`cuda` as a kernel sees it. Numba's own way to lend it, by changing globals, is not safe between threads."""

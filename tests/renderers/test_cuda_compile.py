@@ -1,0 +1,123 @@
+"""The kernels of numba-cuda as NVIDIA's compilers make them, for GPUs that are not here: what they take and contain."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from feature_scenes import features
+from random_scenes import random_material, random_scene, random_stage
+
+from harness import compile_report, job
+from harness.job import Parameters
+from harness.scene import text
+from harness.scene.flatten import flatten
+from harness.scene.generate import comparison
+from harness.scene.needs import needs
+from renderers.numba.gpu.occupancy import occupancy
+
+SIZE = {"width": 64, "height": 64}
+
+
+@pytest.fixture(scope="module")
+def inspect(tmp_path_factory):
+    """inspect(scene text, target, **parameters): the kernels of the job. Skips without NVIDIA's compilers."""
+
+    def run(source, target="sm_90", **parameters):
+        scene, wanted = text.read(source), Parameters(**{**SIZE, **parameters})
+        folder, needed = tmp_path_factory.mktemp("job"), needs(scene, wanted)
+        job.write(folder / "job", flatten(scene), wanted, needed)
+        flags = job.flags(folder / "job", folder, "numba-cuda", None, wanted, needed)
+        command = [sys.executable, "-m", "renderers.numba.gpu.inspect", *flags, f"--targets={target}"]
+        done = subprocess.run(command, capture_output=True, text=True)
+        said = [json.loads(line) for line in done.stdout.splitlines()]
+        if done.returncode == 3 and "rayrace[cuda]" in said[-1]["reason"]:
+            pytest.skip(said[-1]["reason"])
+        assert done.returncode == 0, (said, done.stderr)
+        return said
+
+    return run
+
+
+@pytest.mark.parametrize("target", ["sm_75", "sm_90"])
+def test_the_mirrors_of_the_comparison_take_48_registers(inspect, target):
+    (kernel,) = inspect(comparison(), target, precision="float32", depth=10)
+    assert kernel["registers"] <= 48 and kernel["spill_store_bytes"] == kernel["spill_load_bytes"] == 0
+    assert kernel["float64_instructions"] == 0 and kernel["local_bytes"] == 0
+
+
+@pytest.mark.parametrize("memory", ["global", "shared"])
+def test_no_memory_makes_the_mirrors_spill(inspect, memory):
+    for precision in ("float32", "float64"):
+        (kernel,) = inspect(comparison(), precision=precision, depth=10, scene_memory=memory)
+        assert kernel["spill_store_bytes"] == kernel["spill_load_bytes"] == 0
+        assert (kernel["float64_instructions"] == 0) == (precision == "float32")
+
+
+def test_nothing_is_contracted(inspect):
+    """Without pow, whose own code rounds as it likes, there is no fused multiply-add at all (NUM-3)."""
+    matte = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,5)\nLIGHT (3,4,5) (1,1,1) 0\n"
+    matte += "SPHERE (0,0,0) 1 (0.5,0.4,0.3) 0 1 (0,0,0) 1 1\n"
+    matte += "BOX (1,0,0) (1,0,0) (0,1,0) (0,0,1) (0.5,0.4,0.3) 0 1 (0,0,0) 1 1\n"
+    for kernel in inspect(matte, depth=0, precision="float64"):
+        assert kernel["contracted"] == 0
+
+
+def test_a_cap_on_registers_is_kept(inspect):
+    (kernel,) = inspect(comparison(), precision="float64", depth=10, max_registers=40)
+    assert kernel["registers"] <= 40 and kernel["spill_store_bytes"] > 0
+
+
+@pytest.mark.slow
+def test_no_feature_brings_float64_into_float32(inspect, tmp_path):
+    for name, (source, parameters) in features(tmp_path).items():
+        for kernel in inspect(source, precision="float32", **parameters):
+            assert kernel["float64_instructions"] == 0, name
+            assert kernel["spill_store_bytes"] == 0 or name.startswith("mix"), (name, kernel)
+
+
+@pytest.mark.slow
+def test_trees_tables_and_tiles_compile(inspect):
+    import numpy as np
+
+    rng = np.random.default_rng(3)
+    source = random_scene(
+        rng, 900, 20, 20, 20, material=random_material, rest=random_stage(rng)
+    ) + "SPHERE (0,0,0) 1 (0.1,0.1,0.1) 0.9 40 (0.9,0.8,1) 2.25 1\n"  # fmt: skip
+    for precision in ("float32", "float64"):
+        jobs = {"precision": precision, "depth": 3, "shadows": True}
+        inspect(source, **jobs, accel="bvh", scene_memory="global")
+        inspect(source, **jobs, accel="none", scene_memory="shared")
+        inspect(source, **jobs, accel="none", walk="table", total_threads=1024)
+        inspect(source, **jobs, sampler="adaptive")
+
+
+@pytest.mark.parametrize(
+    ("capability", "threads", "registers", "shared", "share"),
+    [  # worked out by hand from the rules of NVIDIA's calculator
+        ((9, 0), 256, 32, 0, 1.0),  # 64 warps at 32 registers fill 65536
+        ((9, 0), 256, 33, 0, 0.75),  # 40 a thread in steps of 8: 12 warps in each quarter, 6 blocks of 8
+        ((9, 0), 256, 64, 0, 0.5),
+        ((9, 0), 256, 255, 0, 0.125),
+        ((9, 0), 32, 16, 0, 0.5),  # 32 blocks at most
+        ((9, 0), 1024, 16, 100 * 1024, 1.0),  # two blocks of 101 KiB in 228
+        ((9, 0), 1024, 16, 120 * 1024, 0.5),
+        ((7, 5), 1024, 64, 0, 1.0),  # 32 warps at most
+        ((7, 5), 96, 16, 0, 30 / 32),  # blocks of 3 warps: 10 of them
+        ((8, 6), 256, 32, 48 * 1024, 16 / 48),  # two blocks of 49 KiB in 100
+    ],
+)
+def test_occupancy(capability, threads, registers, shared, share):
+    assert occupancy(capability, threads, registers, shared) == pytest.approx(share)
+
+
+def test_occupancy_of_an_unknown_capability():
+    assert occupancy((3, 5), 256, 32, 0) is None
+
+
+def test_cases_of_the_report_are_what_they_say():
+    found = compile_report.cases()
+    everything = next(case for case in found if case.name == "everything")
+    used = set(needs(everything.scene, everything.parameters))
+    assert {"soft", "glossy", "lens", "csg", "polygon", "ellipsoid", "transmission", "attenuation"} <= used
+    assert {case.parameters.precision for case in found} == {"float32", "float64"}
