@@ -35,12 +35,18 @@ ROWS = {
 }
 
 
-def bytes_of_scene(job, threads):
-    """What shared memory must hold for a block of so many threads, but a tree, if the whole scene is there."""
+def bytes_of_scene(job):
+    """What the scene takes at most in a memory of a GPU, without a tree."""
     reals, integers = 12 + 2 + 6 + 11 + 6, 0
     for name, (more_reals, more_integers) in ROWS.items():
         rows = _length(job, name)
         reals, integers = reals + rows * more_reals, integers + rows * more_integers
     free, parts = (int(np.load(job.array(name))[:, 1].sum()) for name in ("mesh_ranges", "csg_meshes"))
     reals, integers = reals + 13 * (free + parts), integers + 4 * free
-    return reals * np.dtype(job.precision).itemsize + integers * 4 + 8 * threads
+    return reals * np.dtype(job.precision).itemsize + integers * 4
+
+
+def streamable(job):
+    """How many shapes can be streamed through shared memory: all but CSG solids."""
+    lone = sum(_length(job, name + "_ids") for name in ("sphere", "box", "polygon", "ellipsoid"))
+    return lone + int(np.load(job.array("mesh_ranges"))[:, 1].sum())

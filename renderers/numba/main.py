@@ -27,10 +27,6 @@ CUDA_METHODS = METHODS | {
 FAULTS = {"numba-cuda-index-fault": "index", "numba-cuda-barrier-fault": "barrier"}
 
 
-SHARED, CONSTANT = 49152, 65536  # bytes of shared memory that every GPU has for a block, and of constant memory
-REGISTERS = 65536  # of a block
-
-
 def prepare(job):
     """Refuse what cannot be done, and set the kernel's constants for the rest. Before any module of the kernel."""
     worker.require(job, FEATURES)
@@ -45,36 +41,50 @@ def prepare(job):
     if walk == "least" or job.kind == "rays":
         walk = "chain" if one_child else "stack"
 
-    from .count import bytes_of_scene, count_shapes, largest_part
+    from .count import count_shapes, largest_part
 
-    memory = "shared" if job.variant in FAULTS else job.scene_memory
-    threads = job.block_width * job.block_height
-    if job.max_registers * threads > REGISTERS:
-        worker.refuse(f"max_registers {job.max_registers}: a block of {threads} threads has {REGISTERS} at most")
-    tree = job.accel == "bvh" or (job.accel == "auto" and memory != "shared" and count_shapes(job) >= needs.MANY)
-    if memory == "auto":  # constant memory takes the fewest registers
-        memory = "constant" if not tree and bytes_of_scene(job, 0) <= CONSTANT else "global"
-    streamed = cuda and memory == "shared" and not tree and bytes_of_scene(job, threads) > SHARED
-    if streamed and walk == "table":
-        worker.refuse("walk table: not of a scene that is streamed through shared memory")
-    if streamed and "adaptive" in job.needs:
-        worker.refuse("scene_memory shared: the scene is too large for it, and adaptive samples cannot be streamed")
+    in_shared = cuda and (job.scene_memory == "shared" or job.variant in FAULTS)
+    tree = job.accel == "bvh" or (job.accel == "auto" and not in_shared and count_shapes(job) >= needs.MANY)
+    chosen = {"walk": walk, "tree": tree} | (on_gpu(job, walk, tree, in_shared) if cuda else {})
     needs.take(
         job.needs,
-        walk="stack" if streamed else walk,
-        tree=tree,
+        **chosen,
         jittered=job.sampler == "jittered",
         study_weight=job.glossy_weight == "study",
         limited=largest_part(job) > needs.CROSSINGS,
-        target="cuda" if cuda else "cpu",
-        simulated=cuda and os.environ.get("NUMBA_ENABLE_CUDASIM") == "1",
-        single=job.precision == "float32",
-        threads=threads,
-        memory=memory,
-        strided=job.total_threads > 0 or -(-(job.region[3] - job.region[1]) // job.block_height) > needs.MOST_ROWS,
-        streamed=streamed,
-        fault=FAULTS.get(job.variant, ""),
     )
+
+
+def on_gpu(job, walk, tree, in_shared):
+    """The constants that are of a GPU, and the walk."""
+    from .count import bytes_of_scene, streamable
+
+    threads = job.block_width * job.block_height
+    if job.max_registers * threads > needs.BLOCK_REGISTERS:
+        worker.refuse(f"max_registers {job.max_registers}: {threads} threads have {needs.BLOCK_REGISTERS} together")
+    memory = "shared" if in_shared else job.scene_memory
+    if memory == "auto":  # constant memory takes the fewest registers
+        memory = "constant" if not tree and bytes_of_scene(job) <= needs.CONSTANT_BYTES else "global"
+    streamed = in_shared and not tree and bytes_of_scene(job) + 8 * threads > needs.SHARED_BYTES
+    if streamed:
+        large = "scene_memory shared: the scene is too large for it at once, and"
+        if walk == "table":
+            worker.refuse(f"{large} walk table cannot be streamed; use global")
+        if "adaptive" in job.needs:
+            worker.refuse(f"{large} adaptive samples cannot be streamed; use global")
+        if not streamable(job):
+            worker.refuse(f"{large} CSG solids cannot be streamed; use global")
+    return {
+        "walk": "stack" if streamed else walk,
+        "target": "cuda",
+        "simulated": os.environ.get("NUMBA_ENABLE_CUDASIM") == "1",
+        "single": job.precision == "float32",
+        "threads": threads,
+        "memory": memory,
+        "strided": job.total_threads > 0 or -(-(job.region[3] - job.region[1]) // job.block_height) > needs.GRID_ROWS,
+        "streamed": streamed,
+        "fault": FAULTS.get(job.variant, ""),
+    }
 
 
 def main(arguments):

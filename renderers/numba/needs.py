@@ -33,7 +33,12 @@ SCATTERED = False  # rays draw random numbers of their own, by their path (RND-4
 RANDOM = False  # so do they or the samples
 
 
-MOST_ROWS = 65535  # of blocks in a grid
+# Of every GPU: bytes of constant memory, of shared memory for a block (more must be asked for in another way), of local
+# memory for a thread; registers of a block; rows of blocks in a grid (CUDA C++ Programming Guide, table "Technical
+# Specifications per Compute Capability").
+CONSTANT_BYTES, SHARED_BYTES, LOCAL_BYTES = 65536, 49152, 524288
+BLOCK_REGISTERS, GRID_ROWS = 65536, 65535
+
 CROSSINGS = 64  # of a line with one mesh (CSG-6)
 MANY = 64  # spheres from which on, or half as many of the other shapes, the tree is surely the faster way
 

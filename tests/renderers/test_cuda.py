@@ -128,8 +128,10 @@ REFUSED = {
     "constant": ({"sphere": 1500}, {"scene_memory": "constant", "accel": "none"}, "constant: the scene takes"),
     "tree in shared": ({"sphere": 1500}, {"scene_memory": "shared", "accel": "bvh"}, "shared: the scene takes"),
     "adaptive": ({"sphere": 1200}, {"scene_memory": "shared", "sampler": "adaptive"}, "adaptive samples cannot be"),
+    "table of tiles": ({"sphere": 1200}, {"scene_memory": "shared", "walk": "table"}, "walk table cannot be streamed"),
     "registers": ({"sphere": 1}, {"max_registers": 128, "block_width": 32, "block_height": 32}, "max_registers 128"),
     "corners": ({"sphere": 1100}, {"scene_memory": "shared", "polygon": 70}, "70 vertices, and a tile holds 56"),
+    "solids": ({"solids": 500}, {"scene_memory": "shared"}, "CSG solids cannot be streamed"),
     "table": ({"sphere": 2}, {"walk": "table", "depth": 15, "glass": True}, "work memory takes"),
 }  # fmt: skip
 
@@ -137,7 +139,10 @@ REFUSED = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_refused_with_the_reason(known, tmp_path, name):
     counts, jobs, reason = REFUSED[name]
-    source = crowd(38, **counts)
+    solids = dict(counts).pop("solids", 0)
+    source = crowd(38, **{} if solids else counts)
+    for k in range(solids):
+        source += f"AND SPHERE ({k},0,0) 1.1 SPHERE ({k},1,0) 0.9 END (0.5,0.6,0.7) 0.4 20 (0,0,0) 9 1\n"
     if corners := jobs.pop("polygon", 0):
         angles = 2 * np.pi * np.arange(corners) / corners
         ring = " ".join(f"({np.cos(a):.17g},{np.sin(a):.17g},0)" for a in angles)

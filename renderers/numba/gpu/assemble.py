@@ -18,9 +18,6 @@ from ..target import inlined
 from .device import cuda
 from .tiles import copy, rank
 
-# Bytes that every GPU has: of constant memory, of shared memory for a block (more must be asked for in another way), of
-# local memory for a thread (CUDA C++ Programming Guide, table "Technical Specifications per Compute Capability").
-CONSTANT, SHARED, LOCAL = 65536, 49152, 524288
 SCRATCH = 8 * needs.THREADS  # bytes of shared memory that render.py takes
 TILE = 4096  # bytes of a tile
 
@@ -66,18 +63,20 @@ class Layout:
         inside = {name: array for name, array in arrays.items() if array.size and name != "corners"}
         if needs.MEMORY == "constant":
             self.constant = inside
-            self._limit("constant", CONSTANT, sum(array.nbytes for array in inside.values()))
+            self._limit("constant", needs.CONSTANT_BYTES, sum(array.nbytes for array in inside.values()))
         elif needs.MEMORY == "shared":
             if needs.STREAMED:
                 self.shared = _tiles(arrays)
                 inside = {name: inside[name] for name in FEW if name in inside}
             for name, array in inside.items():
-                if not needs.STREAMED or self.shared_bytes + array.nbytes <= SHARED:
+                if not needs.STREAMED or self.shared_bytes + array.nbytes <= needs.SHARED_BYTES:
                     self.shared[name] = array.shape, array.dtype.type
-            self._limit("shared", SHARED, self.shared_bytes)
+            self._limit("shared", needs.SHARED_BYTES, self.shared_bytes)
         self.local = {name: ((1, *shape), np.dtype(dtype).type) for name, (shape, dtype) in work.items()}
-        if self.local_bytes > LOCAL:
-            worker.refuse(f"a thread's work memory takes {self.local_bytes} bytes, more than a GPU's {LOCAL}")
+        if self.local_bytes > needs.LOCAL_BYTES:
+            worker.refuse(
+                f"a thread's work memory takes {self.local_bytes} bytes, more than a GPU's {needs.LOCAL_BYTES}"
+            )
         given = [name for name in Scene._fields if name in tables and name not in self.constant]
         self.arguments = namedtuple("Tables", given)(**{name: tables[name] for name in given})
         self.filled = [name for name in given if name in self.shared]  # from the arguments

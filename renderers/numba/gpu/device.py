@@ -47,6 +47,8 @@ def describe():
     )
     if SIMULATED:
         return {"name": "CUDA simulator of Numba (no GPU)", "simulated": True, **dict.fromkeys(unknown)}
+    from numba.cuda.cudadrv import driver
+
     device = numba_cuda.get_current_device()
     name = device.name.decode() if isinstance(device.name, bytes) else device.name
     clock, units = device.CLOCK_RATE / 1e3, device.MULTIPROCESSOR_COUNT
@@ -61,7 +63,7 @@ def describe():
         "memory_bytes": numba_cuda.current_context().get_memory_info().total,
         "shared_bytes_per_block": device.MAX_SHARED_MEMORY_PER_BLOCK,
         "registers_per_multiprocessor": device.MAX_REGISTERS_PER_MULTIPROCESSOR,
-        "driver": ".".join(map(str, numba_cuda.runtime.get_version())),
+        "driver": ".".join(map(str, driver.get_version())),
         "peak_fp32_flops": peaks[0],
         "peak_fp64_flops": peaks[1],
     }

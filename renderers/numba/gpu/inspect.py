@@ -20,8 +20,6 @@ from renderers import worker
 from .. import needs
 from ..main import prepare
 
-INSTALL = "pip install 'rayrace[cuda]'"
-
 
 def main(arguments):
     job = worker.Job(arguments)
@@ -32,7 +30,7 @@ def main(arguments):
         worker.refuse(f"{job.variant} runs on no GPU")
     ptxas = find_ptxas()
     if ptxas is None:
-        worker.refuse(f"no ptxas ({INSTALL})")
+        worker.refuse("no ptxas (pip install 'rayrace[cuda]')")
     kernels = list(kernels_of(job))
     for target in targets:
         for function, arguments_of_it in kernels:
@@ -81,9 +79,9 @@ def compile_ptx(function, arguments, target, bounds):
     from numba.cuda import dispatcher, types
     from numba.cuda.typing.typeof import typeof
 
-    from . import strict
+    from . import compiler
 
-    strict.forbid_contraction()
+    compiler.forbid_contraction()
     capability = capability_of(target)
     # Numba asks the GPU for its capability when it compiles what a kernel calls.
     dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=capability)
@@ -91,8 +89,7 @@ def compile_ptx(function, arguments, target, bounds):
     try:
         ptx, _ = cuda.compile(function, signature, device=False, abi="numba", cc=capability, launch_bounds=bounds)
     except Exception as error:
-        if "No such file: lib" in str(error) or isinstance(error, ImportError | OSError):
-            worker.refuse(f"NVIDIA's compiler is not installed ({INSTALL})")
+        compiler.refuse_if_missing(error)
         raise
     return ptx
 

@@ -13,7 +13,7 @@ from numba import cuda  # noqa: E402
 
 from .. import needs  # noqa: E402
 from ..load import tables, work, work_of_walk  # noqa: E402
-from . import device, render, strict  # noqa: E402
+from . import compiler, device, render  # noqa: E402
 from .assemble import Layout  # noqa: E402
 from .occupancy import occupancy  # noqa: E402
 
@@ -34,7 +34,7 @@ class Launch:
         if shared and needs.STRIDED:
             blocks = -(-job.total_threads // needs.THREADS) if job.total_threads else across * down
             across = min(across, blocks)
-            down = min(down, needs.MOST_ROWS, max(1, blocks // across))
+            down = min(down, needs.GRID_ROWS, max(1, blocks // across))
         self.grid = across, down
         self.arguments = arguments
         # ptxas takes no cap on registers beside bounds.
@@ -48,15 +48,14 @@ class Launch:
         """What a thread and a block of the compiled kernel take, as of `used.methods`."""
         if needs.SIMULATED:
             return dict.fromkeys(("registers", "occupancy"))
-        (signature,) = self.kernel.signatures
-        registers = self.kernel.get_regs_per_thread(signature)
-        shared = self.kernel.get_shared_mem_per_block(signature)
+        (compiled,) = self.kernel.overloads.values()
+        registers, shared = compiled.regs_per_thread, compiled.shared_mem_per_block
         here = cuda.get_current_device().compute_capability
         return {
             "registers": registers,
-            "local_bytes": self.kernel.get_local_mem_per_thread(signature),
+            "local_bytes": compiled.local_mem_per_thread,
             "shared_bytes": shared,
-            "constant_bytes": self.kernel.get_const_mem_size(signature),
+            "constant_bytes": compiled.const_mem_size,
             "occupancy": occupancy(tuple(here), needs.THREADS, registers, shared),
         }
 
@@ -66,18 +65,18 @@ def check_local_memory(layout):
     if needs.SIMULATED:
         return
     here = cuda.get_current_device()
-    threads = here.MULTIPROCESSOR_COUNT * here.MAX_THREADS_PER_MULTI_PROCESSOR
+    threads = here.MULTIPROCESSOR_COUNT * here.MAX_THREADS_PER_MULTIPROCESSOR
     free = cuda.current_context().get_memory_info().free
     if threads * layout.local_bytes > free:
         worker.refuse(
-            f"walk {needs.WALK}: work memory of {layout.local_bytes} bytes for each of {threads} threads is more than"
+            f"work memory of {layout.local_bytes} bytes for each of {threads} threads is more than"
             f" the {free} bytes that the GPU has free"
         )
 
 
 def run(job):
     if not needs.SIMULATED:
-        strict.forbid_contraction()
+        compiler.forbid_contraction()
     real = np.dtype(job.precision).type
     walked = work_of_walk(job, real)
     x0, y0, x1, y1 = job.region
@@ -96,7 +95,7 @@ def run(job):
         counts = cuda.to_device(np.zeros(5, np.int64))
         if job.kind == "rays":
             answer = cuda.to_device(np.zeros((len(rays), 8), real))
-            wide = -(-len(rays) // job.block_height)
+            wide = max(1, -(-len(rays) // job.block_height))
             arguments = given, cuda.to_device(rays), answer
             launches = [Launch(job, render.rays_kernel(assemble), (1, wide), False, *arguments)]
         else:
@@ -109,8 +108,12 @@ def run(job):
             launches.append(Launch(job, render.picture_kernel(assemble), shape, True, *question, answer, counts))
         host = cuda.pinned_array(answer.shape, answer.dtype)
     with worker.phase("compile"):
-        for launch in () if needs.SIMULATED else launches:
-            launch.start(grid=(1, 1))  # compiles it, and loads it into the GPU
+        try:
+            for launch in () if needs.SIMULATED else launches:
+                launch.start(grid=(1, 1))  # compiles it, and loads it into the GPU
+        except Exception as error:
+            compiler.refuse_if_missing(error)
+            raise
         cuda.synchronize()
 
     begin, end = cuda.event(), cuda.event()
