@@ -36,6 +36,6 @@ format: .venv/installed
 	touch $@
 
 clean:  ## forget the environment; results stay
-	rm -rf .venv build dist *.egg-info
+	rm -rf .venv .pytest_cache build dist *.egg-info
 
 .PHONY: study test quick cudasim gallery smoke format clean

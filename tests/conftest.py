@@ -20,9 +20,9 @@ VARIANTS = tuple(
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _own_cache(tmp_path_factory):
-    """Builds of this session stay in this session."""
-    os.environ["RAYRACE_CACHE"] = str(tmp_path_factory.mktemp("cache"))
+def _own_cache(request):
+    """Builds of tests stay with the tests. They are kept by their content, so all sessions and workers share them."""
+    os.environ["RAYRACE_CACHE"] = str(request.config.cache.mkdir("rayrace-builds"))
 
 
 @pytest.fixture(scope="session")
@@ -96,8 +96,8 @@ class Bench:
 
 
 @pytest.fixture(scope="session")
-def bench(known, tmp_path_factory):
-    return Bench(known, tmp_path_factory.mktemp("compiled"))
+def bench(known, request):
+    return Bench(known, request.config.cache.mkdir("rayrace-compiled"))  # as the builds
 
 
 @pytest.fixture(params=VARIANTS)
