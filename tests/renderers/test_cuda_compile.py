@@ -19,6 +19,7 @@ from harness.scene.generate import comparison
 from harness.scene.needs import needs
 from renderers.numba.gpu.occupancy import occupancy
 
+LINK = Path(__file__).parents[1] / "support" / "link_kernels.py"
 SIZE = {"width": 64, "height": 64}
 
 
@@ -26,12 +27,15 @@ SIZE = {"width": 64, "height": 64}
 def inspect(tmp_path_factory):
     """inspect(scene text, target, **parameters): the kernels of the job. Skips without NVIDIA's compilers."""
 
-    def run(source, target="sm_90", **parameters):
+    def flags(source, **parameters):
         scene, wanted = text.read(source), Parameters(**{**SIZE, **parameters})
         folder, needed = tmp_path_factory.mktemp("job"), needs(scene, wanted)
         job.write(folder / "job", flatten(scene), wanted, needed)
-        flags = job.flags(folder / "job", folder, "numba-cuda", None, wanted, needed)
-        command = [sys.executable, "-m", "renderers.numba.gpu.inspect", *flags, f"--targets={target}"]
+        return job.flags(folder / "job", folder, "numba-cuda", None, wanted, needed)
+
+    def run(source, target="sm_90", **parameters):
+        command = [sys.executable, "-m", "renderers.numba.gpu.inspect", *flags(source, **parameters)]
+        command.append(f"--targets={target}")
         done = subprocess.run(command, capture_output=True, text=True)
         said = [json.loads(line) for line in done.stdout.splitlines()]
         if done.returncode == 3 and "rayrace[cuda]" in said[-1]["reason"]:
@@ -39,6 +43,7 @@ def inspect(tmp_path_factory):
         assert done.returncode == 0, (said, done.stderr)
         return said
 
+    run.flags = flags
     return run
 
 
@@ -117,6 +122,26 @@ def test_occupancy(capability, threads, registers, shared, share):
 
 def test_occupancy_of_an_unknown_capability():
     assert occupancy((3, 5), 256, 32, 0) is None
+
+
+@pytest.mark.parametrize(
+    ("parameters", "option", "found"),
+    [
+        ({}, {"launch_bounds": [256, 1]}, ".maxntid 256"),
+        ({"max_registers": 40}, {"max_registers": 40}, ""),
+        ({"block_width": 8, "block_height": 4, "total_threads": 64}, {"launch_bounds": [32, 1]}, ".minnctapersm 1"),
+    ],
+)
+def test_a_launch_is_linked_to_a_program(inspect, parameters, option, found):
+    """The options of a launch reach the compiler, and what comes of them is a program that the driver would load."""
+    inspect(comparison(spheres=2), **parameters)  # skips without the compilers
+    flags = inspect.flags(comparison(spheres=2), **parameters)
+    done = subprocess.run([sys.executable, LINK, *flags], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    (kernel,) = map(json.loads, done.stdout.splitlines())
+    options = {name: value for name, value in kernel["options"].items() if name in option}
+    assert options == option and found in kernel["ptx"] and (".maxntid" in kernel["ptx"]) == bool(found)
+    assert bytes.fromhex(kernel["start"]) == b"\x7fELF" and kernel["bytes"] > 10000
 
 
 def test_what_is_asked_of_a_device_is_known():
