@@ -42,6 +42,9 @@ def run(
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Put key=value over the file: image.depth=5.")
     ] = None,
+    resume: Annotated[
+        Path | None, typer.Option(help="Go on with the run in this folder: only what it lacks.", metavar="RUN")
+    ] = None,
     report: Annotated[bool, typer.Option("--report", help="Write the report of the run too.")] = False,
     renderer: RendererOption = None,
 ) -> None:
@@ -57,7 +60,11 @@ def run(
     if dry_run:
         terminal.show_plan(planned)
         return
-    if out is None:
+    if resume and out:
+        raise UserError("--resume goes on in the run's own folder; leave --out out")
+    if resume:
+        folder = resume
+    elif out is None:
         folder = race.new_folder(experiment.stem, Path("results"))
     else:
         folder = out
@@ -67,9 +74,9 @@ def run(
             raise UserError(f"{out}: exists already; give --out another folder") from None
     try:
         with terminal.progress() as tell:
-            records = race.run(asked, planned, known, folder, tell)
+            records = race.run(asked, planned, known, folder, tell, resumed=resume is not None)
     except KeyboardInterrupt:
-        print(f"stopped; what had finished is in {folder}", file=sys.stderr)
+        print(f"stopped; what had finished is in {folder}; go on with --resume {folder}", file=sys.stderr)
         raise
     terminal.show_summary(records)
     print(f"run: {folder}")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from filelock import FileLock, Timeout
 
-from harness import environment, gpu_use, job, judge, load_pass, reference, repetition, row, store
+from harness import environment, gpu_use, job, judge, load_pass, reference, repetition, resume, row, store
 from harness.builder import BuildError
 from harness.experiment import Experiment
 from harness.plan import Cell, Plan
@@ -29,43 +29,67 @@ def run(
     known: dict[str, Entry],
     folder: Path,
     tell: Callable[[Cell, dict, int, int], None] = lambda *_: None,
+    resumed: bool = False,
 ) -> list[dict]:
-    """Run every repetition of the plan into `folder`; the records. `tell(cell, record, done, all)` hears of each."""
+    """Run every repetition of the plan into `folder`; the records. `tell(cell, record, done, all)` hears of each.
+
+    resumed: the folder is of a run that was cut off; only what it lacks is run (resume.py).
+    """
     lock = host_lock()
     try:
         lock.acquire(timeout=0)
     except Timeout:
         print("another rayrace is measuring on this machine; waiting for it to end", file=sys.stderr)
         lock.acquire()
-    run_store = store.Run(folder)
+    facts = {
+        "title": experiment.title,
+        "experiment": experiment.model_dump(),
+        "started": _now(),
+        "command": sys.argv,
+        "environment": environment.capture(),
+        "cells": [row.facts(cell) for cell in plan.cells],
+    }
     records = []
+    if resumed:
+        facts, records = _go_on(facts, *resume.check(folder, plan))
+    run_store = store.Run(folder)
     try:
-        run_store.describe(
-            title=experiment.title,
-            experiment=experiment.model_dump(),
-            started=_now(),
-            command=sys.argv,
-            environment=environment.capture(),
-            cells=[row.facts(cell) for cell in plan.cells],
-        )
-        order = plan.order(experiment.seed)
+        run_store.describe(**facts)
+        there = {(record["cell"], record["repetition"], record["pass"]) for record in records}
+        order = [(cell, n) for cell, n in plan.order(experiment.seed) if (cell.key, n, "timed") not in there]
+        total = len(records) + len(order)
         with tempfile.TemporaryDirectory(prefix="rayrace-caches-", ignore_cleanup_errors=True) as caches:
             bench = Bench(plan, known, run_store, Path(caches), experiment.measure.interval)
+            for record in records:
+                if record["picture"]:
+                    bench.pictures.setdefault(record["cell"], record["picture"]["sha256"])
             for cell, number in order:
                 record = bench.repeat(cell, number)
                 run_store.append(record)
                 records.append(record)
-                tell(cell, record, len(records), len(order))
+                tell(cell, record, len(records), total)
             more = load_pass.cells(plan, records, experiment.measure.gpu_load)
+            more = [cell for cell in more if (cell.key, 0, "load") not in there]
             for cell in more:
                 record = bench.repeat(cell, 0, "load")
                 run_store.append(record)
                 records.append(record)
-                tell(cell, record, len(records), len(order) + len(more))
+                tell(cell, record, len(records), total + len(more))
     finally:
         run_store.close()
         lock.release()
     return records
+
+
+def _go_on(now: dict, before: dict, records: list[dict]) -> tuple[dict, list[dict]]:
+    """What run.json says after a run is taken up again, and the rows that it has."""
+    known = {cell["cell"] for cell in before["cells"]}
+    again = {name: now[name] for name in ("started", "command", "experiment")}
+    return {
+        **{name: value for name, value in before.items() if name != "format"},
+        "cells": [*before["cells"], *(cell for cell in now["cells"] if cell["cell"] not in known)],
+        "resumed": [*before.get("resumed", []), again],
+    }, records
 
 
 class Bench:
@@ -129,7 +153,7 @@ class Bench:
             warnings.append("the picture is not the same as in the first repetition")
             name = f"pictures/{cell.key}-{digest[:8]}.npy"
         if not (self.store.folder / name).exists():
-            np.save(self.store.folder / name, picture)
+            store.save_whole(self.store.folder / name, picture)
         return {"file": name, "sha256": digest}
 
     def _judge(self, cell: Cell, result: repetition.Result, record: dict) -> None:

@@ -1,6 +1,7 @@
 """A run: a folder of results that only grows.
 
-    run.json            the experiment, the plan's cells, the environment, when and by what command
+    run.json            the experiment, the plan's cells, the environment, when and by what command; `resumed`: each
+                        time that it was taken up again
     repetitions.jsonl   one line per repetition, appended and synced when it ends: nothing finished is lost
     pictures/KEY.npy    the picture of each cell, linear float; KEY.reference.npy and KEY.mask.npy of each reference
     series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-load-N.csv of the load pass
@@ -34,8 +35,11 @@ A line of repetitions.jsonl has these keys; what is not known is null, with the 
 """
 
 import json
+import mmap
 import os
 from pathlib import Path
+
+import numpy as np
 
 from harness.errors import UserError
 
@@ -49,7 +53,9 @@ class Run:
         self.folder = Path(folder)
         for name in ("pictures", "series", "logs"):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
-        self._file = open(self.folder / "repetitions.jsonl", "a", encoding="utf-8")  # noqa: SIM115
+        rows = self.folder / "repetitions.jsonl"
+        _cut_torn_line(rows)
+        self._file = open(rows, "a", encoding="utf-8")  # noqa: SIM115
 
     def describe(self, **facts) -> None:
         text = json.dumps({"format": FORMAT, **facts}, indent=1, allow_nan=False)
@@ -65,6 +71,16 @@ class Run:
         self._file.close()
 
 
+def _cut_torn_line(rows: Path) -> None:
+    """Take away a last line that was cut off, which nobody believes: the next would be written behind it."""
+    if not rows.exists() or rows.stat().st_size == 0:
+        return
+    with open(rows, "r+b") as file:
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as text:
+            whole = text.rfind(b"\n") + 1
+        file.truncate(whole)
+
+
 def write_whole(path: Path, text: str) -> None:
     """Write a file so that it is there whole or not at all."""
     part = path.with_name(path.name + ".part")
@@ -72,6 +88,14 @@ def write_whole(path: Path, text: str) -> None:
         file.write(text)
         file.flush()
         os.fsync(file.fileno())
+    os.replace(part, path)
+
+
+def save_whole(path: Path, array: np.ndarray) -> None:
+    """Save an array as .npy so that it is there whole or not at all."""
+    part = path.with_name(path.name + ".part")
+    with open(part, "wb") as file:
+        np.save(file, array)
     os.replace(part, path)
 
 

@@ -69,7 +69,9 @@ def test_stopped(number, started, rows):
     assert harness.returncode == (130 if number == signal.SIGINT else -number)
     if number == signal.SIGINT:
         said = (lines.parents[1] / "said").read_text()
-        assert said.splitlines()[-1] == f"stopped; what had finished is in {lines.parent}"
+        assert said.splitlines()[-1] == (
+            f"stopped; what had finished is in {lines.parent}; go on with --resume {lines.parent}"
+        )
         assert "Traceback" not in said
     wait_until(lambda: not processes(f"{folder}/main.py"))
     wait_until(lambda: not any(os.path.exists(f"/proc/{pid}") for pid in own))

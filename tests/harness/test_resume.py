@@ -1,0 +1,108 @@
+"""A run that was cut off goes on: nothing twice, nothing lost, and nothing mixed with what has changed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from harness import store
+
+PROGRAM = Path(sys.executable).with_name("rayrace")
+MORE = 'timeout = "30 s"\n[sweep]\ndepth = [0, 1]\n'
+
+
+def finished(folder):
+    return [(record["cell"], record["repetition"]) for record in store.read(folder)[1]]
+
+
+@pytest.mark.parametrize("rows_before", [0, 1, 5])
+def test_killed_at_any_time_and_resumed(rayrace, experiment, environment, tmp_path, rows_before):
+    file, folder = experiment(["python"], MORE, processes=4), tmp_path / "run"
+    started = subprocess.Popen([PROGRAM, "run", file, "--out", folder], env=environment, stderr=subprocess.DEVNULL)
+    rows = folder / "repetitions.jsonl"
+    for _ in range(3000):
+        if rows.exists() and (folder / "run.json").exists() and rows.read_bytes().count(b"\n") >= rows_before:
+            break
+        time.sleep(0.01)
+    os.kill(started.pid, signal.SIGKILL)
+    started.wait()
+    before = rows.read_bytes()
+    assert before.count(b"\n") < 8, "it ended before it was killed"
+    rows.write_bytes(before + b'{"cell": "torn')
+    rayrace("run", file, "--resume", folder, code=0)
+    assert rows.read_bytes().startswith(before)
+    done = finished(folder)
+    assert len(done) == len(set(done)) == 8
+    again = json.loads((folder / "run.json").read_text())["resumed"]
+    assert len(again) == 1 and again[0]["command"][-1] == str(folder)
+    rayrace("run", file, "--resume", folder, "--report", code=0)
+    assert finished(folder) == done
+
+
+def test_more_processes_and_another_point_are_what_is_missing(rayrace, experiment, tmp_path):
+    file, folder = experiment(["python"], MORE), tmp_path / "run"
+    rayrace("run", file, "--out", folder, code=0)
+    assert len(finished(folder)) == 2
+    words = "--set", "processes=2", "--set", "sweep={depth=[0, 1, 2]}"
+    rayrace("run", file, "--resume", folder, *words, code=0)
+    done = finished(folder)
+    assert len(done) == len(set(done)) == 6 and len(json.loads((folder / "run.json").read_text())["cells"]) == 3
+
+
+def test_a_picture_that_was_cut_off_is_made_again(rayrace, experiment, tmp_path):
+    file, folder = experiment(["python"]), tmp_path / "run"
+    rayrace("run", file, "--out", folder, code=0)
+    (record,) = store.read(folder)[1]
+    picture = folder / record["picture"]["file"]
+    whole = picture.read_bytes()
+    (folder / "repetitions.jsonl").write_bytes(b"")
+    picture.with_name(picture.name + ".part").write_bytes(whole[:90])
+    picture.unlink()
+    rayrace("run", file, "--resume", folder, code=0)
+    assert picture.read_bytes() == whole and not list(folder.rglob("*.part"))
+
+
+def refused(rayrace, file, folder, *words):
+    rows = (folder / "repetitions.jsonl").read_bytes()
+    done = rayrace("run", file, "--resume", folder, *words, code=2)
+    assert (folder / "repetitions.jsonl").read_bytes() == rows and "start a new run" in done.stderr
+    return done.stderr
+
+
+def test_nothing_changed_is_mixed_in(rayrace, experiment, write, tmp_path, bad_folder):
+    renderer = bad_folder("bad-chatter")
+    file, folder = experiment(["bad-chatter"]), tmp_path / "run"
+    rayrace("run", file, "--out", folder, "--renderer", renderer)
+    assert len(finished(folder)) == 1
+    words = "--set", "processes=2", "--renderer", renderer
+
+    assert "bad-chatter, scene: parameters.depth was 1, is 3" in refused(
+        rayrace, file, folder, *words, "--set", "image.depth=3"
+    )
+
+    with open(renderer / "main.py", "a", encoding="utf-8") as source:
+        source.write("# edited\n")
+    assert "bad-chatter, scene: renderer_version was " in refused(rayrace, file, folder, *words)
+
+    scene = tmp_path / "scene.txt"
+    scene.write_text(scene.read_text().replace("0.7)", "0.8)"))
+    said = refused(rayrace, file, folder, *words)
+    assert "bad-chatter, scene: scene_version was " in said and "renderer_version was " in said
+
+    facts = json.loads((folder / "run.json").read_text())
+    facts["environment"]["cpu"] = "another"
+    facts["environment"]["packages"]["numpy"] = "0.1"
+    (folder / "run.json").write_text(json.dumps(facts))
+    said = refused(rayrace, file, folder, *words)
+    assert 'this machine: cpu was "another", is ' in said and 'this machine: packages.numpy was "0.1", is ' in said
+
+
+def test_wrong_use(rayrace, experiment, tmp_path):
+    file = experiment(["python"])
+    assert "leave --out out" in rayrace("run", file, "--resume", tmp_path, "--out", tmp_path / "x", code=2).stderr
+    assert "not a run" in rayrace("run", file, "--resume", tmp_path / "none", code=2).stderr
