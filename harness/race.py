@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from filelock import FileLock, Timeout
 
-from harness import environment, gpu_use, job, judge, load_pass, reference, repetition, resume, row, store
+from harness import environment, gpu_use, job, judge, load_pass, reference, repetition, resume, row, store, trouble
 from harness.builder import BuildError
 from harness.experiment import Experiment
 from harness.plan import Cell, Plan
@@ -105,7 +105,7 @@ class Bench:
         """Run one repetition of a cell, for the timed or the load pass; its record (store.py)."""
         stem = f"{cell.key}-{number}" if kind == "timed" else f"{cell.key}-{kind}-{number}"
         series = self.store.folder / "series" / f"{stem}.csv"
-        started = _now()
+        started, before = _now(), trouble.look()
         result = repetition.run(
             cell.entry,
             self.plan.arrays[cell.scene_version],
@@ -117,6 +117,7 @@ class Bench:
             cache=self.caches / cell.key,
             log=self.store.folder / "logs" / stem,
         )
+        disturbed = trouble.between(before, trouble.look())
         record = {
             **row.facts(cell),
             "repetition": number,
@@ -125,11 +126,14 @@ class Bench:
             "unranked": row.unranked(cell.entry, result.said),
             "pass": kind,
             **row.measured(result, series),
+            "disturbed": disturbed,
             "gpu": _gpu(cell.entry, result, series),
             "build": self._build(cell),
             "picture": None,
             "accuracy": None,
         }
+        if record["wall_s"] is not None:
+            record["warnings"] += trouble.doubts(disturbed, record["wall_s"])
         if result.array is not None and result.status == "ok":
             record["picture"] = self._keep(cell, result.array, record["warnings"])
             self._judge(cell, result, record)

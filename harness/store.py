@@ -26,6 +26,8 @@ A line of repetitions.jsonl has these keys; what is not known is null, with the 
     used, versions, device   what the renderer said
     gpu         null, or {utilisation_percent, power_w, energy_j, energy_s, joules_per_mray, process_memory_bytes,
                 temperature_c, throttled}, each a number (throttled: [reason, ..]) or {unavailable: reason}: gpu_use.py
+    disturbed   {steal_s, other_cpu_s, waited_s, swapped_pages, throttled}: what the system counted meanwhile, each a
+                number or {unavailable: reason}: trouble.py
     build       {seconds, compiler, command}: of the build it ran, when that was made
     picture     {file, sha256}
     accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, or {unavailable: reason}
