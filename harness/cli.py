@@ -1,5 +1,6 @@
 """The command line. Every command imports what it needs when it runs, so that --help is quick."""
 
+import math
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -45,6 +46,10 @@ def run(
     resume: Annotated[
         Path | None, typer.Option(help="Go on with the run in this folder: only what it lacks.", metavar="RUN")
     ] = None,
+    max_minutes: Annotated[
+        float | None,
+        typer.Option(min=0, help="Begin nothing more after so long; every cell has its turn before a second."),
+    ] = None,
     report: Annotated[bool, typer.Option("--report", help="Write the report of the run too.")] = False,
     renderer: RendererOption = None,
 ) -> None:
@@ -74,11 +79,16 @@ def run(
             raise UserError(f"{out}: exists already; give --out another folder") from None
     try:
         with terminal.progress() as tell:
-            records = race.run(asked, planned, known, folder, tell, resumed=resume is not None)
+            budget = math.inf if max_minutes is None else 60 * max_minutes
+            records = race.run(asked, planned, known, folder, tell, resume is not None, budget)
     except KeyboardInterrupt:
         print(f"stopped; what had finished is in {folder}; go on with --resume {folder}", file=sys.stderr)
         raise
     terminal.show_summary(records)
+    done = {(record["cell"], record["repetition"]) for record in records if record["pass"] == "timed"}
+    left = sum((cell.key, number) not in done for cell, number in planned.order(asked.seed))
+    if left:
+        print(f"{left} repetitions are left; --resume {folder} goes on")
     print(f"run: {folder}")
     if report:
         from reports import report as reports

@@ -1,6 +1,7 @@
 """Runs a plan on this machine: one repetition at a time, each judged and stored before the next begins."""
 
 import hashlib
+import math
 import sys
 import tempfile
 import time
@@ -30,10 +31,12 @@ def run(
     folder: Path,
     tell: Callable[[Cell, dict, int, int], None] = lambda *_: None,
     resumed: bool = False,
+    budget: float = math.inf,
 ) -> list[dict]:
     """Run every repetition of the plan into `folder`; the records. `tell(cell, record, done, all)` hears of each.
 
-    resumed: the folder is of a run that was cut off; only what it lacks is run (resume.py).
+    resumed: the folder is of a run that was cut off; only what it lacks is run (resume.py). budget: seconds after which
+    nothing more is begun; as all cells have their turn before any has its second, what there is is a thinner study.
     """
     lock = host_lock()
     try:
@@ -63,7 +66,10 @@ def run(
             for record in records:
                 if record["picture"]:
                     bench.pictures.setdefault(record["cell"], record["picture"]["sha256"])
+            end = time.monotonic() + budget
             for cell, number in order:
+                if time.monotonic() >= end:
+                    return records
                 record = bench.repeat(cell, number)
                 run_store.append(record)
                 records.append(record)

@@ -102,6 +102,19 @@ def test_nothing_changed_is_mixed_in(rayrace, experiment, write, tmp_path, bad_f
     assert 'this machine: cpu was "another", is ' in said and 'this machine: packages.numpy was "0.1", is ' in said
 
 
+def test_a_budget_makes_a_thinner_study_that_can_be_gone_on_with(rayrace, experiment, tmp_path):
+    file, folder = experiment(["python"], MORE, processes=30), tmp_path / "run"
+    said = rayrace("run", file, "--out", folder, "--max-minutes", 0.03, code=0).stdout
+    done = finished(folder)
+    turns = {cell: max(n for other, n in done if other == cell) for cell, _ in done}
+    assert 2 <= len(done) < 60 and len(turns) == 2 and max(turns.values()) - min(turns.values()) <= 1
+    assert f"{60 - len(done)} repetitions are left; --resume {folder} goes on" in said
+    said = rayrace("run", file, "--resume", folder, "--set", "processes=2", code=0).stdout
+    assert "are left" not in said
+    rayrace("run", file, "--out", tmp_path / "none", "--max-minutes", 0, code=0)
+    assert finished(tmp_path / "none") == []
+
+
 def test_wrong_use(rayrace, experiment, tmp_path):
     file = experiment(["python"])
     assert "leave --out out" in rayrace("run", file, "--resume", tmp_path, "--out", tmp_path / "x", code=2).stderr
