@@ -29,11 +29,11 @@ def look(root: Path = ROOT) -> dict:
     """The counters now, each a number or the reason why there is none."""
     own = os.times()
     return {
-        "steal_s": _first(root / "proc/stat", lambda line: _cpu_s(line, (STEAL_FIELD,))),
-        "busy_s": _first(root / "proc/stat", lambda line: _cpu_s(line, CORE_FIELDS)),
+        "steal_s": _told(root / "proc/stat", lambda text: _cpu_s(text, (STEAL_FIELD,))),
+        "busy_s": _told(root / "proc/stat", lambda text: _cpu_s(text, CORE_FIELDS)),
         "own_s": own.user + own.system + own.children_user + own.children_system,
-        "waited_s": _first(root / "proc/pressure/cpu", lambda line: int(line.rpartition("total=")[2]) / 1e6),
-        "swapped_pages": _swapped(root / "proc/vmstat"),
+        "waited_s": _told(root / "proc/pressure/cpu", _waited),
+        "swapped_pages": _told(root / "proc/vmstat", _swapped),
         "throttled": _throttled(root / "sys/devices/system/cpu"),
     }
 
@@ -58,31 +58,31 @@ def doubts(found: dict, wall_s: float) -> list[str]:
     ]
 
 
-def _cpu_s(line: str, fields: tuple[int, ...]) -> float:
+def _told(path: Path, read):
+    """`read` of a file's text, or why there is no answer."""
+    try:
+        return read(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, IndexError, KeyError) as error:
+        return f"{path}: {getattr(error, 'strerror', None) or 'not as expected'}"
+
+
+def _cpu_s(text: str, fields: tuple[int, ...]) -> float:
     """CPU seconds in some fields of the first line of /proc/stat."""
-    ticks = [int(word) for word in line.split()[1:]]
+    ticks = [int(word) for word in text.splitlines()[0].split()[1:]]
     return sum(ticks[field] for field in fields) / os.sysconf("SC_CLK_TCK")
 
 
-def _first(path: Path, read):
-    """`read` of the first line of a file, or why not."""
-    try:
-        return read(path.read_text(encoding="utf-8").splitlines()[0])
-    except (OSError, ValueError, IndexError) as error:
-        return f"{path}: {getattr(error, 'strerror', None) or 'not as expected'}"
+def _waited(text: str) -> float:
+    return int(text.splitlines()[0].rpartition("total=")[2]) / 1e6
 
 
-def _swapped(path: Path):
-    try:
-        rows = dict(line.split() for line in path.read_text(encoding="utf-8").splitlines())
-        return int(rows["pswpin"]) + int(rows["pswpout"])
-    except (OSError, ValueError, KeyError) as error:
-        return f"{path}: {getattr(error, 'strerror', None) or 'not as expected'}"
+def _swapped(text: str) -> int:
+    rows = dict(line.split() for line in text.splitlines())
+    return int(rows["pswpin"]) + int(rows["pswpout"])
 
 
 def _throttled(cores: Path):
-    try:
-        counts = [int(path.read_text()) for path in cores.glob("cpu[0-9]*/thermal_throttle/core_throttle_count")]
-    except (OSError, ValueError) as error:
-        return f"{cores}: {getattr(error, 'strerror', None) or 'not as expected'}"
-    return sum(counts) if counts else "the system counts none"
+    counts = [_told(path, int) for path in sorted(cores.glob("cpu[0-9]*/thermal_throttle/core_throttle_count"))]
+    if not counts:
+        return "the system counts none"
+    return next((count for count in counts if isinstance(count, str)), None) or sum(counts)
