@@ -16,7 +16,7 @@ from harness import builder
 from harness.gpu import Gpu
 from harness.registry import usable_cores
 
-PACKAGES = ("numpy", "numba", "llvmlite", "psutil", "mpmath", "scipy", "rayrace")
+PACKAGES = ("numpy", "numba", "numba-cuda", "llvmlite", "psutil", "mpmath", "scipy", "rayrace")
 
 
 def capture() -> dict:
