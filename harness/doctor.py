@@ -2,114 +2,73 @@
 
 import os
 import shutil
-import time
-from dataclasses import dataclass
+from pathlib import Path
 
 import psutil
 
-from harness import builder, environment
-from harness.registry import usable_cores
+from harness import builder, cgroup, environment, fitness_cores, fitness_gpu
+from harness.finding import UNAVAILABLE, Finding, judged, read, unknown
 
-
-@dataclass(frozen=True)
-class Finding:
-    """verdict: good, doubtful (it may spoil a measurement) or unknown (the system does not tell)."""
-
-    verdict: str
-    what: str
-    found: str
-    remedy: str = ""
+ROOT = Path("/")
 
 
 def examine() -> list[Finding]:
     facts = environment.capture()
     return [
-        _governor(facts["governor"]),
-        _turbo(facts["turbo"]),
-        _load(),
-        _pressure(facts["pressure"]),
-        _virtual(facts["virtual_machine"]),
-        _swap(),
-        _memory_peak(),
-        _tick(),
-        _compiler(facts["compilers"]["c++"]),
-        _gpu(facts["gpu"]),
+        *fitness_cores.findings(facts),
+        swap(),
+        memory_limit(),
+        memory_peak(),
+        descendants(),
+        randomisation(facts["address_randomisation"]),
+        compiler(facts["compilers"]["c++"]),
+        *fitness_gpu.findings(),
     ]
 
 
-def _unknown(what: str, value: str, remedy: str = "") -> Finding:
-    return Finding("unknown", what, value, remedy)
+def swap() -> Finding:
+    used = psutil.swap_memory()
+    found = f"{used.used / 2**20:.0f} of {used.total / 2**20:.0f} MiB used"
+    return judged(used.used <= 2**20, "swap", found, "sudo swapoff -a")
 
 
-def _governor(value: str) -> Finding:
-    if value.startswith("unavailable"):
-        return _unknown("frequency governor", value)
-    if value == "performance":
-        return Finding("good", "frequency governor", value)
-    return Finding("doubtful", "frequency governor", value, "sudo cpupower frequency-set -g performance")
+def memory_limit(root: Path = ROOT) -> Finding:
+    what, limit, total = "memory limit (cgroup)", cgroup.memory_limit(root), psutil.virtual_memory().total
+    if cgroup.version(root) is None:
+        return unknown(what, "no cgroups here")
+    if limit is None:
+        return Finding("good", what, "none")
+    remedy = "a renderer that needs more swaps or is killed: raise memory.max"
+    return judged(limit >= total, what, f"{limit / 1e9:.3g} GB of {total / 1e9:.3g} GB", remedy)
 
 
-def _turbo(value: str) -> Finding:
-    if value.startswith("unavailable"):
-        return _unknown("turbo", value)
-    remedy = "clock and so times depend on heat and on the other cores; turn it off in the firmware for steady times"
-    return Finding("doubtful", "turbo", value, remedy) if value == "on" else Finding("good", "turbo", value)
-
-
-def _load() -> Finding:
-    busy = psutil.cpu_percent(interval=0.5) / 100 * (psutil.cpu_count() or 1)
-    found = f"{busy:.2f} of {usable_cores()} usable cores busy over half a second"
-    if busy <= 0.1:
-        return Finding("good", "other load", found)
-    return Finding("doubtful", "other load", found, "end other programs; `top` shows them")
-
-
-def _pressure(value: str) -> Finding:
-    if value.startswith("unavailable"):
-        return _unknown("waiting for a core (pressure)", value)
-    averages = dict(part.split("=") for part in value.splitlines()[0].split()[1:])
-    found = f"{averages['avg10']} % of the last 10 s, {averages['avg300']} % of the last 5 min"
-    if float(averages["avg10"]) < 1:
-        return Finding("good", "waiting for a core (pressure)", found)
-    return Finding("doubtful", "waiting for a core (pressure)", found, "something else wants the cores: see other load")
-
-
-def _virtual(value: str) -> Finding:
-    if value == "yes":
-        remedy = "cores may vanish for seconds; trust ratios of interleaved runs, not single times"
-        return Finding("doubtful", "virtual machine", value, remedy)
-    return Finding("good" if value.startswith("no") else "unknown", "virtual machine", value)
-
-
-def _swap() -> Finding:
-    swap = psutil.swap_memory()
-    found = f"{swap.used / 2**20:.0f} of {swap.total / 2**20:.0f} MiB used"
-    used = swap.used > 2**20
-    return Finding("doubtful" if used else "good", "swap", found, "sudo swapoff -a" if used else "")
-
-
-def _memory_peak() -> Finding:
+def memory_peak() -> Finding:
     what = "peak memory of rendering alone"
     if not os.path.exists("/proc/self/clear_refs"):
-        return _unknown(what, "unavailable: no /proc here", "peaks come from wait4 and include start-up")
+        return unknown(what, "no /proc here", "peaks come from wait4 and include start-up")
+    found = f"VmHWM, reset before rendering; the cgroup counts {'one too' if cgroup.memory_peak() else 'none'}"
     if os.access("/proc/self/clear_refs", os.W_OK):
-        return Finding("good", what, "VmHWM, reset before rendering")
+        return Finding("good", what, found)
     return Finding("doubtful", what, "the peak cannot be reset", "peaks include start-up and compilation")
 
 
-def _tick() -> Finding:
-    clock = time.get_clock_info("monotonic")
-    found = f"{clock.implementation}, resolution {clock.resolution:.0e} s"
-    return Finding("good" if clock.resolution <= 1e-6 else "doubtful", "clock", found)
+def descendants(root: Path = ROOT) -> Finding:
+    what, own = "processes that a renderer starts", os.getpid()
+    if read(root / f"proc/{own}/task/{own}/children") is not None:
+        return Finding("good", what, "looked for at every tick; orphans are counted")
+    return unknown(what, "the system does not list children", "looked for every half second; orphans may be missed")
 
 
-def _compiler(value: str) -> Finding:
-    if value.startswith("unavailable"):
+def randomisation(value: str) -> Finding:
+    """Layout in memory is worth some per cent of time; fixed, it is an error that no repetition averages out."""
+    what = "address randomisation"
+    if value.startswith(UNAVAILABLE):
+        return unknown(what, value)
+    remedy = "each process has the same layout, which favours one renderer: sudo sysctl kernel.randomize_va_space=2"
+    return judged(value == "2", what, {"0": "off", "1": "of a part", "2": "full"}.get(value, value), remedy)
+
+
+def compiler(value: str) -> Finding:
+    if value.startswith(UNAVAILABLE):
         return Finding("doubtful", "C++ compiler", value, "apt install g++")
     return Finding("good", "C++ compiler", f"{value} ({shutil.which(builder.find_compiler('c++') or '')})")
-
-
-def _gpu(value) -> Finding:
-    if isinstance(value, str):
-        return _unknown("GPU", value, "without an NVIDIA driver the GPU columns stay empty")
-    return Finding("good", "GPU", f"{value['name']}, driver {value['driver']}")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 
-from harness import builder
+from harness import builder, cgroup
 from harness.gpu import Gpu
 from harness.registry import usable_cores
 
@@ -41,6 +41,8 @@ def capture() -> dict:
         "gpu": _gpu(),
         "governor": _read("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"),
         "turbo": _turbo(),
+        "clock_source": _read("/sys/devices/system/clocksource/clocksource0/current_clocksource"),
+        "cpu_quota": cgroup.quota() or ("none" if cgroup.version() else _no("no cgroups here")),
         "address_randomisation": _read("/proc/sys/kernel/randomize_va_space"),
         "load": list(os.getloadavg()) if hasattr(os, "getloadavg") else _no("not told by the system"),
         "pressure": _read("/proc/pressure/cpu"),

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -19,6 +20,9 @@ KEPT = (
     *(cuda.SIMULATOR, "CUDA_VISIBLE_DEVICES", "CUDA_HOME", "CUDA_PATH"),
 )
 
+PATIENCE = 10.0  # s, for the measurer's last words
+DIED = '{"failed": "the launcher died"}'
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -30,11 +34,13 @@ class Outcome:
     code: int | None
     signal: int | None
     timed_out: bool
-    user_s: float
+    user_s: float  # of it, its descendants that were waited for, and its orphans
     system_s: float
     wait4_peak_bytes: int
     wait4_floor_bytes: int
     measurer: dict | None  # the measurer's words about itself; None if it was not asked to watch
+    orphans: int | None = None  # descendants that nobody waited for; None if the system does not give them to us
+    orphans_s: float | None = None  # their CPU time, which is in user_s and system_s
 
     @property
     def wall_s(self) -> float:
@@ -84,17 +90,20 @@ def run(
         measurer.stdout.readline()  # ready: its imports must not run beside the renderer
     launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(spec)])
     try:
-        started = json.loads(launcher.stdout.readline() or '{"failed": "the launcher died"}')
+        started = json.loads(launcher.stdout.readline() or DIED)
         if "failed" in started:
             return Outcome(started["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
         if measurer:
-            _tell(measurer, started)
-        ended = json.loads(launcher.stdout.readline() or '{"failed": "the launcher died"}')
-        if "failed" in ended:
+            _tell(measurer, {**started, "launcher": launcher.pid})
+        end = json.loads(launcher.stdout.readline() or DIED)
+        if "failed" not in end:
+            audit = _last_words(measurer, end) if measurer else None
+            _tell(launcher, {})  # it may reap
+            end |= json.loads(launcher.stdout.readline() or DIED)
+        if "failed" in end:
             launcher_module.kill_group(started["pid"], signal.SIGKILL)
-            return Outcome(ended["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
-        audit = measurer.stdout.readline() if measurer else ""
-        return Outcome(failed=None, spawned=started["spawned"], measurer=json.loads(audit) if audit else None, **ended)
+            return Outcome(end["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
+        return Outcome(failed=None, spawned=started["spawned"], measurer=audit, **end)
     finally:
         for process in (launcher, measurer):
             if process:
@@ -114,3 +123,13 @@ def _tell(process: subprocess.Popen, message: dict) -> None:
     with contextlib.suppress(BrokenPipeError):
         process.stdin.write(json.dumps(message) + "\n")
         process.stdin.flush()
+
+
+def _last_words(measurer: subprocess.Popen, end: dict) -> dict | None:
+    """Have the measurer look at the dead once more; its audit. None if it is dead itself, or stuck."""
+    _tell(measurer, end)
+    if not select.select([measurer.stdout], [], [], PATIENCE)[0]:
+        measurer.kill()
+        return None
+    line = measurer.stdout.readline()
+    return json.loads(line) if line else None

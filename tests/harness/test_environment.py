@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from harness import builder, doctor, environment
+from harness import builder, environment
 
 
 def values(facts):
@@ -40,9 +40,9 @@ def test_compilers_that_do_not_say(body, tmp_path, monkeypatch):
 def test_doctor(rayrace):
     told = json.loads(rayrace("doctor", "--json", code=0).stdout)
     assert {finding["verdict"] for finding in told} <= {"good", "doubtful", "unknown"}
-    assert len({finding["what"] for finding in told}) == len(told) >= 8
+    assert len({finding["what"] for finding in told}) == len(told) >= 17
     assert all(finding["found"] for finding in told)
-    assert all(finding["remedy"] for finding in told if finding["verdict"] == "doubtful" and finding["what"] != "clock")
+    assert all(finding["remedy"] for finding in told if finding["verdict"] == "doubtful")
     assert "what to do" in rayrace("doctor", code=0).stdout
 
 
@@ -51,15 +51,3 @@ def test_doctor_with_an_empty_path(rayrace):
         row["what"]: row for row in json.loads(rayrace("doctor", "--json", env={"PATH": "", "CXX": ""}, code=0).stdout)
     }
     assert told["C++ compiler"]["verdict"] == "doubtful" and told["C++ compiler"]["remedy"] == "apt install g++"
-
-
-@pytest.mark.parametrize(
-    ("pressure", "verdict"),
-    [
-        ("unavailable: /proc/pressure/cpu: No such file or directory", "unknown"),
-        ("some avg10=0.00 avg60=0.00 avg300=0.10 total=5\nfull avg10=0.00 avg60=0.00 avg300=0.00 total=0", "good"),
-        ("some avg10=12.50 avg60=0.00 avg300=0.10 total=5", "doubtful"),
-    ],
-)
-def test_pressure(pressure, verdict):
-    assert doctor._pressure(pressure).verdict == verdict

@@ -72,5 +72,6 @@ def test_without_words_of_its_own_wait4_is_taken(bad_folder):
     scene = flatten(text.read("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)"))
     result = repetition.run(entry, scene, Parameters(width=4, height=4), ())
     memory = row.memory(result.said, result.outcome)
-    assert memory["method"] == "wait4" and memory["peak_bytes"] == result.outcome.wait4_peak_bytes
+    assert memory["method"] in ("wait4", row.AT_MOST)  # it is hardly larger than the launcher
+    assert memory["peak_bytes"] == result.outcome.wait4_peak_bytes
     assert memory["floor_bytes"] == result.outcome.wait4_floor_bytes > 0 and memory["render_peak_bytes"] is None

@@ -43,3 +43,16 @@ def test_cover_by_hand():
     said = Said(phases=[{"name": "load", "start": 10.5, "end": 11}, {"name": "render", "start": 11.25, "end": 13}])
     assert row.cover(said, 10, 14) == [["start", 0, 0.5], ["load", 0.5, 1], ["render", 1.25, 3], ["exit", 3, 4]]
     assert row.cover(Said(), 10, 14) == [["start", 0.0, 4]]
+
+
+def test_times_are_of_one_render(known, tmp_path):
+    entry = known["python"]
+    scene = text.read(comparison(1, 1))
+    parameters = Parameters(width=2, height=2, frames=2, least_frame=5e-3)
+    result = repetition.run(entry, flatten(scene), parameters, needs(scene, parameters))
+    assert result.status == "ok", result.reason
+    made = row.measured(result, tmp_path / "no.csv")
+    first, *later = made["frame_renders"]
+    assert first == 1 < later[0] == later[1]
+    for seconds, renders, frame in zip(made["frames_s"], made["frame_renders"], result.said.frames, strict=True):
+        assert seconds * renders == pytest.approx(frame["end"] - frame["start"])
