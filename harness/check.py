@@ -22,6 +22,7 @@ from harness.scene.needs import needs as needs_of
 SIZE = 16
 TIMEOUT = 120.0  # s
 SIMULATED_TIMEOUT = 1800.0
+LEAST_FRAME = 0.02  # s
 HIT_TOLERANCE = 1e-11  # of t, point and normal of rays in general position, relative to their size
 
 
@@ -96,6 +97,7 @@ class Examination:
         if set(self.features) & FURTHER:
             yield from self._further()
         yield self._phases(second)
+        yield self._batches(first)
         if self.entry.variant.threads == "all":
             both = [self.run(replace(self.parameters, threads=n)) for n in (1, 2, 3)]
             same = all(r.status == "ok" and np.array_equal(r.array, first.array) for r in both)
@@ -184,6 +186,30 @@ class Examination:
         missing = 1 - sum(end - start for _, start, end in phases) / result.outcome.wall_s
         detail = f"{missing:.2%} of the wall time is in no phase"
         return Check("phases cover its life", abs(missing) <= row.PHASE_TOLERANCE, detail)
+
+    def _batches(self, first: repetition.Result) -> Check:
+        """`least_frame` may be left alone. Else batches last so long, and what is told of one is of one render."""
+        what = "a frame is one render, or a batch that lasts"
+        result = self.run(replace(self.parameters, least_frame=LEAST_FRAME))
+        if result.status != "ok":
+            return Check(what, False, result.reason)
+        renders, *more = (frame["renders"] for frame in result.said.frames)
+        longest = max(frame["end"] - frame["start"] for frame in result.said.frames)
+        if {frame["renders"] for frame in first.said.frames} != {1}:
+            wrong = "a frame of several renders, which nobody asked for"
+        elif renders != 1:
+            wrong = f"frame 0 is of {renders} renders, expected 1"
+        elif len(set(more)) > 1:
+            wrong = f"frames of {', '.join(map(str, more))} renders, expected always the same"
+        elif more[0] > 1 and longest < LEAST_FRAME / 2:  # half: a machine may get faster meanwhile
+            wrong = f"{more[0]} renders last {longest:.2g} s, expected {LEAST_FRAME:g} s"
+        elif not np.array_equal(result.array, first.array, equal_nan=True):
+            wrong = "a batch makes another picture"
+        elif result.said.rays != first.said.rays:
+            wrong = f"counts {result.said.rays}, of one render {first.said.rays}"
+        else:
+            return Check(what, True, "single" if more[0] == 1 else f"{more[0]} renders in {longest:.2g} s")
+        return Check(what, False, wrong)
 
     def _rays(self) -> Check:
         what = "rays: first hits agree with another renderer"

@@ -79,8 +79,8 @@ def _take(said: Said, kind: str, event: dict) -> None:
         if kind == "phase":
             said.phases.append({"name": words(event["name"]), "start": start, "end": end})
         else:
-            parts = _parts(event.get("parts"))
-            said.frames.append({"index": _count(event["index"]), "start": start, "end": end, "parts": parts})
+            frame = {"index": _count(event["index"]), "start": start, "end": end}
+            said.frames.append(frame | {"parts": _parts(event.get("parts")), "renders": _renders(event)})
     elif kind == "rays":
         said.rays = {
             name: _count(event[name]) for name in ("primary", "reflected", "transmitted", "shadow", "non_finite")
@@ -118,8 +118,16 @@ def _number(value) -> float:
     return float(value)
 
 
+def _renders(event: dict) -> int:
+    """How many renders of the picture a frame consists of."""
+    renders = _count(event.get("renders", 1))
+    if renders == 0:
+        raise ValueError("a frame of nothing")
+    return renders
+
+
 def _parts(parts) -> dict | None:
-    """Seconds by the name of a part."""
+    """Seconds of one render by the name of a part."""
     if parts is None:
         return None
     if len(parts) > PARTS:
@@ -170,7 +178,7 @@ def tidy(said: Said, spawned: float, exited: float) -> None:
             said.faults.append(f"frame {frame['index']} lies outside the phase render")
             return
     for frame in said.frames:
-        parts = sum((frame["parts"] or {}).values())
+        parts = sum((frame["parts"] or {}).values()) * frame["renders"]
         if parts > (frame["end"] - frame["start"]) * (1 + CLOCKS) + slack:
             said.faults.append(f"the parts of frame {frame['index']} are longer than it: {frame}")
             return

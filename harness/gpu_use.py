@@ -43,7 +43,7 @@ def use(said: Said, outcome: Outcome, series: Path) -> dict:
     if outcome.measurer is None:
         return unavailable("the measurer died")
     start, end = (stamp - outcome.spawned for stamp in (phases[0]["start"], phases[-1]["end"]))
-    frames = [(frame["start"] - outcome.spawned, frame["end"] - outcome.spawned) for frame in said.frames]
+    frames = [(f["start"] - outcome.spawned, f["end"] - outcome.spawned, f["renders"]) for f in said.frames]
     rays = said.rays and sum(said.rays[kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
     render = Render(start, end, frames, rays, _ticks(series), outcome.measurer)
     return {name: _told(getattr(render, name)) for name in VALUES}
@@ -71,8 +71,8 @@ class Render:
 
     start: float
     end: float
-    frames: list[tuple[float, float]]  # start and end
-    rays: int | None  # of one frame
+    frames: list[tuple[float, float, int]]  # start, end and renders
+    rays: int | None  # of one render
     ticks: list[dict]  # rows of the series
     audit: dict
 
@@ -94,7 +94,7 @@ class Render:
         (start, _), (end, _) = self._span()
         if not self.rays:
             raise Missing("it does not count its rays" if self.rays is None else "it has no rays")
-        inside = [max(0.0, min(b, end) - max(a, start)) / (b - a) for a, b in self.frames if b > a]
+        inside = [n * max(0.0, min(b, end) - max(a, start)) / (b - a) for a, b, n in self.frames if b > a]
         if not sum(inside):
             raise Missing("no frame lies between the first and the last tick")
         return self.energy_j() / (self.rays * sum(inside)) * 1e6

@@ -17,7 +17,7 @@ def default_epsilon(precision: str) -> float:
 
 
 NOT_IN_THE_PICTURE = (
-    *("threads", "frames", "walk", "accel"),
+    *("threads", "frames", "least_frame", "walk", "accel"),
     *("scene_memory", "block_width", "block_height", "total_threads", "max_registers"),
 )
 
@@ -51,6 +51,7 @@ class Parameters:
     epsilon: float | None = None  # None: 32 u of the precision (OFF-1)
     threads: int = 1
     frames: int = 0
+    least_frame: float = 0.0  # s; frames that would be shorter consist of several renders
     scene_memory: str = "auto"  # of a GPU, as what follows
     block_width: int = 16
     block_height: int = 16

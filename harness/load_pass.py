@@ -37,9 +37,15 @@ def _render_s(row: dict) -> float:
     return sum(end - start for name, start, end in row["phases"] if name == "render")
 
 
+def _frames(row: dict) -> list[float]:
+    """Seconds of its later frames, the whole batch where one is; of the first, where there is no other."""
+    renders = row.get("frame_renders") or [1] * len(row["frames_s"])
+    frames = [seconds * count for seconds, count in zip(row["frames_s"], renders, strict=True)]
+    return frames[1:] or frames
+
+
 def _longer(cell: Cell, good: list[dict], seconds: float) -> Cell:
-    steady = [frame for row in good for frame in row["frames_s"][1:] or row["frames_s"]]
-    frame = statistics.median(steady)
+    frame = statistics.median(frame for row in good for frame in _frames(row))
     frames = math.ceil(min(MOST_FRAMES, seconds / frame)) if frame else MOST_FRAMES
     return dataclasses.replace(
         cell,

@@ -59,6 +59,7 @@ class Manifest(Strict):
     """One `renderer.toml`. The first value of a method is its default.
 
     external: it starts a program that is not ours, so its picture is judged to EXTERNAL_TOLERANCE and its rays are not.
+    shares: files outside its folder that are part of it, from there.
     """
 
     contract: Literal[1]
@@ -68,6 +69,7 @@ class Manifest(Strict):
     features: tuple[str, ...]
     methods: dict[str, tuple[str, ...]] = {}
     external: bool = False
+    shares: tuple[str, ...] = ()
     requires: Requires = Requires()
     build: Build | None = None
     export: Export | None = None
@@ -146,4 +148,8 @@ def load(folder: Path) -> Manifest:
     path = Path(folder) / "renderer.toml"
     if not path.is_file():
         raise UserError(f"{path}: no such file; a renderer is a folder with a renderer.toml (renderers/README.md)")
-    return validated(Manifest, read_toml(path), path)
+    found = validated(Manifest, read_toml(path), path)
+    for shared in found.shares:
+        if not path.parent.joinpath(shared).is_file():
+            raise UserError(f"{path}: shares: no such file: {shared}")
+    return found

@@ -24,24 +24,37 @@ class Renderer:
     folder: Path
     manifest: manifest.Manifest
 
-    @cached_property
-    def sources(self) -> list[Path]:
-        """The files that make up the renderer, sorted."""
+    def sources(self) -> list[str]:
+        """The files that make up the renderer now, from its folder, sorted; at the end those that it shares."""
         found = []
         for path in self.folder.rglob("*"):
             parts = path.relative_to(self.folder).parts
             hidden = any(part.startswith(".") for part in parts)
             if path.is_file() and not hidden and not NOT_SOURCES & set(parts) and path.suffix != ".pyc":
-                found.append(path)
-        return sorted(found)
+                found.append(str(path.relative_to(self.folder)))
+        return [*sorted(found), *self.manifest.shares]
 
     @cached_property
     def version(self) -> str:
         """Hash of its content: two renderers of the same version are the same."""
-        digest = hashlib.sha256()
-        for path in self.sources:
-            digest.update(str(path.relative_to(self.folder)).encode() + b"\0" + path.read_bytes() + b"\0")
-        return digest.hexdigest()[:16]
+        content = "".join(f"{name}\0{digest}\n" for name, (_, digest) in self._known.items())
+        return hashlib.sha256(content.encode()).hexdigest()[:16]
+
+    def changed(self) -> list[str]:
+        """Sources that are not, or no longer, what `version` was made of: edited, added or taken away."""
+        return sorted(self._known.keys() ^ set(self.sources()) | set(filter(self._edited, self._known)))
+
+    def _edited(self, name: str) -> bool:
+        mark, digest = self._known[name]
+        try:
+            return _mark(self.folder / name) != mark and _digest(self.folder / name) != digest
+        except OSError:  # it is gone
+            return True
+
+    @cached_property
+    def _known(self) -> dict[str, tuple]:
+        """The mark and the digest of each source, when first asked for."""
+        return {name: (_mark(self.folder / name), _digest(self.folder / name)) for name in self.sources()}
 
     @cached_property
     def unavailable(self) -> str | None:
@@ -115,6 +128,16 @@ class Entry:
     def threads(self) -> int:
         """How many threads it runs by default on this machine."""
         return 1 if self.variant.threads == 1 else usable_cores()
+
+
+def _mark(path: Path) -> tuple[int, ...]:
+    """Of a file: another whenever it has been written."""
+    found = path.stat()
+    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _missing(requires: manifest.Requires) -> str | None:

@@ -16,6 +16,7 @@ from contextlib import contextmanager  # noqa: E402
 
 CONTRACT = 1
 UNSUPPORTED = 3
+COLD = 10  # times as long as a later frame is the first at most
 
 
 class Job:
@@ -50,6 +51,7 @@ class Job:
         self.precision = flags.get("precision", "float64")
         self.threads = int(flags.get("threads", 1))
         self.frames = int(flags.get("frames", 0))
+        self.least_frame = float(flags.get("least_frame", 0))
         self.scene_memory = flags.get("scene_memory", "auto")
         self.block_width = int(flags.get("block_width", 16))
         self.block_height = int(flags.get("block_height", 16))
@@ -106,19 +108,47 @@ def require(job, features):
 def render(job, frame, parts=None):
     """The `render` phase: call `frame()` once and then `job.frames` times more; return the last answer.
 
-    Says each frame and, at the end, the memory peaks. parts: called after each frame, its time being over; the seconds
-    of the frame's parts by name.
+    After the first, a frame that would be shorter than `job.least_frame` (s) is made of several calls. Says each frame
+    and, at the end, the memory peaks. parts: called after each frame, its time being over; the seconds by name that
+    parts of all calls of `frame()` took since it was last called.
     """
+
+    def batch(renders):
+        start = time.monotonic()
+        for _ in range(renders):
+            answer = frame()
+        end = time.monotonic()
+        spent = {name: seconds / renders for name, seconds in parts().items()} if parts else None
+        return start, end, spent, answer
+
     with phase("render"):
         before = _status("VmHWM")
         reset = _reset_peak()
+        renders = 1
         for index in range(job.frames + 1):
-            start = time.monotonic()
-            answer = frame()
-            end = time.monotonic()
-            say("frame", index=index, start=start, end=end, **({"parts": parts()} if parts else {}))
+            start, end, spent, answer = batch(renders)
+            say("frame", index=index, start=start, end=end, renders=renders, **({"parts": spent} if parts else {}))
+            if index == 0 and job.frames > 0 and end - start < COLD * job.least_frame:
+                renders = _how_many(batch, job.least_frame, end - start)
         _say_memory(before, reset)
     return answer
+
+
+def _how_many(batch, least, first):
+    """How many renders last `least` seconds, a power of two, if the first took `first` seconds.
+
+    A batch that something interrupts is long for once: so two must be long enough.
+    """
+
+    def seconds():
+        start, end, _, _ = batch(renders)
+        return end - start
+
+    renders, took = 1, first
+    while took < least or seconds() < least:
+        renders *= 2
+        took = seconds()
+    return renders
 
 
 def say_rays(primary, reflected, shadow, non_finite, transmitted=0):

@@ -148,7 +148,7 @@ struct Job {
     int depth, threads, frames, samples, adaptive_depth, feelers, glossy_rays;
     std::uint32_t seed;
     bool shadows;
-    double sample_x, sample_y, adaptive_threshold, lens_radius, focal_distance, epsilon;
+    double sample_x, sample_y, adaptive_threshold, lens_radius, focal_distance, epsilon, least_frame;
     std::vector<std::string> needs;
 
     explicit Job(const Flags& flags)
@@ -164,7 +164,8 @@ struct Job {
           shadows(flags.integer("shadows", 0, 0) != 0), sample_x(flags.fraction("sample_x", 0.5)),
           sample_y(flags.fraction("sample_y", 0.5)), adaptive_threshold(flags.number("adaptive_threshold", 0.1)),
           lens_radius(flags.number("lens_radius", 0)), focal_distance(flags.number("focal_distance", 1)),
-          epsilon(flags.fraction("epsilon", 0x1p-48)), needs(flags.list("needs"))
+          epsilon(flags.fraction("epsilon", 0x1p-48)), least_frame(flags.number("least_frame", 0)),
+          needs(flags.list("needs"))
     {
         for (const std::string& need : needs)
             require(need);

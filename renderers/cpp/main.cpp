@@ -3,6 +3,7 @@
 #include "job.hpp"
 #include "sample.hpp"
 
+#include <atomic>
 #include <cfloat>
 
 #ifdef __FAST_MATH__
@@ -22,16 +23,46 @@ const std::string compiler = "g++ " __VERSION__;
 const std::string compiler = "unknown";
 #endif
 
-// The `render` phase: frame() once, and then job.frames times more.
+// Start and end of a batch of renders: frame() so many times.
+template<typename Frame>
+std::pair<double, double> batch(long long renders, const Frame& frame)
+{
+    const double start = now();
+    for (long long i = 0; i < renders; i++) {
+        frame();
+        std::atomic_signal_fence(std::memory_order_seq_cst);  // the compiler may not know that the next makes the same
+    }
+    return {start, now()};
+}
+
+// How many renders last `least` seconds, a power of two, if the first took `first` seconds. A batch that something
+// interrupts is long for once: so two must be long enough.
+template<typename Frame>
+long long how_many(double least, double first, const Frame& frame)
+{
+    long long renders = 1;
+    const auto seconds = [&] {
+        const auto [start, end] = batch(renders, frame);
+        return end - start;
+    };
+    for (double took = first; took < least || seconds() < least; took = seconds())
+        renders *= 2;
+    return renders;
+}
+
+// The `render` phase: frame() once, and then job.frames times more, each of as many renders as last job.least_frame.
 template<typename Frame>
 void render(const Job& job, const Frame& frame)
 {
+    constexpr double cold = 10;  // times as long as a later frame is the first at most
+
     const Memory memory;
+    long long renders = 1;
     for (int index = 0; index <= job.frames; index++) {
-        const double frame_start = now();
-        frame();
-        const double frame_end = now();
-        say("frame", {{"index", json(index)}, {"start", json(frame_start)}, {"end", json(frame_end)}});
+        const auto [start, end] = batch(renders, frame);
+        say("frame", {{"index", json(index)}, {"start", json(start)}, {"end", json(end)}, {"renders", json(renders)}});
+        if (index == 0 && job.frames > 0 && end - start < cold * job.least_frame)
+            renders = how_many(job.least_frame, end - start, frame);
     }
     memory.say_peaks();
     say_phase("render");

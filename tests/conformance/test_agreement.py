@@ -129,6 +129,20 @@ def test_every_frame_is_the_same(bench, variant):
     assert len(later.said.frames) == 4
 
 
+def test_a_batch_is_so_many_renders(bench, variant):
+    """Picture and counts are those of one render, and each render is done: no ray takes less than 3 ns."""
+    jobs = {"width": 20, "height": 20, "depth": 3, "frames": 2}
+    once = bench.result(variant, source(SEEDS[0]), **jobs)
+    often = bench.result(variant, source(SEEDS[0]), **jobs, least_frame=5e-3)
+    assert once.array.tobytes() == often.array.tobytes() and once.said.rays == often.said.rays
+    assert [frame["renders"] for frame in once.said.frames] == [1, 1, 1]
+    first, *later = often.said.frames
+    assert first["renders"] == 1 and later[0]["renders"] == later[1]["renders"]
+    print(later[0]["renders"], "renders")
+    rays = later[0]["renders"] * once.said.rays["primary"]
+    assert all(frame["end"] - frame["start"] > 3e-9 * rays for frame in later)
+
+
 def test_the_oracle_certifies_the_reference(bench, known):
     """The same pixels with 60 digits: the float64 picture is right to 1e-10 where the scene allows it."""
     rng = np.random.default_rng(7)

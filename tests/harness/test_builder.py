@@ -111,7 +111,7 @@ def test_not_built_again_for_what_is_no_source(bench, name):
 def test_a_folder_of_any_name_has_sources(bench, tmp_path):
     odd = tmp_path / "__pycache__" / "README.md"
     shutil.copytree(bench.folder, odd)
-    assert [path.name for path in Renderer(odd, manifest.load(odd)).sources] == ["main.c", "renderer.toml"]
+    assert Renderer(odd, manifest.load(odd)).sources() == ["main.c", "renderer.toml"]
 
 
 @pytest.mark.parametrize(

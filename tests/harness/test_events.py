@@ -24,8 +24,8 @@ def phase(name="render", start=1, end=2):
     return {"event": "phase", "name": name, "start": start, "end": end}
 
 
-def frame(index=0, start=1, end=2, parts=None):
-    return {"event": "frame", "index": index, "start": start, "end": end, **({"parts": parts} if parts else {})}
+def frame(index=0, start=1, end=2, parts=None, **more):
+    return {"event": "frame", "index": index, "start": start, "end": end, **({"parts": parts} if parts else {}), **more}
 
 
 def device(**more):
@@ -34,7 +34,7 @@ def device(**more):
 
 def test_all_events(read):
     said = read(
-        phase("load", 1, 2.5), frame(0, 3, 4), frame(1, 4, 5, {"kernel": 0.5, "download": 0}),
+        phase("load", 1, 2.5), frame(0, 3, 4), frame(1, 4, 5, {"kernel": 0.25, "download": 0}, renders=3),
         {"event": "rays", **RAYS}, {"event": "memory", "peak_bytes": 10},
         {"event": "versions", "compiler": {"name": "x"}}, {"event": "used", "features": [], "methods": {"threads": 1}},
         b"\n", {"event": "output", "file": "image.npy"}, {"event": "error", "reason": "so\nit is"},
@@ -42,8 +42,8 @@ def test_all_events(read):
     assert said.faults == []
     assert said.phases == [{"name": "load", "start": 1, "end": 2.5}]
     assert said.frames == [
-        {"index": 0, "start": 3, "end": 4, "parts": None},
-        {"index": 1, "start": 4, "end": 5, "parts": {"kernel": 0.5, "download": 0}},
+        {"index": 0, "start": 3, "end": 4, "parts": None, "renders": 1},
+        {"index": 1, "start": 4, "end": 5, "parts": {"kernel": 0.25, "download": 0}, "renders": 3},
     ]
     assert said.rays == RAYS and said.output == "image.npy" and said.error == "so it is"
     assert said.memory == {
@@ -71,6 +71,7 @@ def test_device(read):
         b"[" * 10**5 + b"\n",
         frame(parts={"kernel": -1}), frame(parts={"kernel": "1"}), frame(parts={"kernel": True}), frame(parts=[1]),
         frame(parts={"kernel": float("nan")}), frame(parts={"kernel": 10**400}), frame(parts=3),
+        *(frame(renders=n) for n in (0, -1, 1.0, True, "2", None, [2], float("inf"), 2**63)),
         frame(parts={str(n): 0 for n in range(100)}),
         {"event": "device"}, device(simulated=1), device(simulated=None), device(compute_capability=[9]),
         device(compute_capability=9), device(compute_capability=[9, 0.5]), device(multiprocessors=-1),
@@ -123,6 +124,8 @@ def test_what_came_before_the_limit_is_kept(read):
         ([phase("load", 0.9, 2)], "outside the life"),
         ([frame(0, 2, 3, {"kernel": 0.6, "download": 0.405})], None),
         ([frame(0, 2, 3, {"kernel": 0.6, "download": 0.42})], "the parts of frame 0 are longer"),
+        ([frame(0, 2, 3, {"kernel": 0.001}, renders=1000)], None),
+        ([frame(0, 2, 3, {"kernel": 0.001}, renders=1100)], "the parts of frame 0 are longer"),
         ([phase("load", 3, 5.1)], "outside the life"),
         ([frame(0, 0, 2)], "outside the life"),
         ([phase("load", 1, 3), phase("render", 2, 4)], "before the end of the one"),

@@ -31,7 +31,8 @@ LIBCUDA = "int cuInit(unsigned flags) { return flags; } int cuDeviceGetCount(int
 def cell(device="cuda"):
     """A real Cell with a stub for its renderer."""
     entry = SimpleNamespace(variant=SimpleNamespace(device=device))
-    return Cell("k", entry, "scene", "version", Parameters(frames=2), (), processes=1, timeout=60.0, point={})
+    rest = {"processes": 1, "timeout": 60.0, "point": {}, "objects": 1, "lights": 1}
+    return Cell("k", entry, "scene", "version", Parameters(frames=2), (), **rest)
 
 
 def record(**changes):
@@ -48,6 +49,8 @@ def due(records, device="cuda", seconds=5.0):
 def test_frames_fill_the_time():
     (longer,) = due([record(), record(frames_s=[9.0, 0.04, 0.04])])
     assert longer.parameters.frames == 125 and longer.key == "k" and longer.timeout == 70
+    batches = record(frames_s=[0.02, 1e-4, 1e-4], frame_renders=[1, 50, 50])
+    assert due([batches])[0].parameters.frames == 1000  # of 5 ms each
     assert due([record(frames_s=[0.3])])[0].parameters.frames == 17  # of the only frame
     for tiny in (1e-9, 0.0):
         assert due([record(frames_s=[0.0, tiny])])[0].parameters.frames == load_pass.MOST_FRAMES
@@ -106,7 +109,7 @@ def use(tmp_path):
         audit = {"gpu": dict.fromkeys(SERIES, "available") | (states or {}), "interval_s": 0.1}
         audit["gpu_sources"] = {"gpu_percent": {"call": "c", "window_s": 0.5}, **(sources or {})}
         counts = {"primary": rays, "reflected": 0, "transmitted": 0, "shadow": 0, "non_finite": 0} if rays else None
-        frames = [{"start": 102 + n / 4, "end": 102.25 + n / 4} for n in range(round((end - 2) * 4))]
+        frames = [{"start": 102 + n / 4, "end": 102.25 + n / 4, "renders": 1} for n in range(round((end - 2) * 4))]
         phases = [{"name": "load", "start": 100.0, "end": 102.0}, {"name": "render", "start": 102.0, "end": 100 + end}]
         told = Said(**{"phases": phases, "frames": frames, "rays": counts, **said})
         return gpu_use.use(told, SimpleNamespace(spawned=100.0, measurer=audit), path)
@@ -131,8 +134,10 @@ def test_parts_of_frames_count(use):
     """Ticks from 2.0 s to 3.1 s: frames of 0.25 s, 4.4 of them."""
     found = use(end=3.18)
     assert found["energy_s"] == pytest.approx(1.1)
-    frames = [{"start": 102 + n / 4, "end": 102.25 + n / 4} for n in range(5)]
+    frames = [{"start": 102 + n / 4, "end": 102.25 + n / 4, "renders": 1} for n in range(5)]
     assert use(end=3.18, frames=frames)["joules_per_mray"] == pytest.approx(110 / 4400 * 1e6)
+    batches = [{**frame, "renders": 10 if index else 1} for index, frame in enumerate(frames)]
+    assert use(end=3.18, frames=batches)["joules_per_mray"] == pytest.approx(110 / (1000 + 34000) * 1e6)
 
 
 def test_what_is_too_short(use):

@@ -1,4 +1,5 @@
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -53,6 +54,8 @@ command = ["true"]
             '["true"]\nrequires = { module = ["x"] }',
             'variant.0.requires.module: unknown key; did you mean "modules"?',
         ),
+        ('["sphere"]', '["sphere"]\nshares = ["../no.py"]', "shares: no such file: ../no.py"),
+        ('["sphere"]', '["sphere"]\nshares = [".."]', "shares: no such file: .."),
         ("contract = 1", "contract = ", "Invalid value (at line 1"),
         (GOOD, "\udcff", "not a text file (UTF-8)"),
     ],
@@ -124,6 +127,71 @@ def test_version_is_of_the_content_alone(write, tmp_path):
     assert versions[0] == versions[1]
     write("b/lib/x.h", "")
     assert registry.Renderer(second, manifest.load(second)).version != versions[0]
+
+
+def renderer(folder):
+    return registry.Renderer(folder, manifest.load(folder))
+
+
+def test_version_covers_what_is_shared(write, tmp_path):
+    write("lib/worker.py", "x = 1\n")
+    write("lib/other.py", "y = 1\n")
+    folder = write("lib/mine/renderer.toml", GOOD.replace("[[var", 'shares = ["../worker.py"]\n[[var')).parent
+    first = renderer(folder)
+    assert first.sources() == ["renderer.toml", "../worker.py"] and first.version == renderer(folder).version
+    write("lib/other.py", "y = 2\n")
+    assert renderer(folder).version == first.version and first.changed() == []
+    write("lib/worker.py", "x = 2\n")
+    assert renderer(folder).version != first.version and first.changed() == ["../worker.py"]
+    (tmp_path / "lib" / "worker.py").unlink()
+    assert first.changed() == ["../worker.py"]
+
+
+def test_who_imports_the_worker_shares_it():
+    for folder in registry.folders():
+        imports = any("from renderers import worker" in path.read_text() for path in folder.rglob("*.py"))
+        assert imports == (manifest.load(folder).shares == ("../worker.py",)), folder
+
+
+def test_what_has_changed(write, tmp_path):
+    folder = write("mine/renderer.toml", GOOD).parent
+    write("mine/a.py", "x = 1\n")
+    made = renderer(folder)
+    before = made.version
+    assert made.changed() == []
+    write("mine/a.py", "x = 2\n")
+    assert made.changed() == made.changed() == ["a.py"] and made.version == before
+    write("mine/a.py", "x = 1\n")  # as it was
+    assert made.changed() == []
+    for name in ("NOTES.md", "__pycache__/a.pyc", ".a.swp"):
+        write(f"mine/{name}", "")
+    assert made.changed() == []
+    write("mine/lib/b.py", "")
+    (folder / "renderer.toml").unlink()
+    assert made.changed() == ["lib/b.py", "renderer.toml"]
+
+
+def test_an_edit_that_keeps_size_and_time_is_seen(write, tmp_path):
+    made = renderer(write("mine/renderer.toml", GOOD).parent)
+    file = write("mine/a.py", "x = 1\n")
+    stamp = file.stat().st_mtime_ns
+    assert made.version
+    file.write_text("x = 2\n")
+    os.utime(file, ns=(stamp, stamp))
+    assert made.changed() == ["a.py"]
+
+
+def test_a_source_that_is_as_it_was_is_not_read_again(write, monkeypatch):
+    folder = write("mine/renderer.toml", GOOD).parent
+    write("mine/a.py", "x = 1\n")
+    made, read = renderer(folder), []
+    digest = registry._digest
+    monkeypatch.setattr(registry, "_digest", lambda path: read.append(path.name) or digest(path))
+    assert made.version and sorted(read) == ["a.py", "renderer.toml"]
+    read.clear()
+    assert made.changed() == [] and read == []
+    (folder / "a.py").touch()
+    assert made.changed() == [] and read == ["a.py"]
 
 
 def test_list(rayrace, known):

@@ -39,6 +39,18 @@ def compare(bench, source, **jobs):
     return on_gpu
 
 
+def test_parts_of_a_batch_are_of_one_render(bench):
+    jobs = {**TINY, "width": 2, "height": 2, "frames": 2}
+    once = bench.result("numba-cuda", crowd(30, sphere=1), exact=True, **jobs)
+    often = bench.result("numba-cuda", crowd(30, sphere=1), exact=True, **jobs, least_frame=0.3)
+    assert once.array.tobytes() == often.array.tobytes() and once.said.rays == often.said.rays
+    for frame in often.said.frames[1:]:
+        print(frame)
+        assert frame["renders"] > 1
+        seconds = (frame["end"] - frame["start"]) / frame["renders"]
+        assert 0.5 * seconds < sum(frame["parts"].values()) <= seconds
+
+
 MIXED = {"sphere": 5, "box": 3, "polygon": 3, "ellipsoid": 3}
 
 

@@ -3,7 +3,26 @@
 import json
 from types import SimpleNamespace
 
+import pytest
+
 from renderers import worker
+
+
+class Slow:
+    """A frame() that takes so many ms by a clock of its own: the first, all others, and more at some calls."""
+
+    def __init__(self, monkeypatch, first, later, more=()):
+        self.now, self.calls, self.first, self.later, self.more = 0.0, 0, first, later, dict(more)
+        monkeypatch.setattr(worker, "time", SimpleNamespace(monotonic=lambda: self.now))
+
+    def __call__(self):
+        self.now += 1e-3 * (self.more.get(self.calls, 0) + (self.later if self.calls else self.first))
+        self.calls += 1
+        return self.calls
+
+
+def job(frames=2, least_frame=0.0):
+    return SimpleNamespace(frames=frames, least_frame=least_frame)
 
 
 def said(capsys, event):
@@ -13,7 +32,7 @@ def said(capsys, event):
 def test_parts_are_asked_for_after_each_frame(capsys):
     calls = []
     answer = worker.render(
-        SimpleNamespace(frames=2),
+        job(frames=2),
         lambda: calls.append("frame") or len(calls),
         parts=lambda: calls.append("parts") or {"kernel": len(calls)},
     )
@@ -23,8 +42,51 @@ def test_parts_are_asked_for_after_each_frame(capsys):
 
 
 def test_a_frame_without_parts(capsys):
-    worker.render(SimpleNamespace(frames=0), lambda: None)
-    assert [set(frame) for frame in said(capsys, "frame")] == [{"event", "index", "start", "end"}]
+    worker.render(job(frames=0), lambda: None)
+    assert [set(frame) for frame in said(capsys, "frame")] == [{"event", "index", "start", "end", "renders"}]
+
+
+@pytest.mark.parametrize(
+    ("first", "later", "frames", "renders", "calls"),
+    [
+        (0.3, 0.3, 3, 4, 1 + 2 + 4 + 4 + 3 * 4),
+        (2.0, 0.3, 3, 4, 1 + 1 + 2 + 4 + 4 + 3 * 4),  # cold at first
+        (0.4, 0.0004, 2, 4096, 1 + 8190 + 4096 + 2 * 4096),
+        (0.5, 0.5, 1, 2, 1 + 2 + 2 + 2),
+        (1.5, 1.5, 3, 1, 1 + 1 + 3),  # long enough, which one more render tells
+        (15.0, 2.0, 3, 1, 1 + 3),  # without a look
+        (0.3, 0.3, 0, None, 1),
+    ],
+)
+def test_a_short_frame_is_a_batch(monkeypatch, capsys, first, later, frames, renders, calls):
+    slow = Slow(monkeypatch, first, later)
+    assert worker.render(job(frames, least_frame=1e-3), slow) == calls == slow.calls
+    told = said(capsys, "frame")
+    assert [frame["renders"] for frame in told] == [1, *[renders] * frames]
+    for frame in told[1:]:
+        assert frame["end"] - frame["start"] == pytest.approx(1e-3 * later * renders)
+
+
+def test_no_batches_unless_asked_for(monkeypatch, capsys):
+    assert worker.render(job(5), Slow(monkeypatch, 0.3, 0.3)) == 6
+    assert {frame["renders"] for frame in said(capsys, "frame")} == {1}
+
+
+@pytest.mark.parametrize("call", [1, 2, 3, 4])
+def test_an_interruption_makes_no_batch_look_long(monkeypatch, capsys, call):
+    worker.render(job(2, least_frame=1e-3), Slow(monkeypatch, 0.3, 0.3, {call: 30.0}))
+    assert [frame["renders"] for frame in said(capsys, "frame")] == [1, 4, 4]
+
+
+def test_parts_are_of_one_render(monkeypatch, capsys):
+    slow, asked = Slow(monkeypatch, 0.3, 0.3), [0]
+
+    def parts():
+        asked.append(slow.calls)
+        return {"kernel": 2.0 * (asked[-1] - asked[-2])}
+
+    worker.render(job(3, least_frame=1e-3), slow, parts)
+    assert [frame["parts"] for frame in said(capsys, "frame")] == [{"kernel": 2.0}] * 4
 
 
 def test_device(capsys):
@@ -42,3 +104,8 @@ def test_flags_of_a_gpu():
     )
     job = worker.Job([*given, "--scene_memory=shared", "--block_width=8", "--block_height=4", "--total_threads=99"])
     assert (job.scene_memory, job.block_width, job.block_height, job.total_threads) == ("shared", 8, 4, 99)
+
+
+def test_flag_of_batches():
+    assert worker.Job(["--job=j", "--out=o"]).least_frame == 0
+    assert worker.Job(["--job=j", "--out=o", "--least_frame=0.001"]).least_frame == 1e-3

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import Counter
 
 from renderers import worker
 
@@ -117,7 +118,7 @@ def run(job):
         cuda.synchronize()
 
     begin, end = cuda.event(), cuda.event()
-    spent = {}
+    spent = Counter()
 
     def frame():
         counts.copy_to_device(np.zeros(5, np.int64))
@@ -129,10 +130,15 @@ def run(job):
         end.synchronize()
         after = time.monotonic()
         answer.copy_to_host(host)
-        spent["kernel"] = after - before if needs.SIMULATED else begin.elapsed_time(end) / 1000
-        spent["download"] = time.monotonic() - after
+        spent["kernel"] += after - before if needs.SIMULATED else begin.elapsed_time(end) / 1000
+        spent["download"] += time.monotonic() - after
 
-    worker.render(job, frame, parts=lambda: dict(spent))
+    def parts():
+        taken = dict(spent)
+        spent.clear()
+        return taken
+
+    worker.render(job, frame, parts)
 
     with worker.phase("download"):
         total = counts.copy_to_host()

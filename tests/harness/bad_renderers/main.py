@@ -12,6 +12,7 @@ flags = dict(word[2:].split("=", 1) for word in sys.argv[1:])
 x0, y0, x1, y1 = map(int, flags["region"].split(","))
 HEIGHT, WIDTH = y1 - y0, x1 - x0
 FRAMES = int(flags["frames"]) + 1
+BATCHES = float(flags["least_frame"]) > 0
 GOOD_RAYS = {"primary": WIDTH * HEIGHT, "reflected": 0, "transmitted": 0, "shadow": 0, "non_finite": 0}
 
 
@@ -40,12 +41,13 @@ def save(data, name="image.npy"):
         file.write(data)
 
 
-def good(frames=None, data=None, file="image.npy", rays=GOOD_RAYS, life=None, extra=(), parts=None):
+def good(frames=None, data=None, file="image.npy", rays=GOOD_RAYS, life=None, extra=(), parts=None, renders=None):
     """Everything right, but for what is given."""
     start, end = life or (STARTED, None)
     now = time.monotonic()
     for index in range(FRAMES) if frames is None else frames:
-        say("frame", index=index, start=now, end=now, parts=parts)
+        more = {} if renders is None else {"renders": renders(index)}
+        say("frame", index=index, start=now, end=now, parts=parts, **more)
     say("phase", name="render", start=start, end=time.monotonic() if end is None else end)
     if data is not None:
         save(data)
@@ -72,6 +74,14 @@ def on_device(change=0.0, **more):
     simulated = os.environ.get("RAYRACE_CUDASIM") == "1"
     say("device", name="a device", simulated=simulated, compute_capability=[9, 0], clock_mhz=1980.5)
     changed(7, lambda value: value + change, parts={"kernel": 0, "download": 1e-6}, **more)
+
+
+def batches(first=1, later=64, count=1):
+    """Says that frames are batches where that is asked for; count: of how many renders it counts the rays."""
+    if not BATCHES:
+        return good()
+    rays = {kind: count * number for kind, number in GOOD_RAYS.items()}
+    good(rays=rays, renders=lambda index: later if index else first)
 
 
 def outside():
@@ -223,6 +233,11 @@ MISDEEDS = {
     "bad-versions": lambda: good(extra=('{"event": "versions", "numbers": [1, 1e999]}',)),
     "bad-device": lambda: good(extra=('{"event": "device", "name": "x", "simulated": "no"}',)),
     "bad-parts": lambda: good(parts={"kernel": 0.1}),
+    "bad-renders": lambda: good(renders=lambda index: 0),
+    "bad-batch": batches,
+    "bad-batch-unasked": lambda: good(renders=lambda index: 1 + index),
+    "bad-batch-first": lambda: batches(first=64),
+    "bad-batch-rays": lambda: batches(later=1, count=64),
     "bad-reason": lambda: print('{"event": "error", "reason": "' + "half \\ud800 of it " * 10**5 + '"}') or sys.exit(1),
     "bad-pixel": lambda: changed(7, lambda value: value + 1e-6),
     "bad-nan": lambda: changed(7, lambda value: float("nan")),
