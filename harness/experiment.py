@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, create_model, model_validator
 from harness.errors import UserError
 from harness.job import Parameters
 from harness.manifest import Strict, read_toml, validated
+from harness.scene.generated import COUNTS
 
 BLOCK = 1024  # threads that a block of a GPU can have
 UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
@@ -82,12 +83,15 @@ class Image(Strict):
             return i, j, i + 1, j + 1
         return None if self.region == "all" else self.region
 
-    def parameters(self, threads: int, frames: int) -> Parameters:
+    def parameters(self, threads: int, frames: int, least_frame: float = 0.0) -> Parameters:
         if self.lens_radius and self.focal_distance is None:
             raise UserError("lens_radius: also needs focal_distance, from the eye to what is in focus")
-        values = self.model_dump(exclude={"region", "threads"}, exclude_none=True)
-        values.setdefault("sampler", "uniform" if self.samples > 1 else "one")
-        return Parameters(**values, region=self.bounds(), threads=threads, frames=frames)
+        values = self.model_dump(exclude={"region", "threads", "sampler"}, exclude_none=True)
+        asked = {"threads": threads, "frames": frames, "least_frame": least_frame}
+        return Parameters(**values, **asked, region=self.bounds(), sampler=self.chosen_sampler())
+
+    def chosen_sampler(self) -> str:
+        return self.sampler or ("uniform" if self.samples > 1 else "one")
 
 
 # One picture of its own: a scene, and what differs from [image].
@@ -100,11 +104,44 @@ Case = create_model(
 )
 
 
+class Generate(Strict):
+    """A scene that is made for the run, in place of files: its counts may be swept like the keys of [image].
+
+    comparison: mirroring spheres on a grid (the study's scene) for any number of objects and lights. balls, tetra:
+    Haines' scenes of a size. `rayrace generate` writes the same.
+    """
+
+    scene: Literal["comparison", "balls", "tetra"]
+    objects: Count | None = None
+    lights: Count | None = None
+    size: Annotated[int, Field(ge=0, le=8)] | None = None
+
+    @model_validator(mode="after")
+    def _its_own_counts(self):
+        for key in ("objects", "lights", "size"):
+            if getattr(self, key) is not None and key not in COUNTS[self.scene]:
+                raise ValueError(f"{key} is no count of {self.scene}; it has {', '.join(COUNTS[self.scene])}")
+        return self
+
+    def counts(self) -> dict[str, int]:
+        """Every count that the scene has."""
+        asked = self.model_dump(exclude={"scene"}, exclude_none=True)
+        return {**COUNTS[self.scene], **asked}
+
+
 class Measure(Strict):
-    """gpu_load: of the load pass, one more process of each cell of a GPU, with frames that fill this time. 0: none."""
+    """How it is measured.
+
+    interval: of the measurer. gpu_load: of the load pass, one more process of each cell of a GPU, with frames that fill
+    this time; 0: none. least_frame: later frames that would be shorter are batches of renders that last so long;
+    0: none. pair: the variant of which one cell is run twice in every round, for the noise floor of the run; auto
+    takes the fastest there is.
+    """
 
     interval: Seconds = 0.05
     gpu_load: Annotated[float, BeforeValidator(duration), Field(ge=0, le=3600)] = 5.0
+    least_frame: Annotated[float, BeforeValidator(duration), Field(ge=0, le=60)] = 1e-3
+    pair: str = "auto"
 
 
 class Override(Strict):
@@ -115,11 +152,43 @@ class Override(Strict):
     timeout: Seconds | None = None
 
 
-class Experiment(Strict):
-    """One experiment: scenes x renderers x sweep x processes, or [[case]] tables in place of the scenes.
+Table = dict[str, tuple[Any, ...]]
 
-    sweep: a table of lists gives every combination; each table of an array of tables is zipped, its lists being of one
-    length, and the tables are combined with each other.
+
+class Experiment(Strict):
+    """One experiment: scenes x renderers x sweep x processes.
+
+    What is rendered is [image]; of what: `scenes`, files beside this one, or [[case]] tables, each a scene and what
+    of [image] is other for it, or [generate], a scene made for the run.
+
+    Any key of [image] may be swept, and `side`, which is width and height at once, and the counts of [generate].
+    [sweep] is a table of lists, every combination of them. Of [[sweep]] tables each is zipped, its lists being of one
+    length, and the tables are combined with each other. [[points]] tables are put one after the other: in each, a value
+    is one or a list, and the lists are combined; what a table does not name is as in [image]. A point that two of
+    them hold is run once. With a sweep beside them, all of its points are combined with each. One at a time, and
+    jointly, and one point more:
+
+        [[points]]
+        side = [64, 128, 256]
+
+        [[points]]
+        depth = [0, 5, 10]
+
+        [[points]]
+        side = [64, 128]
+        depth = [0, 5]
+
+        [[points]]
+        side = 512
+        region = [[0, 0, 32, 32]]
+
+    where: expressions that must be true of a cell, or it is left out and counted:
+    "renderer != 'python' or side <= 128".
+    They name the keys of [image], side, objects, lights, size, processes, frames, and renderer, scene and case as
+    labels show them; and have and, or, not, in, comparisons, arithmetic, min, max and abs.
+
+    order: interleaved, every cell once in a shuffled order and then again, so that drift of the machine meets all
+    alike; sequential, all repetitions of a cell before the next.
     """
 
     title: str = Field(min_length=1)
@@ -129,9 +198,13 @@ class Experiment(Strict):
     frames: Count = 2
     timeout: Seconds = 600.0
     seed: int = 1
+    order: Literal["interleaved", "sequential"] = "interleaved"
+    where: tuple[str, ...] = ()
     image: Image = Image()
     case: tuple[Case, ...] = ()
-    sweep: dict[str, tuple[Any, ...]] | tuple[dict[str, tuple[Any, ...]], ...] = {}
+    generate: Generate | None = None
+    sweep: Table | tuple[Table, ...] = {}
+    points: tuple[dict[str, Any], ...] = ()
     measure: Measure = Measure()
     override: dict[str, Override] = {}
 
@@ -142,20 +215,41 @@ class Experiment(Strict):
             if swept & set(table):
                 raise ValueError(f"sweep: {', '.join(sorted(swept & set(table)))} is in two tables")
             swept |= set(table)
-            for key, values in table.items():
-                if key not in Image.model_fields:
-                    raise ValueError(f"sweep.{key}: no such parameter; known: {', '.join(Image.model_fields)}")
-                if not values:
-                    raise ValueError(f"sweep.{key}: expected at least one value")
+            self._known("sweep", table)
             if not isinstance(self.sweep, dict) and len({len(values) for values in table.values()}) > 1:
                 raise ValueError(f"sweep: the lists of one [[sweep]] table are zipped, so of one length: {list(table)}")
-        if bool(self.scenes) == bool(self.case):
-            raise ValueError("scenes or [[case]]: expected one of the two, with at least one scene")
+        points = {key for table in self.points for key in table}
+        if swept & points:
+            raise ValueError(f"points: {', '.join(sorted(swept & points))} is swept too")
+        for table in self.points:
+            self._known("points", table)
+        if "side" in swept | points and {"width", "height"} & (swept | points):
+            raise ValueError("sweep: side is width and height at once; sweep the one or the others")
+        return self
+
+    def _known(self, name: str, table: dict) -> None:
+        known = [*Image.model_fields, "side", *(COUNTS[self.generate.scene] if self.generate else ())]
+        for key, values in table.items():
+            if key in {key for counts in COUNTS.values() for key in counts} - set(known):
+                raise ValueError(f"{name}.{key}: only of a scene that has it, in [generate]")
+            if key not in known:
+                raise ValueError(f"{name}.{key}: no such parameter; known: {', '.join(known)}")
+            if values == ():
+                raise ValueError(f"{name}.{key}: expected at least one value")
+
+    @model_validator(mode="after")
+    def _names_known(self):
+        if [bool(self.scenes), bool(self.case), bool(self.generate)].count(True) != 1:
+            raise ValueError("scenes, [[case]] or [generate]: expected one of the three, with at least one scene")
         if len({case.name for case in self.case}) != len(self.case):
             raise ValueError("case: each needs a name of its own")
         for name in self.override:
             if name not in self.renderers:
                 raise ValueError(f"override.{name}: not among the experiment's renderers")
+        if self.measure.pair not in ("auto", "off", *self.renderers):
+            raise ValueError(
+                f'measure.pair: expected auto, off or a renderer of the experiment, found "{self.measure.pair}"'
+            )
         if len(set(self.renderers)) != len(self.renderers) or len(set(self.scenes)) != len(self.scenes):
             raise ValueError("scenes and renderers: each may be named once")
         return self

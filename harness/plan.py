@@ -1,22 +1,24 @@
 """The plan: an experiment as cells, and the order in which their repetitions run."""
 
 import hashlib
-import itertools
-import json
 import random
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from pydantic import ValidationError
 
-from harness import registry
+from harness import registry, sweep
 from harness.errors import UserError
 from harness.experiment import Experiment, Image
-from harness.job import Parameters, fingerprint
+from harness.job import Parameters
 from harness.registry import Entry
-from harness.scene import load
-from harness.scene.flatten import flatten
-from harness.scene.needs import needs
+from harness.repetition import unsupported
+from harness.source import Source, Sources
+from harness.statistics import LEAST
+
+PAIRED = ("cpp", "numba", "cpp-threads", "numpy")  # whose cell is run twice: the first of them that can
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,8 @@ class Cell:
     processes: int
     timeout: float
     point: dict  # the swept values, as the experiment spells them
+    objects: int  # that a ray is tried against
+    lights: int
 
     @property
     def label(self) -> str:
@@ -39,90 +43,185 @@ class Cell:
         swept = [f"{key} {value}" for key, value in self.point.items()]
         return ", ".join([self.entry.name, Path(self.scene).stem, *swept])
 
+    @property
+    def work(self) -> int:
+        """Of a frame, as the study's equation 4.1 has it: p * d * (o + l), for d + 1 orders of rays."""
+        x0, y0, x1, y1 = self.parameters.bounds()
+        return (x1 - x0) * (y1 - y0) * (self.parameters.depth + 1) * (self.objects + self.lights)
+
+
+class Turn(NamedTuple):
+    """One process of a cell. kind: timed, or pair, the second process of the A/A pair in a round."""
+
+    cell: Cell
+    number: int
+    kind: str
+
 
 @dataclass(frozen=True)
 class Plan:
     cells: tuple[Cell, ...]
     arrays: dict[str, dict]  # flattened scenes by scene_version
+    pair: Cell | None = None  # the cell that is run twice in every round, which tells the noise floor
+    pair_reason: str = ""  # why there is none
+    left_out: tuple[tuple[str, int], ...] = ()  # expressions of `where`, and how many cells each left out
 
-    def order(self, seed: int) -> list[tuple[Cell, int]]:
-        """(cell, repetition) pairs: every cell once, in a shuffled order, then every cell again.
+    def order(self, seed: int, how: str = "interleaved") -> list[Turn]:
+        """Every process of the plan in turn.
 
-        Drift of the machine then meets all cells alike, and a run that is cut off is a thin study of everything.
+        interleaved: every cell once, and then again, so that a run that is cut off is a thin study of everything. A
+        round is shuffled, and the next is the same one backwards: a linear drift of the machine then adds the same to
+        every cell's mean over the two. sequential: all of a cell before the next, in the order of the file.
         """
-        rng = random.Random(seed)
-        rounds = []
-        for repetition in range(max((cell.processes for cell in self.cells), default=0)):
-            due = [cell for cell in self.cells if repetition < cell.processes]
-            rng.shuffle(due)
-            rounds += [(cell, repetition) for cell in due]
-        return rounds
-
-
-def points(experiment: Experiment) -> list[dict]:
-    """The swept values of every point, in the order of the file."""
-    if isinstance(experiment.sweep, dict):
-        axes = [[{key: value} for value in values] for key, values in experiment.sweep.items()]
-    else:
-        axes = [
-            [dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True)]
-            for table in experiment.sweep
-        ]
-    return [{k: v for part in parts for k, v in part.items()} for parts in itertools.product(*axes)]
+        members = []
+        for cell in self.cells:
+            members += [(cell, "timed"), *([(cell, "pair")] if cell is self.pair else [])]
+        if how == "sequential":
+            return [Turn(cell, number, kind) for cell, kind in members for number in range(cell.processes)]
+        rng, turns = random.Random(seed), []
+        for number in range(max((cell.processes for cell in self.cells), default=0)):
+            members = members[::-1] if number % 2 else rng.sample(members, len(members))
+            turns += [Turn(cell, number, kind) for cell, kind in members if number < cell.processes]
+        return turns
 
 
 def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tuple[str, ...] = ()) -> Plan:
-    """The plan of an experiment read from `file`. UserError for an unknown renderer, a faulty scene or swept value."""
+    """The plan of an experiment read from `file`.
+
+    UserError for an unknown renderer, a faulty scene, swept value or constraint, and if two cells are the same that no
+    two [[points]] tables hold.
+    """
     chosen = [registry.find(name, known, file) for name in experiment.renderers]
     for name in only:
         if name not in experiment.renderers:
             raise UserError(f"--only {name}: not among the experiment's renderers: {', '.join(experiment.renderers)}")
     chosen = [entry for entry in chosen if not only or entry.name in only]
-    pictures = [(name, {}, {}) for name in experiment.scenes]
-    for case in experiment.case:
-        own = case.model_dump(exclude={"name", "scene"}, exclude_none=True)
-        pictures.append((case.scene, {"case": case.name}, own))
-    scenes = {name: load(file.parent / name) for name, _, _ in pictures}
-    arrays, flat, cells = {}, {}, []
-    for (name, case, own), swept, entry in itertools.product(pictures, points(experiment), chosen):
-        point = {**case, **swept}
-        try:
-            image = Image.model_validate({**experiment.image.model_dump(), **own, **swept})
-        except ValidationError as error:
-            why = error.errors()[0]["msg"].removeprefix("Value error, ")
-            where = [f'case "{case["case"]}"'] if case else []
-            raise UserError(f"{file}: {', '.join([*where, *([f'sweep {swept}'] if swept else [])])}: {why}") from None
-        version = flat.get((name, image.arithmetic))
-        if version is None:
-            flattened = flatten(scenes[name], image.arithmetic)
-            version = flat[name, image.arithmetic] = fingerprint(flattened)
-            arrays[version] = flattened
-        override = experiment.override.get(entry.name)
-        frames = experiment.frames if override is None or override.frames is None else override.frames
-        threads = entry.threads() if image.threads == "default" else image.threads
-        parameters = image.parameters(threads, frames)
-        content = fingerprint(arrays[version], parameters)
-        cells.append(
-            Cell(
-                key=_key(entry, content),
+    constraints = sweep.Constraints(experiment.where, file)
+    arrays: dict[str, dict] = {}
+    seen: dict[str, tuple[Cell, int]] = {}
+    for picture in _pictures(experiment, file):
+        for cell in picture.cells(experiment, chosen, constraints):
+            other, table = seen.setdefault(cell.key, (cell, picture.table))
+            if other is not cell and table == picture.table:
+                raise UserError(f'{file}: "{other.label}" and "{cell.label}" are the same cell; leave one out')
+            arrays.setdefault(cell.scene_version, picture.source.flat(picture.image.arithmetic)[1])
+    cells = tuple(cell for cell, _ in seen.values())
+    if not cells:
+        raise UserError("every cell is left out by where", file=file)
+    pair, reason = _pair(cells, experiment.measure.pair)
+    return Plan(cells, arrays, pair, reason, tuple(constraints.left_out.items()))
+
+
+@dataclass(frozen=True)
+class _Picture:
+    """A point of the sweep before it is said who renders it. table: the [[points]] table that it is from."""
+
+    source: Source
+    image: Image
+    point: dict
+    table: int
+
+    def cells(self, experiment: Experiment, chosen: list[Entry], constraints: sweep.Constraints) -> Iterator[Cell]:
+        for entry in chosen:
+            override = experiment.override.get(entry.name)
+            frames = experiment.frames if override is None or override.frames is None else override.frames
+            threads = entry.threads() if self.image.threads == "default" else self.image.threads
+            processes = (override and override.processes) or experiment.processes
+            if experiment.where and not constraints.keep(self._names(entry, threads, frames, processes)):
+                continue
+            parameters = self.image.parameters(threads, frames, experiment.measure.least_frame)
+            version, _ = self.source.flat(self.image.arithmetic)
+            objects, lights = self.source.counts
+            yield Cell(
+                key=_key(entry, version, parameters),
                 entry=entry,
-                scene=name,
+                scene=self.source.name,
                 scene_version=version,
                 parameters=parameters,
-                needs=needs(scenes[name], parameters),
-                processes=(override and override.processes) or experiment.processes,
+                needs=self.source.needs(parameters),
+                processes=processes,
                 timeout=(override and override.timeout) or experiment.timeout,
-                point=point,
+                point=self.point,
+                objects=objects,
+                lights=lights,
             )
-        )
-    seen = {}
-    for cell in cells:
-        other = seen.setdefault(cell.key, cell)
-        if other is not cell:
-            raise UserError(f'{file}: "{other.label}" and "{cell.label}" are the same cell; leave one out')
-    return Plan(tuple(cells), arrays)
+
+    def _names(self, entry: Entry, threads: int, frames: int, processes: int) -> dict:
+        """The values of sweep.NAMES."""
+        objects, lights = self.source.counts
+        image = self.image
+        return {
+            **image.model_dump(),
+            "sampler": image.chosen_sampler(),
+            "threads": threads,
+            "renderer": entry.name,
+            "scene": self.source.stem,
+            "case": self.point.get("case", ""),
+            "objects": objects,
+            "lights": lights,
+            "size": self.source.size,
+            "side": image.width if image.width == image.height else None,
+            "processes": processes,
+            "frames": frames,
+        }
 
 
-def _key(entry: Entry, content: str) -> str:
-    text = json.dumps([entry.name, entry.renderer.version, content])
+def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
+    """Every point of every scene. UserError for a value that it cannot have."""
+    sources = Sources(experiment, file)
+    asked = [(name, {}, {}) for name in (experiment.scenes or ([None] if experiment.generate else []))]
+    for case in experiment.case:
+        asked.append((case.scene, {"case": case.name}, case.model_dump(exclude={"name", "scene"}, exclude_none=True)))
+    points, image, keys = sweep.points(experiment), experiment.image.model_dump(), set(Image.model_fields)
+    for name, case, own in asked:
+        values = {**image, **own}
+        square = values["width"] == values["height"]
+        defaults = {**values, **sources.counts, **({"side": values["width"]} if square else {})}
+        seen: dict[str, int] = {}
+        for swept, table in points:
+            point = {**case, **sweep.filled(swept, experiment, defaults)}
+            if seen.setdefault(repr(point), table) != table:
+                continue
+            chosen = {**values, **{key: value for key, value in swept.items() if key in keys}}
+            if "side" in swept:
+                chosen |= {"width": swept["side"], "height": swept["side"]}
+            try:
+                found = Image.model_validate(chosen)
+            except ValidationError as error:
+                why = error.errors()[0]["msg"].removeprefix("Value error, ")
+                where = [f'case "{case["case"]}"'] if case else []
+                where += [f"sweep {swept}"] if swept else []
+                raise UserError(f"{file}: {', '.join(where)}: {why}") from None
+            yield _Picture(sources.find(name, swept), found, point, table)
+
+
+def _pair(cells: tuple[Cell, ...], wanted: str) -> tuple[Cell | None, str]:
+    """The cell with the most work of the first variant that can have one run twice, or why there is none."""
+    if wanted == "off":
+        return None, 'measure.pair is "off"'
+    variants = dict.fromkeys(cell.entry.name for cell in cells)
+    order = dict.fromkeys([*(name for name in PAIRED if name in variants), *variants])
+    reason = f"no cell {'here' if wanted == 'auto' else f'of {wanted}'} that runs, is no exhibit and is not simulated"
+    for name in order if wanted == "auto" else [wanted]:
+        able = _comparable([cell for cell in cells if cell.entry.name == name])
+        many = [cell for cell in able if cell.processes >= LEAST]
+        if many:
+            return max(many, key=lambda cell: cell.work), ""
+        if able:
+            reason = f"its noise floor needs {LEAST} processes"
+    return None, reason
+
+
+def _comparable(cells: list[Cell]) -> list[Cell]:
+    """Those cells of one variant that run here, and may be compared."""
+    if not cells:
+        return []
+    entry = cells[0].entry
+    if entry.variant.exhibit or entry.simulated or entry.unavailable:
+        return []
+    return [cell for cell in cells if unsupported(entry, cell.parameters, cell.needs) is None]
+
+
+def _key(entry: Entry, scene_version: str, parameters: Parameters) -> str:
+    text = repr((entry.name, entry.renderer.version, scene_version, parameters))
     return hashlib.sha256(text.encode()).hexdigest()[:12]

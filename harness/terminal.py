@@ -1,6 +1,7 @@
 """What the commands print: tables by rich on a terminal, plain lines elsewhere."""
 
 import json
+import math
 import statistics
 import sys
 from collections import Counter
@@ -13,63 +14,133 @@ from rich.table import Table
 from harness.row import is_as_meant
 
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
+MOST_ROWS = 200  # of cells that are shown one by one
+MOST_SOURCES = 8  # of a prediction that are named
 
 
-def show_plan(plan) -> None:
-    """The cells of a plan, and what will not run and why."""
-    from harness.repetition import unsupported
+def show_plan(forecast, budget: float, as_json: bool) -> None:
+    """The cells of a plan, what will not run and why, how long it will take, and what of it fits in a budget (s)."""
+    if as_json:
+        print(json.dumps(forecast.record(budget), indent=1))
+        return
+    plan = forecast.plan
+    if len(plan.cells) <= MOST_ROWS:
+        _show_cells(forecast.lines)
+    else:
+        _show_groups(forecast.lines)
+    processes = f"{len(forecast.due)} of {len(forecast.order)} processes are due"
+    told = [f"{count} cells from {source}" for source, count in forecast.sources.items()]
+    told = [*told[:MOST_SOURCES], *([f"and {len(told) - MOST_SOURCES} more"] if len(told) > MOST_SOURCES else [])]
+    known = f"{spell(forecast.seconds)} predicted ({'; '.join(told)})" if told else "nothing of it can be predicted"
+    print(f"{processes}; {known}" if forecast.due else "nothing is due")
+    for variant, count in forecast.unknown.items():
+        print(f"unknown for {count} cells: too few finished repetitions of {variant} on this machine")
+    for constraint, count in plan.left_out:
+        print(f'left out by where "{constraint}": {count} cells')
+    pair = f"twice in every round, for the noise floor: {plan.pair.label}" if plan.pair else plan.pair_reason
+    print(f"A/A pair: {pair}" if plan.pair else f"no A/A pair: {pair}")
+    if not math.isinf(budget):
+        cut = forecast.cut(budget)
+        fits = "unknown" if cut is None else f"{cut[0]} of {len(forecast.due)} processes, which makes"
+        rounds = "" if cut is None else f" {cut[1]} whole rounds of {forecast.rounds}"
+        print(f"in {spell(budget)} fit: {fits}{rounds}")
 
-    table = Table("cell", "variant", "scene", "swept", "processes", "frames", "runs?", title=f"{len(plan.cells)} cells")
-    for cell in plan.cells:
+
+def _show_cells(lines: list) -> None:
+    names = "cell", "variant", "scene", "swept", "processes", "frames", "runs?", "each"
+    table = Table(*names, title=f"{len(lines)} cells")
+    for line in lines:
+        cell = line.cell
         swept = ", ".join(f"{key} = {value}" for key, value in cell.point.items())
-        reason = cell.entry.unavailable or unsupported(cell.entry, cell.parameters, cell.needs)
-        runs = f"no: {reason}" if reason else "yes"
+        runs = f"no: {line.skipped}" if line.skipped else "yes"
+        each = "" if line.skipped else spell(line.later and line.later.seconds)
         numbers = str(cell.processes), f"1 + {cell.parameters.frames}"
-        table.add_row(*map(escape, (cell.key, cell.entry.name, cell.scene, swept, *numbers, runs)))
+        table.add_row(*map(escape, (cell.key, cell.entry.name, cell.scene, swept, *numbers, runs, each)))
     console.print(table)
+
+
+def _show_groups(lines: list) -> None:
+    """Too many cells to be read one by one: a row for each variant and scene, and each reason not to run."""
+    groups = {}
+    for line in lines:
+        groups.setdefault((line.cell.entry.name, line.cell.scene, line.skipped or ""), []).append(line)
+    table = Table("variant", "scene", "cells", "swept", "due", "runs?", "in all", title=f"{len(lines)} cells")
+    for (variant, scene, skipped), some in groups.items():
+        values = {}
+        for line in some:
+            for key, value in line.cell.point.items():
+                values.setdefault(key, {})[repr(value)] = None
+        swept = ", ".join(f"{key} ({len(found)})" for key, found in values.items())
+        seconds = [line.seconds for line in some]
+        known = "" if skipped else spell(None if None in seconds else sum(seconds))
+        due = str(sum(line.left for line in some))
+        runs = f"no: {skipped}" if skipped else "yes"
+        table.add_row(*map(escape, (variant, scene, str(len(some)), swept, due, runs, known)))
+    console.print(table)
+
+
+def spell(seconds: float | None) -> str:
+    """A time for people."""
+    if seconds is None:
+        return "unknown"
+    if seconds < 100:
+        return f"{seconds:.2g} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 120 else f"{minutes // 60} h {minutes % 60} min"
 
 
 @contextmanager
 def progress():
     """A function to call after each repetition: moves a bar on a terminal, prints a line for each elsewhere."""
     if not sys.stderr.isatty():
-        yield lambda cell, record, done, total: print(_line(cell, record, done, total), file=sys.stderr, flush=True)
+        yield lambda *told: print(_line(*told), file=sys.stderr, flush=True)
         return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[left]}")
     # Drawn between repetitions only: the harness is to sleep while a renderer is measured.
     with Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
-        task = bar.add_task("starting", total=None)
+        task = bar.add_task("starting", total=None, left="")
 
-        def tell(cell, record, done, total):
-            bar.update(task, completed=done, total=total, description=escape(cell.label), refresh=True)
+        def tell(cell, record, done, total, left_s):
+            label, left = escape(cell.label), _left(done, total, left_s)
+            bar.update(task, completed=done, total=total, description=label, left=left, refresh=True)
             if record["status"] != "ok" and record["repetition"] == 0:
-                bar.console.print(escape(_line(cell, record, done, total)))
+                bar.console.print(escape(_line(cell, record, done, total, left_s)))
 
         yield tell
 
 
-def _line(cell, record, done, total) -> str:
+def _left(done, total, seconds) -> str:
+    return "" if seconds is None or done == total else f"{spell(seconds)} left"
+
+
+def _line(cell, record, done, total, left_s) -> str:
+    left = _left(done, total, left_s)
+    place = f"[{done}/{total}{left and ', '}{left}] {cell.label}"
     if record["status"] != "ok":
-        return f"[{done}/{total}] {cell.label}: {_verdict(record)}: {record['reason']}"
+        return f"{place}: {_verdict(record)}: {record['reason']}"
     frames = record["frames_s"]
     steady = f"{statistics.median(frames[1:]):.4g} s a frame" if len(frames) > 1 else "no steady frame"
     worst = (record["accuracy"] or {}).get("max_outside")
     error = "error unavailable" if worst is None else f"error {worst:.1e}"
     unranked = ", unranked" if record["unranked"] else ""
-    load = ", load pass" if record["pass"] == "load" else ""
-    return f"[{done}/{total}] {cell.label}{load}: first {frames[0]:.4g} s, {steady}, {error}{unranked}"
+    turn = {"load": ", load pass", "pair": ", for the noise floor"}.get(record["pass"], "")
+    return f"{place}{turn}: first {frames[0]:.4g} s, {steady}, {error}{unranked}"
 
 
 def _verdict(record) -> str:
     return "wrong as meant" if is_as_meant(record) else record["status"]
 
 
+def _ok_first(counted: tuple[str, int]) -> tuple:
+    return not counted[0].startswith("ok"), -counted[1], counted[0]
+
+
 def show_summary(records: list[dict]) -> None:
     """How many repetitions ended how, with a reason for each kind of failure."""
     counts = Counter(_verdict(record) + (" (unranked)" if record["unranked"] else "") for record in records)
-    print(", ".join(f"{count} {status}" for status, count in counts.most_common()) or "nothing to run")
+    print(", ".join(f"{count} {status}" for status, count in sorted(counts.items(), key=_ok_first)) or "nothing to run")
     seen = {}
     for record in records:
         if record["status"] != "ok":

@@ -39,6 +39,8 @@ def test_defaults(write):
     found = experiment.load(write("e.toml", BASE))
     assert (found.processes, found.frames, found.timeout, found.seed) == (5, 2, 600, 1)
     assert found.image.bounds() is None and found.measure.interval == 0.05
+    assert (found.order, found.where, found.points, found.generate) == ("interleaved", (), (), None)
+    assert (found.measure.least_frame, found.measure.pair) == (0.001, "auto")
 
 
 @pytest.mark.parametrize(
@@ -77,6 +79,35 @@ def test_every_fault_is_named_at_once(write):
         experiment.load(file)
     assert [line.split(": ")[1] for line in str(fault.value).splitlines()] == ["processes", "frames", "image.deph"]
     assert all(line.startswith(f"{file}: ") for line in str(fault.value).splitlines())
+
+
+MADE = BASE.replace('scenes = ["a.txt"]\n', "")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (BASE + '[generate]\nscene = "balls"\n', "scenes, [[case]] or [generate]: expected one of the three"),
+        (MADE, "scenes, [[case]] or [generate]: expected one of the three"),
+        (MADE + '[generate]\nscene = "cubes"\n', "generate.scene: Input should be 'comparison', 'balls' or 'tetra'"),
+        (MADE + '[generate]\nscene = "balls"\nlights = 2\n', "generate: lights is no count of balls; it has size"),
+        (MADE + '[generate]\nscene = "balls"\n[sweep]\nobjects = [2]\n', "sweep.objects: only of a scene that has it"),
+        (BASE + "[[points]]\nlights = [2]\n", "points.lights: only of a scene that has it, in [generate]"),
+        (BASE + "[[points]]\ndeph = [2]\n", "points.deph: no such parameter; known: width, height, "),
+        (BASE + "[[points]]\ndepth = []\n", "points.depth: expected at least one value"),
+        (BASE + "[sweep]\ndepth = [1]\n[[points]]\ndepth = [2]\n", "points: depth is swept too"),
+        (BASE + "[sweep]\nside = [8]\nwidth = [8]\n", "side is width and height at once; sweep the one or the others"),
+        (BASE + "[[points]]\nside = [8]\n[[points]]\nheight = [8]\n", "side is width and height at once"),
+        (BASE + 'order = "shuffled"\n', "order: Input should be 'interleaved' or 'sequential'"),
+        (BASE + '[measure]\npair = "cpp"\n', "measure.pair: expected auto, off or a renderer of the"),
+        (BASE + '[measure]\nleast_frame = "-1 ms"\n', 'measure.least_frame: expected a time such as "50 ms"'),
+    ],
+)
+def test_faults_of_sweeps(text, message, write):
+    file = write("e.toml", text)
+    with pytest.raises(UserError) as fault:
+        experiment.load(file)
+    assert str(file) in str(fault.value) and message in str(fault.value)
 
 
 def test_schema_file_is_what_the_command_prints(rayrace):
