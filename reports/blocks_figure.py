@@ -7,17 +7,16 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
 from harness import statistics
-from reports import gpu, launch, quantity, style
+from reports import gpu, launch, quantity, ranking, style
 from reports.launch import Group
 from reports.results import Cell, Results
 
 TITLE = "Block sizes (the study's figure 2.8)"
 HEADING = "Time by block size, one thread for each pixel (figure 2.8 of the study)"
 CAPTION = (
-    "Mean over processes of the time, below it the half-width of its 95 % interval, where there are enough processes; "
-    "darker is faster, on a logarithmic scale. Framed: the lowest mean, if its ratio to the next lowest is resolved, "
-    "that is if its 95 % interval does not hold 1. Grey: run and not ranked. Blank: not run; a block has 1024 threads "
-    "at most."
+    "Median over processes of the time, below it its 95 % interval, where there are enough processes; darker is "
+    "faster, on a logarithmic scale. Framed: the lowest median, if its ratio to the next lowest is resolved (table of "
+    "times). Grey: run and not ranked. Blank: not run; a block has 1024 threads at most."
 )
 SIDE = 0.62  # inches of a square, at least
 UNITS = ("s", 1.0), ("ms", 1e3), ("µs", 1e6)
@@ -36,13 +35,12 @@ def of_scene(results: Results, scene: str) -> list[Group]:
     return found
 
 
-def best(cells: list[Cell], column: str) -> tuple[Cell, Cell | None, bool]:
-    """The cell with the lowest mean, the next, and whether they are resolved."""
-    first, *others = sorted(cells, key=lambda cell: statistics.mean(cell.values(column)).value)
+def best(results: Results, cells: list[Cell], column: str) -> tuple[Cell, Cell | None, bool]:
+    """The cell with the lowest median, the next, and whether they are resolved."""
+    first, *others = sorted(cells, key=lambda cell: statistics.median(cell.values(column)).value)
     if not others:
         return first, None, False
-    ratio = statistics.ratio(others[0].values(column), first.values(column))
-    return first, others[0], quantity.resolved(ratio)
+    return first, others[0], ranking.resolved(results, ranking.ratio(others[0], first, column))
 
 
 def draw(results: Results, group: Group):
@@ -50,8 +48,8 @@ def draw(results: Results, group: Group):
     column, clock = launch.clock(group.ranked)
     block = {id(cell): gpu.block(results, cell) for cell in group.cells}
     widths, heights = (sorted({size[axis] for size in block.values()}) for axis in (0, 1))
-    means = {id(cell): statistics.mean(cell.values(column)) for cell in group.ranked}
-    low, high = (function(mean.value for mean in means.values()) for function in (min, max))
+    medians = {id(cell): statistics.median(cell.values(column)) for cell in group.ranked}
+    low, high = (function(median.value for median in medians.values()) for function in (min, max))
     unit, scale = next((pair for pair in UNITS if high * pair[1] >= 1), UNITS[-1])
     norm = LogNorm(low * scale, max(high, low * 1.01) * scale)
     side = min(1.4, max(SIDE, 4.2 / len(widths)))  # few squares are larger, to be as wide as the title
@@ -60,20 +58,20 @@ def draw(results: Results, group: Group):
     shades = plt.get_cmap("cividis")
     for cell in group.cells:
         x, y = (places.index(side) for places, side in zip((widths, heights), block[id(cell)], strict=True))
-        mean = means.get(id(cell))
-        colour = "#E4E4E4" if mean is None else shades(norm(mean.value * scale))
+        median = medians.get(id(cell))
+        colour = "#E4E4E4" if median is None else shades(norm(median.value * scale))
         axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=colour, edgecolor="white", lw=1))
-        text = "not\nranked" if mean is None else _number(mean, scale)
-        dark = mean is not None and norm(mean.value * scale) < 0.5
+        text = "not\nranked" if median is None else _number(median, scale)
+        dark = median is not None and norm(median.value * scale) < 0.5
         axes.text(x, y, text, ha="center", va="center", fontsize=6.5, color="white" if dark else "black")
-    first, second, resolved = best(group.ranked, column)
+    first, second, resolved = best(results, group.ranked, column)
     name = "{} × {}".format(*block[id(first)])
     said = f"fastest: {name}"
     if resolved:
         x, y = widths.index(block[id(first)][0]), heights.index(block[id(first)][1])
         axes.add_patch(Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, fill=False, edgecolor="#D55E00", lw=2.2, zorder=3))
     elif second is not None:
-        said = "lowest mean: {}, not resolved from {} × {}".format(name, *block[id(second)])
+        said = "lowest median: {}, not resolved from {} × {}".format(name, *block[id(second)])
     axes.set(xlim=(-0.5, len(widths) - 0.5), ylim=(-0.5, len(heights) - 0.5), aspect="equal")
     axes.set_xticks(range(len(widths)), widths)
     axes.set_yticks(range(len(heights)), heights)
@@ -87,10 +85,10 @@ def draw(results: Results, group: Group):
     return figure
 
 
-def _number(mean, scale: float) -> str:
-    if mean.low is None:
-        return quantity.plain(mean.value * scale)
-    return quantity.plus_minus(mean.value * scale, (mean.high - mean.low) / 2 * scale).replace(" ±", "\n±")
+def _number(median, scale: float) -> str:
+    if median.low is None:
+        return quantity.plain(median.value * scale)
+    return quantity.text(median, scale).replace(" [", "\n[").replace(", all", "\nall")
 
 
 def write(results: Results, out: Path) -> str:

@@ -57,8 +57,7 @@ def draw(results: Results, place: tuple[str, str]):
 
 def _panel(results: Results, cell: Cell, axes, cores: int | None) -> list[str]:
     """Draw one variant; the names of its phases."""
-    rows = cell.good
-    record = results.records[rows.index[0]] if len(rows) else None
+    record = results.records[cell.counting[0]] if cell.counting else None
     axes.set_title(cell.label, loc="left", fontweight="bold", pad=3)
     if record is None or not record["series"] or not record["cpu"]:
         reason = Missing(cell.verdict if cell.status != "ok" else "no series was stored")

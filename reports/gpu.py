@@ -17,7 +17,7 @@ def scenes(results: Results) -> list[str]:
 
 def record(results: Results, cell: Cell) -> dict | None:
     """The first record of a cell that says what was used, timed or not."""
-    mine = (results.records[index] for index in cell.rows.index.append(cell.load.index))
+    mine = (results.records[row] for row in cell.timed + cell.loaded)
     return next((record for record in mine if record["used"]), None)
 
 
@@ -56,17 +56,17 @@ def threads(results: Results, cell: Cell) -> int:
 
 def observed_rows(cell: Cell):
     """The repetitions in which the device is looked at: the load pass, else the timed ones."""
-    return cell.load if len(cell.load) else cell.rows
+    return cell.load if cell.loaded else cell.rows
 
 
 def observed(results: Results, cell: Cell, name: str) -> Estimate | Missing:
-    """Mean over processes of a value that was seen of the device."""
+    """Median over processes of a value that was seen of the device."""
     rows = observed_rows(cell)
     good = [results.records[index] for index in rows.index[rows["status"] == "ok"]]
     told = [(record.get("gpu") or {}).get(name) for record in good]
     numbers = [float(value) for value in told if isinstance(value, (int, float))]
     if numbers:
-        return statistics.mean(numbers)
+        return statistics.median(numbers)
     if not good:
         worst = rows.iloc[0] if len(rows) else None
         return Missing(cell.verdict if worst is None else f"{worst['status']}: {worst['reason']}")

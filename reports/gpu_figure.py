@@ -56,7 +56,7 @@ def draw(results: Results, cells: list[Cell]):
                 panel.set_ylabel(label)
         panels[0].set_title(cell.label, loc="left", fontweight="bold", pad=3)
         if record is not None:
-            which = "repeated-load pass" if len(cell.load) else "timed repetition"
+            which = "repeated-load pass" if cell.loaded else "timed repetition"
             panels[0].set_title(f"{which}, {record['wall_s']:.3g} s", loc="right", fontsize=7, pad=3)
     figure.text(
         0.535, (FOOT + 0.06) / height, "time since the process started (s)", ha="center", va="bottom", fontsize=8

@@ -9,7 +9,8 @@ from reports.table import Column
 TIMES = (
     "kernel: by CUDA events; download: the picture to the host; frame: a steady one, which has both; upload: the "
     "scene to the device, once a process. End to end: upload + a steady frame, as if for one picture, without the "
-    "start of the process and compiling. Mean over processes ± half-width of Student's 95 % interval."
+    "start of the process and compiling. Median over processes, with its 95 % interval, of each process's median over "
+    "its steady frames."
 )
 LAUNCH = (
     "Memory kind: where the kernel keeps the scene. Occupancy: threads that a multiprocessor can hold at once with "
@@ -17,14 +18,14 @@ LAUNCH = (
     "memory is of one thread, and is where registers are spilled to."
 )
 DEVICE = (
-    "From NVML, mean over processes of the repeated-load pass, else of the timed one, as the column says. Power and "
-    "energy are of the whole device, idle power included; energy is that of the time in the column after it, within "
-    "the phase render. A value is left out where rendering is too short for the sensors."
+    "From NVML, median over processes, with its 95 % interval, of the repeated-load pass, else of the timed one, as "
+    "the column says. Power and energy are of the whole device, idle power included; energy is that of the time in "
+    "the column after it, within the phase render. A value is left out where rendering is too short for the sensors."
 )
 
 
 def _time(title: str, name: str, reason: str) -> Column:
-    return Column(f"{title} (ms)", name, "s", lambda cell: cell.mean(name, reason), lambda v: quantity.text(v, 1e3))
+    return Column(f"{title} (ms)", name, "s", lambda cell: cell.median(name, reason), lambda v: quantity.text(v, 1e3))
 
 
 NO_PARTS = "no steady frames that tell their parts"
@@ -75,7 +76,7 @@ def device_columns(results: Results) -> list[Column]:
         )
 
     return [
-        Column("pass", "pass", "", lambda cell: "load" if len(cell.load) else "timed"),
+        Column("pass", "pass", "", lambda cell: "load" if cell.loaded else "timed"),
         seen("GPU use (%)", "utilisation_percent", "%"),
         seen("power (W)", "power_w", "W"),
         seen("energy (J)", "energy_j", "J"),

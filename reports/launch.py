@@ -41,7 +41,7 @@ def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
     alone = [ranked[0] for place in results.places if len(ranked := ranking.ranked(results, place)) == 1]
     spoken, silent = {}, set()
     for group in groups([cell for cell in alone if cell.gpu], UNSEEN):
-        first, *others = sorted(group.cells, key=ranking.steady)
+        first, *others = sorted(group.cells, key=lambda cell: cell.steady.value)
         spoken[first.place] = others
         silent |= {cell.place for cell in others}
     return [(place, spoken.get(place, [])) for place in results.places if place not in silent]

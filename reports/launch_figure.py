@@ -12,8 +12,8 @@ from reports.results import Cell, Results
 TITLE = "Total number of threads (the study's figure 2.7)"
 HEADING = "Time against the total number of threads (figure 2.7 of the study)"
 CAPTION = (
-    "A line per block size, its threads across × down. Large: the mean over processes with its 95 % interval, where "
-    "there are enough processes; small: each process, the mean of its steady frames. Threads are those launched, "
+    "A line per block size, its threads across × down. Large: the median over processes with its 95 % interval, where "
+    "there are enough processes; small: each process, the median of its steady frames. Threads are those launched, "
     "which are whole blocks; where they are fewer than the pixels, each renders several. Dotted: one thread for each "
     "pixel. Only what is ranked is drawn."
 )
@@ -58,16 +58,15 @@ def draw(results: Results, group: Group):
 
 
 def _line(axes, line: list[tuple[int, Cell]], column: str, label: str, colour: str, marker: str) -> None:
-    means = []
+    medians = []
     for threads, cell in line:
         values = cell.values(column)
-        mean = statistics.mean(values)
-        means.append(mean.value)
+        median = statistics.median(values)
+        medians.append(median.value)
         axes.plot([threads] * len(values), values, ".", color=colour, ms=2.5, alpha=0.6)
-        if mean.low is not None:
-            # an interval may reach below 0, which no logarithmic axis shows
-            axes.plot([threads] * 2, [max(mean.low, mean.value / 30), mean.high], color=colour, lw=1.5)
-    axes.plot([threads for threads, _ in line], means, f"{marker}-", color=colour, lw=1, ms=4, label=label)
+        if median.low is not None:
+            axes.plot([threads] * 2, [median.low, median.high], color=colour, lw=1.5)
+    axes.plot([threads for threads, _ in line], medians, f"{marker}-", color=colour, lw=1, ms=4, label=label)
 
 
 def write(results: Results, out: Path) -> str:

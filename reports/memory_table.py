@@ -7,7 +7,7 @@ from reports.results import Cell, Missing, Results
 from reports.table import Column
 
 CAPTION = (
-    "Peaks of one process, mean over processes ± half-width of Student's 95 % interval; MB = 10⁶ bytes. RSS: "
+    "Peaks of one process, median over processes with its 95 % interval; MB = 10⁶ bytes. RSS: "
     "resident memory of the whole process; of rendering: the peak after it was reset just before. VMS: address "
     "space. Method VmHWM: the kernel's own high-water mark, exact, as the process read it. Method wait4: it "
     "cannot be below the floor, which is the peak of the program that started the renderer. The study measured on "
@@ -22,11 +22,11 @@ def _mb(value) -> str:
 
 
 def _column(title: str, name: str, reason: str) -> Column:
-    return Column(title, name, "byte", lambda cell: cell.mean(name, reason), _mb)
+    return Column(title, name, "byte", lambda cell: cell.median(name, reason), _mb)
 
 
 def _method(cell: Cell):
-    methods = sorted(set(cell.good["memory_method"].dropna()))
+    methods = sorted(set(cell.known("memory_method").values()))
     if not methods:
         return Missing("not told" if cell.status == "ok" else cell.verdict)
     floors = cell.values("floor_bytes")

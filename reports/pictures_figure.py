@@ -9,7 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 
 from harness import colour
-from reports import launch, markdown, style
+from reports import launch, markdown, style, thinning
 from reports.results import Cell, Missing, Results, place_label
 
 CAPTION = (
@@ -24,6 +24,7 @@ SMALLEST, LARGEST = 480, 1024  # of a panel, in pixels of the PNG
 TEXT_WIDTH = 520  # pixels that the text below a panel needs at least
 ABOVE, BETWEEN, BELOW, GAP, BAR = 60, 16, 120, 40, 150  # pixels
 COLUMNS = 3
+MOST = 24  # figures
 SMALLEST_DIFFERENCE = 1e-17
 BROKEN = (1.0, 0.0, 1.0)
 
@@ -143,10 +144,21 @@ def _bar(figure, axes, norm) -> None:
     bar.set_label("largest difference from the reference in a channel, linear RGB (grey: exactly 0)")
 
 
+def _few(found: list) -> list:
+    """MOST of the places, those where a cell is not ok before the others, each kind evenly spread; in their order."""
+    wrong = [any(cell.status != "ok" for cell in cells) for _, cells in found]
+    first = thinning.few([n for n, is_wrong in enumerate(wrong) if is_wrong], MOST)
+    rest = thinning.few([n for n, is_wrong in enumerate(wrong) if not is_wrong], MOST - len(first))
+    return [found[n] for n in sorted({*first, *rest})]
+
+
 def write(results: Results, out: Path) -> str:
     """pictures-NUMBER-PLACE.png and .svg, one a place with more than one pixel, and the section of the report."""
     parts = ["## Pictures (the study's figure 4.1)"]
-    for number, (place, cells) in enumerate(places(results)):
+    found = places(results)
+    drawn = _few(found)
+    parts.append(thinning.told(len(drawn), len(found), "places", "those where something is not ok come first"))
+    for number, (place, cells) in enumerate(drawn):
         x0, y0, x1, y1 = map(int, cells[0].parameters["region"].split(","))
         size = y1 - y0, x1 - x0
         label = place_label(place)
@@ -157,4 +169,4 @@ def write(results: Results, out: Path) -> str:
         with style.styled():
             style.save(draw(results, cells, size), out / name)
         parts += [f"### {markdown.escape(label)}", markdown.figure(name, f"Pictures: {label}")]
-    return "\n\n".join([*parts, markdown.escape(CAPTION)])
+    return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

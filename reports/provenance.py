@@ -27,9 +27,11 @@ def write(results: Results) -> str:
         ["measurer's interval (s)", str(experiment["measure"]["interval"])],
         ["measurer's audit", _audit(results)],
         *([["CUDA device", _devices(results)]] if any(cell.gpu for cell in results.cells) else []),
-        ["repetitions", f"{len(results.records)}, order shuffled with seed {experiment['seed']}"],
+        ["repetitions", f"{len(results.records)}, {_order(facts)}"],
+        *([f"left out: {told['constraint']}", f"{told['cells']} cells"] for told in facts.get("left_out", [])),
+        ["ended", _ended(facts)],
     ]
-    doubts = disturbances(environment)
+    doubts = disturbances(environment) + changes(environment, facts.get("ended", {}))
     return "\n\n".join(
         [
             "## Provenance",
@@ -40,6 +42,31 @@ def write(results: Results) -> str:
             markdown.bullets(list(map(markdown.escape, doubts))) if doubts else "Nothing found that disturbs.",
         ]
     )
+
+
+def _order(facts: dict) -> str:
+    if facts.get("order") == "sequential":
+        return "one cell after the other: a drift of the machine makes its cells differ"
+    return f"interleaved, shuffled with seed {facts['experiment']['seed']}"
+
+
+def _ended(facts: dict) -> str:
+    """When, and the state of the machine then, which the run itself has a part in."""
+    if "ended" not in facts:
+        return "unavailable: it was cut off, or is of an older version"
+    load, pressure = facts["ended"]["load"], str(facts["ended"]["pressure"]).splitlines()[0]
+    loads = load if isinstance(load, str) else ", ".join(f"{value:.2f}" for value in load)
+    return f"{facts['ended']['at']}; load {loads}; waiting for a core: {pressure}"
+
+
+def changes(begun: dict, ended: dict) -> list[str]:
+    """What of the machine's settings was another at the end of the run than when it began."""
+    names = {"governor": "frequency governor", "turbo": "turbo"}
+    return [
+        f"{name}: {begun[key]} when the run began, {ended[key]} when it ended"
+        for key, name in names.items()
+        if key in ended and ended[key] != begun[key]
+    ]
 
 
 def _renderers(results: Results) -> list[list[str]]:

@@ -2,14 +2,15 @@
 
 import math
 
+from harness import statistics
 from harness.statistics import Estimate
-from reports.results import Missing
+from reports.cell import Missing
 
 NO_INTERVAL = "(no interval, n = {})"  # n processes are too few
 
 
 def text(value: Estimate | Missing | float | str, scale: float = 1.0) -> str:
-    """A value times `scale`: mean ± half-width of its 95 % interval, or why it has no interval, or why it is absent."""
+    """A value times `scale`: `value [low, high]`, or why it has no interval, or why it is absent."""
     if isinstance(value, str):
         return value
     if isinstance(value, Missing):
@@ -18,7 +19,7 @@ def text(value: Estimate | Missing | float | str, scale: float = 1.0) -> str:
         return f"{value * scale:.3g}"
     if value.low is None:
         return f"{plain(value.value * scale)} {NO_INTERVAL.format(value.processes)}"
-    return plus_minus(value.value * scale, (value.high - value.low) / 2 * scale)
+    return interval(value.value * scale, value.low * scale, value.high * scale)
 
 
 def plain(value: float) -> str:
@@ -28,30 +29,26 @@ def plain(value: float) -> str:
     return _fixed(value, 2 - math.floor(math.log10(abs(value))))
 
 
-def plus_minus(value: float, half: float) -> str:
-    """`value ± half`, both to the same digit: (2.13 ± 0.05)e-6, 149 ± 2, 0.0365 ± 0.0005."""
-    if not half > 0:
-        return f"{plain(value)} ± 0, all equal"
-    size = math.floor(math.log10(max(abs(value), half)))
+def interval(value: float, low: float, high: float) -> str:
+    """`value [low, high]`, all to the same digit: 2.13 [2.08, 2.20]e-6, 149 [147, 152], 0.0365 [0.0360, 0.0370].
+
+    The digit is that of the nearer end, where it differs from the value by more than a thousandth of it.
+    """
+    if low == high:
+        return f"{plain(value)}, all equal"
+    size = math.floor(math.log10(max(abs(value), abs(low), abs(high))))
     shift = 0 if -3 <= size < 6 else size
-    value, half = value / 10**shift, half / 10**shift
-    places = _places(half)
-    pair = f"{_fixed(value, places)} ± {_fixed(half, places)}"
-    return f"({pair})e{shift}" if shift else pair
+    value, low, high = (number / 10**shift for number in (value, low, high))
+    near = min((side for side in (value - low, high - value) if side > 0), default=high - low)
+    places = _places(max(near, abs(value) / 1000))
+    value, low, high = (_fixed(number, places) for number in (value, low, high))
+    return f"{value} [{low}, {high}]" + (f"e{shift}" if shift else "")
 
 
-def ratio(value: Estimate) -> str:
-    """`value [low, high]`, with "not resolved" if the interval holds 1."""
-    if value.low is None:
-        return f"{plain(value.value)} {NO_INTERVAL.format(value.processes)}"
-    places = 1 + _places((value.high - value.low) / 2) if value.high > value.low else 3
-    low, middle, high = (_fixed(number, places) for number in (value.low, value.value, value.high))
-    return f"{middle} [{low}, {high}]{'' if resolved(value) else ' not resolved'}"
-
-
-def resolved(value: Estimate) -> bool:
-    """Is the ratio surely not 1? Without an interval nothing is sure."""
-    return value.low is not None and not value.low <= 1 <= value.high
+def ratio(value: Estimate, floor: float | None = None) -> str:
+    """`value [low, high]`, with "not resolved" if it is not surely further from 1 than the noise floor."""
+    found = statistics.verdict(value, floor)
+    return text(value) + (f" {found}" if found == statistics.NOT_RESOLVED and value.low is not None else "")
 
 
 def _places(half: float) -> int:

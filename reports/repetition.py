@@ -1,46 +1,69 @@
-"""A repetition as one flat row: every number of it is one number, the steady time the mean of the later frames."""
+"""A repetition as one flat row: every number of it is one number, a time of its steady frames their median."""
+
+from statistics import median
+
+from harness import statistics, steady
 
 MEMORY = "peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"
 ACCURACY = "reference", "max_outside", "max_inside", "rmse", "bad_pixels", "mask_fraction", "tolerance"
 GPU = "upload_s", "kernel_s", "download_s", "end_to_end_s"
+FRAMES = "steady_state", "steady_note", "steady_frames", "warmup_frames", "outlier_frames"
+AUDIT = "measured_cpu_s", "cpu_off", "tick_p50_s", "tick_p99_s", "ticks", "missed_ticks", "measurer_cpu_s"
+DISTURBED = "steal_s", "other_cpu_s", "waited_s", "swapped_pages", "held_back_s", "throttled"  # harness/trouble.py
+OF_STEADY = "steady_s", "rays_per_s", "kernel_s", "download_s", "end_to_end_s"  # known in a steady state alone
 COLUMNS = (
-    "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked", "wall_s",
-    "first_s", "steady_s", "steady_frames", "compile_s", "compile_cache", "build_s", "user_s", "system_s", "rays",
-    "rays_per_s", *GPU, *MEMORY, "memory_method", *ACCURACY, "not_judged", "warnings",
+    "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked", "wall_s",
+    "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
+    "rays", "rays_per_s", *GPU, *MEMORY, "memory_method", *ACCURACY, "not_judged", *AUDIT, *DISTURBED, "warnings",
 )  # fmt: skip
+CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time is off by too much (harness/row.py)
 
 
 def row(record: dict) -> dict:
-    """A record as a flat row, its point apart; what it does not tell is left out, which pandas makes NaN."""
+    """A record as a flat row, its point apart; what it does not tell is left out, which pandas makes NaN.
+
+    warmup_frames: before the level was reached, frame 0 included. outlier_frames: of the steady ones.
+    measured_cpu_s: of the measurer's series; cpu_off: does it differ from wait4's by too much?
+    """
     frames = record["frames_s"] or []
-    steady = frames[1:]
-    steady_s = sum(steady) / len(steady) if steady else None
+    found = steady.find(frames)
+    kept = frames[found.first :] if found.first else []
+    steady_s = median(kept) if kept else None
     rays = record["rays"] and sum(record["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
     compile_s, upload_s = (_phase(record, name) for name in ("compile", "upload"))
     methods = (record["used"] or {}).get("methods") or {}
-    memory, accuracy = record["memory"] or {}, record["accuracy"] or {}
+    cpu, memory, accuracy = record["cpu"] or {}, record["memory"] or {}, record["accuracy"] or {}
     return {
-        **{name: record[name] for name in ("scene", "variant", "technology", "repetition", "status", "reason")},
+        **{name: record[name] for name in ("cell", "scene", "variant", "technology", "repetition", "status", "reason")},
         "pass": record.get("pass") or "timed",
         "unranked": record.get("unranked"),
         "wall_s": record["wall_s"],
-        **{name: (record["cpu"] or {}).get(name) for name in ("user_s", "system_s")},
+        **{name: cpu.get(name) for name in ("user_s", "system_s")},
+        "cpu_s": cpu["user_s"] + cpu["system_s"] if cpu else None,
         **{name: memory.get(name) for name in MEMORY},
         **{name: accuracy.get(name) for name in ACCURACY},
         "memory_method": memory.get("method"),
         "first_s": frames[0] if frames else None,
         "steady_s": steady_s,
-        "steady_frames": len(steady),
+        "steady_state": found.state if frames else None,
+        "steady_note": found.note or None,
+        "steady_frames": len(kept),
+        "warmup_frames": found.warm_up,
+        "outlier_frames": sum(statistics.outliers(kept)) if kept else None,
         "compile_s": compile_s,
         "compile_cache": methods.get("compile_cache"),
         "build_s": (record["build"] or {}).get("seconds"),
         "rays": rays,
-        "rays_per_s": rays * len(steady) / sum(steady) if rays and steady else None,
+        "rays_per_s": rays / steady_s if rays and steady_s else None,
         "upload_s": upload_s,
-        "kernel_s": _part(record, "kernel"),
-        "download_s": _part(record, "download"),
+        "kernel_s": _part(record, "kernel", found.first),
+        "download_s": _part(record, "download", found.first),
         "end_to_end_s": None if upload_s is None or steady_s is None else upload_s + steady_s,
         "not_judged": _not_judged(record),
+        **_audit(record["measurer"] or {}),
+        "measured_cpu_s": cpu.get("series_s"),
+        "cpu_off": any(text.startswith(CPU_DOUBT) for text in record["warnings"]),
+        **_disturbed(record.get("disturbed") or {}),
         "warnings": "; ".join(record["warnings"]),
     }
 
@@ -51,12 +74,28 @@ def _phase(record: dict, phase: str) -> float | None:
     return sum(found) if found else None
 
 
-def _part(record: dict, name: str) -> float | None:
-    """Mean s of a part of its steady frames; None if one of them does not tell it."""
-    parts = (record.get("frame_parts") or [])[1:]
+def _part(record: dict, name: str, first: int | None) -> float | None:
+    """Median s of a part of its frames from the first steady one on; None if one of them does not tell it."""
+    parts = (record.get("frame_parts") or [])[first:] if first else []
     if not parts or any(told is None or told.get(name) is None for told in parts):
         return None
-    return sum(told[name] for told in parts) / len(parts)
+    return median(told[name] for told in parts)
+
+
+def _audit(told: dict) -> dict:
+    """What the measurer says of itself."""
+    return {
+        "tick_p50_s": told.get("interval_p50_s"),
+        "tick_p99_s": told.get("interval_p99_s"),
+        "ticks": told.get("ticks"),
+        "missed_ticks": told.get("missed"),
+        "measurer_cpu_s": told.get("cpu_s"),
+    }
+
+
+def _disturbed(told: dict) -> dict:
+    """What the system counted meanwhile, where it counts it."""
+    return {name: None if isinstance(told.get(name), dict) else told.get(name) for name in DISTURBED}
 
 
 def _not_judged(record: dict) -> str | None:

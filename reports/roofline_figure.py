@@ -55,7 +55,7 @@ def rate(results: Results, cell: Cell) -> Estimate | Missing:
     kernel = cell.values("kernel_s")
     if not kernel:
         return Missing("the time of the kernel is not told")
-    return statistics.mean([FLOPS * count / seconds for seconds in kernel])
+    return statistics.median([FLOPS * count / seconds for seconds in kernel])
 
 
 def peak(results: Results, cell: Cell) -> float | Missing:
@@ -98,7 +98,7 @@ def draw(results: Results, cells: list[Cell]):
         found, most, part = rate(results, cell), peak(results, cell), share(results, cell)
         colour = style.colour(cell.variant, results.variants)
         if found.low is not None:
-            axes.plot([max(found.low, found.value / 30) / 1e12, found.high / 1e12], [row, row], color=colour, lw=1.5)
+            axes.plot([found.low / 1e12, found.high / 1e12], [row, row], color=colour, lw=1.5)
         axes.plot(found.value / 1e12, row, "o", color=colour, ms=5)
         if not isinstance(most, Missing):
             axes.plot(most / 1e12, row, "|", color="black", ms=11, mew=1.5)

@@ -2,16 +2,15 @@
 
 from pathlib import Path
 
-from harness import statistics
-from reports import gpu, gpu_table, launch, quantity, table
+from reports import gpu, gpu_table, launch, quantity, ranking, table
 from reports.results import Cell, Missing, Results
 from reports.table import Column
 
 BASE = "global"
 CAPTION = (
-    "A ratio is of means over processes to the same launch with the scene in global memory, with a percentile "
-    "bootstrap interval over processes; it is not resolved if the interval holds 1. Below 1: faster than global "
-    "memory. It is of kernel times where both are told, else of frames."
+    "A ratio is of medians over processes to the same launch with the scene in global memory; its interval and what is "
+    "not resolved as in the table of times. Below 1: faster than global memory. It is of kernel times where both are "
+    "told, else of frames."
 )
 
 
@@ -25,7 +24,7 @@ def _ratio(cell: Cell, cells: list[Cell]):
     if other is cell:
         return "1 (the baseline)"
     column, _ = launch.clock([cell, other])
-    return statistics.ratio(cell.values(column), other.values(column))
+    return ranking.ratio(cell, other, column)
 
 
 def of_scene(results: Results, scene: str) -> dict[int, list[Cell]]:
@@ -37,6 +36,7 @@ def of_scene(results: Results, scene: str) -> dict[int, list[Cell]]:
 def columns(results: Results, partners: dict[int, list[Cell]]) -> list[Column]:
     launched = {column.name: column for column in gpu_table.launch_columns(results)}
     times = {column.name: column for column in gpu_table.TIME_COLUMNS}
+    floor = results.floor.value
     return [
         launched["scene_memory"],
         launched["block"],
@@ -44,7 +44,7 @@ def columns(results: Results, partners: dict[int, list[Cell]]) -> list[Column]:
         times["steady_s"],
         Column(
             "time ÷ global", "time_over_global", "1", lambda cell: _ratio(cell, partners[id(cell)]),
-            lambda value: value if isinstance(value, str) else quantity.ratio(value),
+            lambda value: value if isinstance(value, str) else quantity.ratio(value, floor),
         ),
         *(launched[name] for name in ("registers", "shared_bytes", "constant_bytes", "occupancy")),
         times["max_error_outside_mask"],

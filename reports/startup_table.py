@@ -14,7 +14,7 @@ CAPTION = (
     "compile, cold: with an empty cache, or the build of a program that is compiled beforehand, marked (build). "
     "compile, warm: with code from an earlier process. none: it has no such phase. Break-even: the frames, "
     "counted from 1, for which compile + first frame + (frames - 1) × steady frame is less than the same sum of "
-    "the other variant, from the means; start and import of a process and loading of the scene are left out on "
+    "the other variant, from the medians; start and import of a process and loading of the scene are left out on "
     "both sides. The study's compile times are about, from its section 4.2.1."
 )
 
@@ -33,14 +33,14 @@ def lead(start: float, steady: float, other_start: float, other_steady: float) -
 
 
 def compile_s(cell: Cell, warm: bool):
-    """Mean s of the phase `compile` with a warm cache or without; text if it has none; Missing if it was not seen."""
+    """Median s of the phase `compile` with a warm cache or without; text if it has none; Missing if it was not seen."""
     if cell.status != "ok":
         return Missing(cell.verdict)
     if not cell.values("compile_s"):
         return "none"
-    rows = cell.good[(cell.good["compile_cache"] == "warm") == warm]
-    values = [float(value) for value in rows["compile_s"].dropna()]
-    return statistics.mean(values) if values else Missing(f"no process had a {'warm' if warm else 'cold'} cache")
+    cache = cell.known("compile_cache")
+    values = [value for row, value in cell.known("compile_s").items() if (cache.get(row) == "warm") == warm]
+    return statistics.median(values) if values else Missing(f"no process had a {'warm' if warm else 'cold'} cache")
 
 
 def cold(cell: Cell):
@@ -62,7 +62,7 @@ def start_s(cell: Cell, warm: bool) -> float | None:
     if isinstance(compiled, Missing) or not cell.values("first_s"):
         return None
     build = 0.0 if warm else sum(cell.values("build_s")[:1])
-    return build + (0.0 if compiled == "none" else compiled.value) + statistics.mean(cell.values("first_s")).value
+    return build + (0.0 if compiled == "none" else compiled.value) + statistics.median(cell.values("first_s")).value
 
 
 def opponent(results: Results, place: tuple[str, str]) -> Cell | None:
@@ -81,12 +81,12 @@ def break_even(results: Results, cell: Cell, warm: bool):
     mine, its = start_s(cell, warm), start_s(other, warm)
     if mine is None or its is None:
         return Missing(f"no process had a {'warm' if warm else 'cold'} cache")
-    steady, its_steady = (statistics.mean(c.values("steady_s")).value for c in (cell, other))
+    steady, its_steady = cell.steady.value, other.steady.value
     span = lead(mine, steady, its, its_steady)
     if span is None:
         return f"never ahead of {other.variant}"
     end = f" to {span[1]}" if span[1] else ""
-    return Estimate(span[0], None, None, len(cell.good), f"ahead of {other.variant} from frame {span[0]}{end}")
+    return Estimate(span[0], None, None, len(cell.counting), f"ahead of {other.variant} from frame {span[0]}{end}")
 
 
 def _show_lead(value) -> str:
@@ -101,7 +101,7 @@ def columns(results: Results) -> list[Column]:
             "the study's compile (s)", "study_compile", "s",
             lambda cell: study.find(study.COMPILE_S, cell), study.show,
         ),
-        Column("first frame (s)", "first_frame", "s", lambda cell: cell.mean("first_s", "no frames are told")),
+        Column("first frame (s)", "first_frame", "s", lambda cell: cell.median("first_s", "no frames are told")),
         *accuracy_columns.COLUMNS[:1],
         *(
             Column(

@@ -55,7 +55,9 @@ VARIABLES = {"width": 512, "height": 512, "depth": 10, "shadows": 0, "precision"
 def case(cell: Cell) -> str | None:
     """Which case of the study a cell repeats, "one pixel" or "all"; None if its scene or variables are others."""
     parameters = cell.parameters
-    if Path(cell.scene).stem != "comparison" or any(parameters[key] != value for key, value in VARIABLES.items()):
+    if Path(cell.scene).stem != "comparison" or {"objects", "lights"} & set(cell.swept):
+        return None
+    if any(parameters[key] != value for key, value in VARIABLES.items()):
         return None
     x0, y0, x1, y1 = map(int, parameters["region"].split(","))
     return {1: "one pixel", 512 * 512: "all"}.get((x1 - x0) * (y1 - y0))

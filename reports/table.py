@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.statistics import Estimate
-from reports import markdown, quantity, study
+from reports import markdown, quantity, study, thinning
 from reports.results import Cell, Missing
 
 CSV_HEADER = ("scene", "point", "variant", "status", "quantity", "unit", "value", "low", "high", "processes", "note")
+
+MOST = 200  # rows of a table for people
 
 Value = Estimate | Missing | float | str
 
@@ -40,7 +42,12 @@ def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell]
         write_csv(cells, columns, out / name)
         repeated = any(study.case(cell) for cell in cells)
         shown = [column for column in columns if repeated or not column.of_study]
-        parts += [f"### {markdown.escape(scene)}", to_markdown(cells, shown)]
+        places = list(dict.fromkeys(cell.place for cell in cells))
+        kept = set(thinning.few(places, max(1, MOST * len(places) // len(cells))))
+        rows = [cell for cell in cells if cell.place in kept]
+        parts += [f"### {markdown.escape(scene)}", to_markdown(rows, shown)]
+        if len(rows) < len(cells):
+            parts.append(thinning.told(len(rows), len(cells), "rows, whole places", "the CSV file has all"))
         if shown != columns:
             parts.append("The study's numbers: unavailable, it has another scene or other variables.")
         parts.append(f"[{name}]({name})")

@@ -1,30 +1,33 @@
-"""Steady times, drawn: one panel a place, our mean with its interval, the study's beside it, the error in words."""
+"""Steady times, drawn: one panel a place, our median with its interval, the study's beside it, the error in words."""
 
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 
-from harness import statistics
-from reports import accuracy_columns, launch, markdown, ranking, study, style
+from reports import accuracy_columns, launch, markdown, ranking, study, style, thinning
 from reports.results import Missing, Results, place_label
 
 CAPTION = (
-    "Mean time of a steady frame with its 95 % interval over processes, where there are enough; only what is "
-    "ranked is drawn. Beside each row the largest error outside the mask. Hollow: the study's time for the same "
-    "case on its own machine. An interval that reaches below a thirtieth of its mean is cut there, since a "
-    "logarithmic axis has no 0. Of points that differ only in how the kernel of a GPU is launched the fastest is drawn."
+    "Large: the median time of a steady frame over processes, with its 95 % interval where there are enough; small: "
+    "each process, outlying ones too. Only what is ranked is drawn. Beside each row the largest error outside the "
+    "mask. Hollow: the study's time for the same case on its own machine. Of points that differ only in how the kernel "
+    "of a GPU is launched the one with the lowest median is drawn."
 )
 
 ROW, HEAD = 0.22, 0.8  # inches
+MOST = 24  # panels of a figure
 MARKS = ("o", "black"), ("D", "white")  # ours, the study's
 
 
+def drawable(results: Results, scene: str) -> list[tuple[str, str]]:
+    """The places of a scene where something is ranked."""
+    return [place for place, _ in launch.places(results) if place[0] == scene and ranking.ranked(results, place)]
+
+
 def draw(results: Results, scene: str):
-    """The figure of a scene; None if nothing is ranked in it."""
-    places = [place for place, _ in launch.places(results) if place[0] == scene and ranking.ranked(results, place)]
-    if not places:
-        return None
+    """The figure of a scene, some of whose places are ranked."""
+    places = thinning.few(drawable(results, scene), MOST)
     heights = [len(ranking.ranked(results, place)) * ROW + HEAD for place in places]
     figure, panels = plt.subplots(
         len(places), 1, figsize=(7.2, sum(heights)), squeeze=False, height_ratios=heights, layout="constrained"
@@ -42,11 +45,11 @@ def draw(results: Results, scene: str):
 def _panel(results: Results, place: tuple[str, str], axes) -> None:
     cells = ranking.ranked(results, place)
     for row, cell in enumerate(cells):
-        time = statistics.mean(cell.values("steady_s"))
+        time, values = cell.steady, cell.values("steady_s")
         colour = style.colour(cell.variant, results.variants)
         if time.low is not None:
-            # an interval may reach below 0, which no logarithmic axis shows
-            axes.plot([max(time.low, time.value / 30), time.high], [row, row], color=colour, lw=1.5)
+            axes.plot([time.low, time.high], [row, row], color=colour, lw=1.5)
+        axes.plot(values, [row] * len(values), ".", color=colour, ms=2.5, alpha=0.6)
         axes.plot(time.value, row, "o", color=colour, ms=5)
         theirs = study.find(study.TIMES_S, cell)
         if not isinstance(theirs, Missing):
@@ -66,11 +69,12 @@ def write(results: Results, out: Path) -> str:
     parts = ["## Times, drawn"]
     for number, scene in enumerate(results.scenes):
         name = f"times-{number}-{markdown.slug(Path(scene).stem)}"
+        there = len(drawable(results, scene))
+        if not there:
+            parts.append(f"{markdown.escape(scene)}: unavailable: nothing is ranked.")
+            continue
         with style.styled():
-            figure = draw(results, scene)
-            if figure is None:
-                parts.append(f"{markdown.escape(scene)}: unavailable: nothing is ranked.")
-                continue
-            style.save(figure, out / name)
+            style.save(draw(results, scene), out / name)
         parts += [f"### {markdown.escape(scene)}", markdown.figure(name, f"Times: {scene}")]
-    return "\n\n".join([*parts, markdown.escape(CAPTION)])
+        parts.append(thinning.told(min(MOST, there), there, "places", "the numbers of all are in the table's CSV"))
+    return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

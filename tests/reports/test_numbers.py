@@ -1,6 +1,4 @@
-"""Means, ratios, break-even and their spelling against values worked out by hand."""
-
-import math
+"""Medians, ratios, break-even and their spelling against values worked out by hand."""
 
 import pytest
 
@@ -9,32 +7,32 @@ from reports import cpu_figure, quantity, ranking, startup_table, study
 from reports.results import Missing
 
 
-def test_steady_time_is_the_mean_over_processes_of_the_mean_of_frames_after_the_first(load, record):
-    # per process: (0.1 + 0.3) / 2 = 0.2, (0.2 + 0.4) / 2 = 0.3, 0.4; the mean is 0.3
-    frames = [(9, 0.1, 0.3), (9, 0.2, 0.4), (9, 0.4, 0.4)]
+def test_steady_time_is_the_median_over_processes_of_the_median_of_frames_after_the_first(load, record):
+    # per process: 0.1 of three, (0.2 + 0.4) / 2 = 0.3, 0.35, 0.4, 8; the median is 0.35, of 5 the interval is the range
+    frames = [(9, 0.1, 7.0, 0.05), (9, 0.2, 0.4), (9, 0.35), (9, 0.4, 0.4), (9, 8.0)]
     (cell,) = load([record("cpp", n, frames=f) for n, f in enumerate(frames)]).cells
-    found = cell.mean("steady_s", "")
-    assert found.value == pytest.approx(0.3)
-    # Student: t(0.975, 2) = 4.3027, s = 0.1, half-width 4.3027 * 0.1 / sqrt(3)
-    assert found.high - found.value == pytest.approx(4.3027 * 0.1 / math.sqrt(3), rel=1e-4)
-    assert found.processes == 3
+    found = cell.median("steady_s", "")
+    assert (found.value, found.low, found.high, found.processes) == pytest.approx((0.35, 0.1, 8.0, 5))
+    # deviations 0.25, 0.05, 0, 0.05, 7.65: MAD 0.05, of which 14.8 is 0.74
+    assert list(cell.good["outlier"]) == [False] * 4 + [True] and cell.outlying == 1
 
 
 def test_rays_per_second_is_all_rays_over_the_steady_time(load, record):
     (cell,) = load([record("cpp", frames=(9, 0.1, 0.3))]).cells
-    assert cell.mean("rays_per_s", "").value == pytest.approx(20 / 0.2)
+    assert cell.median("rays_per_s", "").value == pytest.approx(20 / 0.2)
 
 
-def test_ratio_is_of_means_and_one_is_not_resolved(load, record):
-    fast = [record("cpp", n, frames=(1, t)) for n, t in enumerate((0.10, 0.11, 0.12))]
-    slow = [record("numba", n, frames=(1, t)) for n, t in enumerate((0.20, 0.22, 0.24))]
-    same = [record("numpy", n, frames=(1, t)) for n, t in enumerate((0.10, 0.11, 0.13))]
+def test_ratio_is_of_medians_and_one_is_not_resolved(load, record):
+    fast = [record("cpp", n, frames=(1, t)) for n, t in enumerate((0.10, 0.11, 0.12, 0.11, 0.50))]
+    slow = [record("numba", n, frames=(1, t)) for n, t in enumerate((0.20, 0.22, 0.24, 0.22, 0.90))]
+    same = [record("numpy", n, frames=(1, t)) for n, t in enumerate((0.10, 0.11, 0.13, 0.105, 0.12))]
     results = load([*fast, *slow, *same])
     cpp, numba, numpy = results.cells
     found = ranking.ratio(numba, cpp)
     assert found.value == pytest.approx(2.0)
-    assert quantity.resolved(found) and "not resolved" not in quantity.ratio(found)
-    assert "not resolved" in quantity.ratio(ranking.ratio(numpy, cpp))
+    assert ranking.resolved(results, found) and "not resolved" not in quantity.ratio(found, 0.9)
+    assert quantity.ratio(found, 1.1).endswith(" not resolved")
+    assert "not resolved" in quantity.ratio(ranking.ratio(numpy, cpp), None)
     assert ranking.ratio_to(results, cpp, "cpp") == "1 (the baseline)"
 
 
@@ -82,8 +80,8 @@ def test_memory_of_cold_and_warm_processes_is_kept_apart(load, record):
     (cell,) = load([record("numba", n, compile_s=1, cache=c) for n, c in enumerate(("cold", "warm", "warm"))]).cells
     cold, warm = cell.by_cache()
     assert (cold.label, warm.label) == ("numba (cold cache)", "numba (warm cache)")
-    assert cold.mean("peak_bytes", "").value == 2e6
-    assert warm.mean("peak_bytes", "").value == 3.5e6
+    assert cold.median("peak_bytes", "").value == 2e6
+    assert warm.median("peak_bytes", "").value == 3.5e6
 
 
 def test_cpu_use_is_the_time_used_between_samples(tmp_path):
@@ -101,33 +99,35 @@ def test_cpu_use_is_the_time_used_between_samples(tmp_path):
 def test_a_wrong_picture_in_one_repetition_spoils_the_cell(load, record):
     (cell,) = load([record("cpp"), record("cpp", 1, status="wrong picture", reason="off")]).cells
     assert cell.status == "wrong picture" and cell.unranked == "wrong picture: off"
-    assert isinstance(cell.mean("steady_s", ""), Missing)
+    assert isinstance(cell.median("steady_s", ""), Missing)
 
 
 def test_a_failure_beside_good_repetitions_is_told(load, record, bad):
     (cell,) = load([record("cpp"), bad("cpp", "timeout", "killed after 9 s", 1)]).cells
     assert cell.verdict == "ok, but 1 of 2 repetitions not: timeout: killed after 9 s"
-    assert cell.mean("steady_s", "").processes == 1
+    assert cell.median("steady_s", "").processes == 1
 
 
 @pytest.mark.parametrize(
-    ("value", "half", "text"),
+    ("value", "low", "high", "text"),
     [
-        (14803.2, 123.0, "14800 ± 120"),
-        (0.03651, 0.00052, "0.0365 ± 0.0005"),
-        (2.1349e-6, 5.2e-8, "(2.13 ± 0.05)e-6"),
-        (149.2, 2.4, "149 ± 2"),
-        (5.0, 0.0, "5.00 ± 0, all equal"),
-        (0.007, 0.03, "0.01 ± 0.03"),
+        (14803.2, 14680.0, 14930.0, "14800 [14680, 14930]"),
+        (0.03651, 0.03599, 0.03701, "0.0365 [0.0360, 0.0370]"),
+        (2.1349e-6, 2.08e-6, 2.2e-6, "2.13 [2.08, 2.20]e-6"),
+        (149.2, 146.8, 151.6, "149 [147, 152]"),
+        (5.0, 5.0, 5.0, "5.00, all equal"),
+        (1.0, 0.99, 9.5, "1.000 [0.990, 9.500]"),  # an outlier above does not hide how near the lower end is
+        (1.0, 1.0, 1.04, "1.00 [1.00, 1.04]"),
+        (0.25, 0.2499999, 0.3, "0.2500 [0.2500, 0.3000]"),
     ],
 )
-def test_digits_follow_the_interval(value, half, text):
-    assert quantity.plus_minus(value, half) == text
+def test_digits_follow_the_interval(value, low, high, text):
+    assert quantity.interval(value, low, high) == text
 
 
 def test_without_an_interval_it_is_said():
     assert quantity.text(Estimate(0.25, None, None, 1)) == "0.250 (no interval, n = 1)"
-    assert not quantity.resolved(Estimate(2.0, None, None, 1))
+    assert quantity.ratio(Estimate(2.0, None, None, 1), None) == "2.00 (no interval, n = 1)"
 
 
 def test_the_study_is_shown_only_for_its_own_case(load, record):

@@ -106,7 +106,7 @@ def test_one_process_has_no_interval(report_text, record):
     row = rows(text, "Times (")[1]
     assert row["steady frame (s)"] == "1.00 (no interval, n = 1)"
     assert row["time ÷ cpp"] == "2.00 (no interval, n = 1)"
-    assert "not resolved from the next" in text
+    assert "**cpp** has the lowest median, not resolved from numba" in text
 
 
 def test_a_run_that_was_cut_off_shows_what_was_not_run(make_run, load, record):
