@@ -38,7 +38,9 @@ def run(
     out: Annotated[
         Path | None, typer.Option(help="Folder for the run; it must not exist yet. Default: a new one in results/.")
     ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the cells and stop.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print the cells, what will not run, and the predicted time; and stop.")
+    ] = False,
     only: Annotated[str, typer.Option(help="Only these of its renderers, by commas.")] = "",
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Put key=value over the file: image.depth=5.")
@@ -52,21 +54,27 @@ def run(
     ] = None,
     report: Annotated[bool, typer.Option("--report", help="Write the report of the run too.")] = False,
     renderer: RendererOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="With --dry-run: print JSON for a script.")] = False,
 ) -> None:
     """Run an experiment: every scene x renderer x swept value, in fresh interleaved processes."""
     from harness import experiment as experiments
-    from harness import plan, race, registry, row, terminal
+    from harness import plan, predict, race, registry, row, terminal
     from harness.errors import UserError
 
     asked = experiments.load(experiment, tuple(settings or ()))
     known = registry.entries(tuple(renderer or ()))
     chosen = tuple(name.strip() for name in only.split(",") if name.strip())
     planned = plan.make(asked, experiment, known, chosen)
-    if dry_run:
-        terminal.show_plan(planned)
-        return
+    budget = math.inf if max_minutes is None else 60 * max_minutes
     if resume and out:
         raise UserError("--resume goes on in the run's own folder; leave --out out")
+    if dry_run:
+        from harness import forecast
+
+        terminal.show_plan(forecast.make(planned, asked, Path("results"), resume), budget, as_json)
+        return
+    if as_json:
+        raise UserError("--json: only with --dry-run")
     if resume:
         folder = resume
     elif out is None:
@@ -79,14 +87,14 @@ def run(
             raise UserError(f"{out}: exists already; give --out another folder") from None
     try:
         with terminal.progress() as tell:
-            budget = math.inf if max_minutes is None else 60 * max_minutes
-            records = race.run(asked, planned, known, folder, tell, resume is not None, budget)
+            earlier = predict.history(Path("results"), but=folder)
+            records = race.run(asked, planned, known, folder, tell, resume is not None, budget, earlier=earlier)
     except KeyboardInterrupt:
         print(f"stopped; what had finished is in {folder}; go on with --resume {folder}", file=sys.stderr)
         raise
     terminal.show_summary(records)
-    done = {(record["cell"], record["repetition"]) for record in records if record["pass"] == "timed"}
-    left = sum((cell.key, number) not in done for cell, number in planned.order(asked.seed))
+    done = {(record["cell"], record["repetition"], record["pass"]) for record in records}
+    left = sum((cell.key, *turn) not in done for cell, *turn in planned.order(asked.seed, asked.order))
     if left:
         print(f"{left} repetitions are left; --resume {folder} goes on")
     print(f"run: {folder}")
@@ -182,6 +190,50 @@ def report(
     from reports import report as reports
 
     print(reports.write(run_folder, out or run_folder / "report"))
+
+
+@app.command()
+def compare(
+    run_a: Annotated[Path, typer.Argument(help="Folder of the run before.", metavar="RUN_A")],
+    run_b: Annotated[Path, typer.Argument(help="Folder of the run now.", metavar="RUN_B")],
+    fail_slower: Annotated[
+        float | None,
+        typer.Option(min=0, help="Exit 1 if something is surely slower by more, or no longer ok.", metavar="PERCENT"),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """What became faster or slower from one run to another, what is not resolved, and whose picture changed."""
+    from reports import compare as comparisons
+    from reports import compare_text
+
+    found = comparisons.compare(run_a, run_b)
+    if as_json:
+        print(compare_text.as_json(found))
+    else:
+        compare_text.show(found)
+    if fail_slower is None:
+        return
+    slower = found.slower(fail_slower)
+    for row in slower:
+        print(f"surely slower by more than {fail_slower:g} %: {row.name}", file=sys.stderr)
+    for row in found.broken:
+        print(f"no longer ok: {row.name}: {row.reason}", file=sys.stderr)
+    raise typer.Exit(1 if slower or found.broken else 0)
+
+
+@app.command()
+def export(
+    run_folder: Annotated[Path, typer.Argument(help="Folder that `rayrace run` wrote.", metavar="RUN")],
+    form: Annotated[str, typer.Option("--format", help="pyperf, hyperfine, github or parquet.", metavar="NAME")],
+    out: Annotated[
+        str, typer.Option("-o", "--out", help="File; -: standard output, but for parquet.", metavar="FILE")
+    ] = "-",
+) -> None:
+    """Write a run in the format of another tool."""
+    from reports import exporters
+
+    for line in exporters.write(run_folder, form, None if out == "-" else Path(out)):
+        print(f"left out: {line}", file=sys.stderr)
 
 
 @app.command("list")

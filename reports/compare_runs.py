@@ -1,0 +1,60 @@
+"""What differs between two runs beside their times: the machine, its software, renderers, parameters."""
+
+import json
+
+from reports.results import Cell, Results
+
+# What makes it another machine; resume.py refuses to go on with a run if any of these two lists has changed.
+MACHINE = "host", "cpu", "architecture", "cores", "memory_bytes", "gpu"
+SOFTWARE = "os", "kernel", "python", "compilers", "packages"
+STATE = "governor", "turbo", "commit"
+
+# Parameters that may not change the picture (job.py): cells are compared over them, and told to differ.
+NOT_IN_THE_PICTURE = (
+    *("threads", "frames", "least_frame", "walk", "accel"),
+    *("scene_memory", "block_width", "block_height", "total_threads", "max_registers"),
+)
+
+
+def machine(a: Results, b: Results) -> list[str]:
+    """How the machine of B is another than that of A, a line each; none if it is the same."""
+    return _changes(a.facts["environment"], b.facts["environment"], MACHINE)
+
+
+def others(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> list[str]:
+    """What else differs, a line each: software, state, order, renderers; parameters of the `pairs` of cells."""
+    found = _changes(a.facts["environment"], b.facts["environment"], SOFTWARE + STATE)
+    found += _changes(a.facts, b.facts, ("order",))
+    versions = [{cell["variant"]: cell["renderer_version"] for cell in run.facts["cells"]} for run in (a, b)]
+    common = tuple(name for name in versions[0] if name in versions[1])
+    found += [f"renderer of {line}" for line in _changes(*versions, common)]
+    for one, other in pairs:
+        names = {*one.parameters, *other.parameters} - set(changed_picture(one, other))
+        found += [f"{one.variant}: {line}" for line in _changes(one.parameters, other.parameters, tuple(sorted(names)))]
+    return list(dict.fromkeys(found))
+
+
+def changed_picture(a: Cell, b: Cell) -> list[str]:
+    """The names of the parameters, known to both, by which the cells are to make different pictures."""
+    return [
+        name for name, value in a.parameters.items()
+        if name not in NOT_IN_THE_PICTURE and value != b.parameters.get(name, value)
+    ]  # fmt: skip
+
+
+def _changes(before: dict, now: dict, names: tuple[str, ...], prefix: str = "") -> list[str]:
+    """A line for each value that is not the same; tables are looked into."""
+    found = []
+    for name in names:
+        old, new = before.get(name), now.get(name)
+        if isinstance(old, dict) and isinstance(new, dict):
+            found += _changes(old, new, tuple(sorted({*old, *new})), f"{prefix}{name}.")
+        elif old != new:
+            found.append(f"{prefix}{name}: {_said(old)} -> {_said(new)}")
+    return found
+
+
+def _said(value) -> str:
+    if value is None:
+        return "not told"
+    return value if isinstance(value, str) else json.dumps(value)

@@ -1,0 +1,42 @@
+"""A run in the format of another tool: one module a format. They read result files, as all reports do.
+
+The formats for times (pyperf, hyperfine, github) have no place for a reason: a cell that takes part in no comparison is
+left out, and told of. parquet has every repetition, with status and reason.
+"""
+
+from pathlib import Path
+
+from harness import store
+from harness.errors import UserError
+from reports import naming, results
+from reports.exporters import github, hyperfine, parquet, pyperf
+
+TEXTS = {"pyperf": pyperf.text, "hyperfine": hyperfine.text, "github": github.text}
+FORMATS = (*TEXTS, "parquet")
+
+
+def write(run: Path, form: str, out: Path | None) -> list[str]:
+    """Export the run in the folder `run` as `form` to the file `out`, or to standard output if that is None.
+
+    A line for all that is left out, with the reason. UserError if the format is unknown or nothing is left.
+    """
+    if form not in FORMATS:
+        raise UserError(f'no format "{form}"; known: {", ".join(FORMATS)}')
+    if form == "parquet" and out is None:
+        raise UserError("parquet is no text", remedy="name a file with -o FILE")
+    loaded = results.load(run)
+    if form == "parquet":
+        parquet.write(loaded, out)
+        return []
+    cells = dict(zip(naming.names(loaded.cells), loaded.cells, strict=True))
+    told = {name: cell.unranked or cell.verdict for name, cell in cells.items()}
+    left_out = [f"{name}: {why}" for name, why in told.items() if why != "ok"]
+    ranked = {name: cell for name, cell in cells.items() if not cell.unranked}
+    if not ranked:
+        raise UserError("\n  ".join([f"{run}: nothing to export", *left_out]))
+    text = TEXTS[form](loaded, ranked)
+    if out is None:
+        print(text, end="")
+    else:
+        store.write_whole(out, text)
+    return left_out

@@ -1,0 +1,27 @@
+"""For github-action-benchmark, tool "customSmallerIsBetter": the steady frame of each ranked cell.
+
+A JSON list of {name, unit, value, range, extra} (its src/extract.ts, `BenchmarkResult`). value: median over processes
+of the steady time, s. range: text, its 95 % interval; left out where there is none. extra: text, what else is to know.
+"""
+
+import json
+
+from reports.results import Cell, Results
+
+
+def text(results: Results, cells: dict[str, Cell]) -> str:
+    """The file for the ranked cells, by name."""
+    return json.dumps([_result(results, name, cell) for name, cell in cells.items()], indent=1) + "\n"
+
+
+def _result(results: Results, name: str, cell: Cell) -> dict:
+    found = cell.steady
+    interval = {} if found.low is None else {"range": f"{found.low:.6g} .. {found.high:.6g}"}
+    record, environment = results.record(cell), results.facts["environment"]
+    extra = [
+        f"median over {found.processes} processes" + (f", {found.note}" if found.low is None else ", 95 % interval"),
+        f"largest error: {cell.worst('max_outside')}",
+        f"renderer {record['renderer_version']}, commit {environment['commit']}",
+        f"{environment['cpu']}, {environment['os']}",
+    ]
+    return {"name": name, "unit": "s", "value": found.value, **interval, "extra": "\n".join(extra)}

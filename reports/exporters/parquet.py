@@ -1,0 +1,53 @@
+"""A Parquet file: a row for each repetition, whatever its status and pass, and run.json as the file's metadata.
+
+The columns are those of repetitions.csv in a report, what identifies the row, `point.` and `parameters.` with the swept
+values and the job's parameters, and the lists `frames_s` and `frame_renders`. What is not known is null, and a column
+of which nothing is known has the type null. A column whose values are of several types is text, each value as JSON.
+"""
+
+import json
+import os
+from pathlib import Path
+
+from harness.errors import UserError
+from reports import repetition
+from reports.results import Results
+
+IDENTITY = "cell", "renderer", "renderer_version", "scene_version", "started", "took_s", "frames_s", "frame_renders"
+
+
+def write(results: Results, out: Path) -> None:
+    """Write the file `out`. UserError if pyarrow is not installed."""
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise UserError(f"parquet needs pyarrow: {error}", remedy="pip install 'rayrace[parquet]'") from None
+    outlying = results.repetitions["outlier"].tolist()
+    rows = [_row(record, is_out) for record, is_out in zip(results.records, outlying, strict=True)]
+    columns = {name: _column(pyarrow, [row.get(name) for row in rows]) for name in _names(rows)}
+    about = {"rayrace run.json": json.dumps(results.facts)}
+    part = out.with_name(out.name + ".part")
+    parquet.write_table(pyarrow.table(columns, metadata=about), part)
+    os.replace(part, out)
+
+
+def _row(record: dict, is_out: bool) -> dict:
+    return {
+        **{name: record.get(name) for name in IDENTITY},
+        **{f"{group}.{key}": value for group in ("point", "parameters") for key, value in record[group].items()},
+        **repetition.row(record),
+        "outlier": is_out,
+    }
+
+
+def _names(rows: list[dict]) -> list[str]:
+    """Of all columns: those that only some rows have stand where they were first found."""
+    return list(dict.fromkeys(name for row in rows for name in row))
+
+
+def _column(pyarrow, values: list):
+    try:
+        return pyarrow.array(values)
+    except (pyarrow.ArrowInvalid, pyarrow.ArrowTypeError):
+        return pyarrow.array([None if value is None else json.dumps(value) for value in values])

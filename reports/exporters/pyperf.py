@@ -1,0 +1,85 @@
+"""As pyperf stores a suite of benchmarks (format 1.0), for `pyperf compare_to`, `stats`, `hist`, `check`.
+
+A benchmark is a ranked cell; a run of it is a process: its values are the durations (s) of its steady frames, its
+warm-ups those of the frames before. Where a frame was a batch of renders, these are pyperf's loops. Metadata that are
+not known are not there. Processor, host and Python are those of the harness.
+"""
+
+import json
+import re
+
+from harness import steady
+from reports.results import Cell, Results
+
+
+def text(results: Results, cells: dict[str, Cell]) -> str:
+    """The file for the ranked cells, by name."""
+    benchmarks = [
+        {"metadata": _about(results, name, cell), "runs": [_run(results.records[index]) for index in _steady(cell)]}
+        for name, cell in cells.items()
+    ]
+    suite = {"version": "1.0", "metadata": _machine(results.facts["environment"]), "benchmarks": benchmarks}
+    return json.dumps(suite, indent=1, allow_nan=False) + "\n"
+
+
+def _steady(cell: Cell):
+    """The indices of its records that have steady frames."""
+    return cell.good.dropna(subset=["steady_s"]).index
+
+
+def _machine(environment: dict) -> dict:
+    """By pyperf's names (its doc/metadata.rst)."""
+    implementation, _, version = environment["python"].partition(" ")
+    return _known(
+        hostname=environment["host"],
+        cpu_model_name=environment["cpu"],
+        cpu_count=environment["cores"]["logical"],
+        platform=f"{environment['os']}, kernel {environment['kernel']}, {environment['architecture']}",
+        python_implementation=implementation.lower(),
+        python_version=version,
+        rayrace_commit=environment["commit"],
+    )
+
+
+def _about(results: Results, name: str, cell: Cell) -> dict:
+    record = results.record(cell)
+    error = cell.worst("max_outside")
+    return _known(
+        name=name,
+        unit="second",
+        variant=cell.variant,
+        renderer_version=record["renderer_version"],
+        scene=cell.scene,
+        scene_version=record.get("scene_version"),
+        largest_error=error if isinstance(error, float) else None,
+        **{f"parameter_{key}": value for key, value in cell.parameters.items()},
+    )
+
+
+def _run(record: dict) -> dict:
+    """One process."""
+    frames = record["frames_s"]
+    first = steady.find(frames).first
+    loops = record.get("frame_renders") or [1] * len(frames)
+    peak = (record["memory"] or {}).get("peak_bytes")
+    known = _known(
+        loops=loops[first],
+        date=record["started"],
+        duration=record["wall_s"],
+        mem_max_rss=None if peak is None else round(peak),
+    )
+    return {
+        "metadata": known,
+        "warmups": list(zip(loops[:first], frames[:first], strict=True)),
+        "values": frames[first:],
+    }
+
+
+def _known(**metadata) -> dict:
+    """Without what is unknown; pyperf takes numbers and text of one line that is not empty."""
+    found = {}
+    for name, value in metadata.items():
+        value = re.sub(r"\s+", " ", value).strip() if isinstance(value, str) else value
+        if value is not None and value != "" and not str(value).startswith("unavailable"):
+            found[name] = value
+    return found
