@@ -1,5 +1,6 @@
 """The picture that others are judged by, and the mask of pixels where no picture can be trusted."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -73,13 +74,20 @@ def job_of(parameters: Parameters) -> Parameters:
     return replace(parameters.picture(), precision="float64", epsilon=epsilon)
 
 
-def make(entry: Entry, arrays: dict[str, np.ndarray], parameters: Parameters, needs: tuple[str, ...], cache: Path):
-    """A Reference made by `entry`, with its compiled code in `cache`, or a NoReference."""
+def make(
+    entry: Entry,
+    arrays: dict[str, np.ndarray],
+    parameters: Parameters,
+    needs: tuple[str, ...],
+    cache: Path,
+    run: Callable[..., repetition.Result] = repetition.run,
+):
+    """A Reference made by `entry`, with its compiled code in `cache`, or a NoReference. `run` starts it."""
     wanted = job_of(parameters)
 
     def render(sample_x, sample_y):
         moved = replace(wanted, sample_x=sample_x, sample_y=sample_y)
-        return repetition.run(entry, arrays, moved, needs, cache=cache)
+        return run(entry, arrays, moved, needs, cache=cache)
 
     result = render(wanted.sample_x, wanted.sample_y)
     if result.status != "ok":

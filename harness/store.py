@@ -1,37 +1,48 @@
 """A run: a folder of results that only grows.
 
-    run.json            the experiment, the plan's cells, the environment, when and by what command; `resumed`: each
-                        time that it was taken up again
+    run.json            the experiment, the plan's cells, the environment, when and by what command; `order` of its
+                        repetitions; `pair`: the cell that was run twice in each round (A/A), or why none; `left_out`:
+                        cells by constraint; `resumed`: each time that it was taken up again; `ended`: when the harness
+                        had done what it could, and the state of the machine then
     repetitions.jsonl   one line per repetition, appended and synced when it ends: nothing finished is lost
     pictures/KEY.npy    the picture of each cell, linear float; KEY.reference.npy and KEY.mask.npy of each reference
-    series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-load-N.csv of the load pass
-    logs/KEY-N.stdout, .stderr; KEY-load-N of the load pass
+    series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-pair-N, KEY-load-N of the other passes
+    logs/KEY-N.stdout, .stderr; likewise
 
-A line of repetitions.jsonl has these keys; what is not known is null, with the reason in `status` and `reason`:
+A record has these keys; what is not known is null, with the reason in `status` and `reason`. A line of
+repetitions.jsonl leaves out what run.json says of the record's cell.
 
     cell, repetition, variant, renderer, renderer_version, technology, scene, scene_version, point, parameters, needs
     shapes      {sphere, box, polygon, ellipsoid, triangle, csg}: how many a ray is tried against
-    pass        timed, or load: a repetition that repeats the frame for the GPU's counters, and is in no times
+    lights      how many
+    pass        timed; pair: the second process of the A/A pair, which only the noise floor is made of; load: a
+                repetition that repeats the frame for the GPU's counters. Only timed ones are in times
     unranked    null, or why the row takes no part in any comparison: "exhibit: ..", or it ran in a simulator
     status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
     reason      text; "" if ok
     started     ISO time
     wall_s      from start to end of the process
+    took_s      of the whole repetition: job, process, judging; the first of a picture makes its reference too
     phases      [[name, start_s, end_s], ..] since the start of the process, `start` and `exit` added by the harness
-    frames_s    durations of the frames, the first one first
-    frame_parts [{kernel, download} or null, ..]: seconds of the parts of each frame
-    cpu         {user_s, system_s, series_s}: from wait4, and what the measurer last saw
-    memory      {peak_bytes, render_peak_bytes, peak_virtual_bytes, method, floor_bytes, wait4_peak_bytes}
+    frames_s    durations of the frames, the first one first; of one render, where a frame is a batch
+    frame_renders  [renders, ..] of which each frame consists
+    frame_parts [{kernel, download} or null, ..]: seconds of the parts of one render of each frame
+    cpu         {user_s, system_s, series_s, orphans, orphans_s}: from wait4, of the process and all that it started;
+                what the measurer's series comes to; how many of them lost their parent, and their part of the seconds
+    memory      {peak_bytes, render_peak_bytes, peak_virtual_bytes, method, at_least_bytes, floor_bytes,
+                wait4_peak_bytes}: row.py says how method finds the peak
     rays        {primary, reflected, transmitted, shadow, non_finite}
     used, versions, device   what the renderer said
     gpu         null, or {utilisation_percent, power_w, energy_j, energy_s, joules_per_mray, process_memory_bytes,
                 temperature_c, throttled}, each a number (throttled: [reason, ..]) or {unavailable: reason}: gpu_use.py
-    disturbed   {steal_s, other_cpu_s, waited_s, swapped_pages, throttled}: what the system counted meanwhile, each a
-                number or {unavailable: reason}: trouble.py
+    disturbed   {steal_s, other_cpu_s, waited_s, swapped_pages, held_back_s, throttled}: what the system counted
+                meanwhile, each a number or {unavailable: reason}: trouble.py
     build       {seconds, compiler, command}: of the build it ran, when that was made
     picture     {file, sha256}
     accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, or {unavailable: reason}
-    measurer    its audit of itself
+    measurer    its audit of itself: {ticks, missed, interval_s, interval_p50_s, interval_p99_s, cpu_s (its own),
+                saw_end, resolution_s (of integral_s), integral_s, wait4_s, processes (most at once), mark_bytes
+                (largest VmHWM seen), pss_peak_bytes, gpu, gpu_sources}
     series      file of what the measurer saw
     warnings    [text, ..]: what makes the row doubtful
 """
@@ -42,10 +53,12 @@ import os
 from pathlib import Path
 
 import numpy as np
+import orjson
 
 from harness.errors import UserError
 
 FORMAT = 1
+REPEATED = {"used", "versions", "build", "device", "shapes", "accuracy"}  # mostly the same in all rows of a cell
 
 
 class Run:
@@ -58,14 +71,18 @@ class Run:
         rows = self.folder / "repetitions.jsonl"
         _cut_torn_line(rows)
         self._file = open(rows, "a", encoding="utf-8")  # noqa: SIM115
+        self._cells: dict[str, dict] = {}
 
     def describe(self, **facts) -> None:
+        self._cells = _by_key(facts)
         text = json.dumps({"format": FORMAT, **facts}, indent=1, allow_nan=False)
         write_whole(self.folder / "run.json", text + "\n")
 
     def append(self, record: dict) -> None:
         """Write one repetition, on the disk when this returns."""
-        self._file.write(json.dumps(record, allow_nan=False) + "\n")
+        known = self._cells.get(record.get("cell"), {})
+        own = {name: value for name, value in record.items() if name == "cell" or known.get(name, self) != value}
+        self._file.write(json.dumps(own, allow_nan=False) + "\n")
         self._file.flush()
         os.fsync(self._file.fileno())
 
@@ -106,16 +123,27 @@ def read(folder: Path) -> tuple[dict, list[dict]]:
     folder = Path(folder)
     try:
         facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        text = (folder / "repetitions.jsonl").read_text(encoding="utf-8")
+        text = (folder / "repetitions.jsonl").read_bytes()
     except (OSError, ValueError) as error:
         raise UserError(f"{folder}: not a run: {error}", remedy="a run is a folder that `rayrace run` wrote") from None
     if not isinstance(facts, dict) or facts.get("format") != FORMAT:
         raise UserError(f"{folder / 'run.json'}: expected format {FORMAT}")
-    records = []
-    whole, _, _ = text.rpartition("\n")
+    whole, _, _ = text.rpartition(b"\n")
+    cells = _by_key(facts)
+    records, alike = [], {}
     for number, line in enumerate(whole.splitlines(), 1):
         try:
-            records.append(dict(json.loads(line)))
-        except (ValueError, TypeError):
+            row = orjson.loads(line)
+            record = {**cells.get(row.get("cell"), {}), **row}
+        except (ValueError, TypeError, AttributeError):
             raise UserError("a damaged line", file=folder / "repetitions.jsonl", line=number) from None
+        for name in REPEATED & record.keys():  # one object for all that are equal: runs can have 100,000 rows
+            before = alike.setdefault((record.get("cell"), name), record[name])
+            if record[name] == before:
+                record[name] = before
+        records.append(record)
     return facts, records
+
+
+def _by_key(facts: dict) -> dict[str, dict]:
+    return {cell["cell"]: cell for cell in facts.get("cells", [])}

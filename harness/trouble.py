@@ -4,6 +4,7 @@ steal_s        CPU time that the host of a virtual machine gave to others (proc(
 other_cpu_s    CPU time of all programs but rayrace and what it started
 waited_s       time in which some program waited for a core (/proc/pressure/cpu)
 swapped_pages  to and from the disk (/proc/vmstat)
+held_back_s    time for which a CPU quota stopped this control group, or one around it (cpu.stat)
 throttled      times that a core was slowed down for heat
 
 Each is a number, or {"unavailable": reason}. Resolution of the CPU times: one tick of the clock for each core, 10 ms.
@@ -11,6 +12,8 @@ Each is a number, or {"unavailable": reason}. Resolution of the CPU times: one t
 
 import os
 from pathlib import Path
+
+from harness import cgroup
 
 ROOT = Path("/")
 LEAST_S = 0.1  # s, below which the resolution of the counters decides
@@ -21,6 +24,7 @@ DOUBTS = {
     "steal_s": "the host of this virtual machine took the processor away",
     "other_cpu_s": "other programs used the processor",
     "swapped_pages": "the system swapped memory",
+    "held_back_s": "a CPU quota (cgroup) stopped the programs of this group",
     "throttled": "the processor was slowed down for heat",
 }
 
@@ -34,6 +38,7 @@ def look(root: Path = ROOT) -> dict:
         "own_s": own.user + own.system + own.children_user + own.children_system,
         "waited_s": _told(root / "proc/pressure/cpu", _waited),
         "swapped_pages": _told(root / "proc/vmstat", _swapped),
+        "held_back_s": _held_back(root),
         "throttled": _throttled(root / "sys/devices/system/cpu"),
     }
 
@@ -79,6 +84,11 @@ def _waited(text: str) -> float:
 def _swapped(text: str) -> int:
     rows = dict(line.split() for line in text.splitlines())
     return int(rows["pswpin"]) + int(rows["pswpout"])
+
+
+def _held_back(root: Path):
+    told = cgroup.held_back(root)
+    return told[1] if told else "no control group counts it"
 
 
 def _throttled(cores: Path):

@@ -2,6 +2,8 @@
 
 import json
 import os
+import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -17,7 +19,7 @@ MORE = 'timeout = "30 s"\n[sweep]\ndepth = [0, 1]\n'
 
 
 def finished(folder):
-    return [(record["cell"], record["repetition"]) for record in store.read(folder)[1]]
+    return [(record["cell"], record["repetition"]) for record in store.read(folder)[1] if record["pass"] == "timed"]
 
 
 @pytest.mark.parametrize("rows_before", [0, 1, 5])
@@ -42,6 +44,48 @@ def test_killed_at_any_time_and_resumed(rayrace, experiment, environment, tmp_pa
     assert len(again) == 1 and again[0]["command"][-1] == str(folder)
     rayrace("run", file, "--resume", folder, "--report", code=0)
     assert finished(folder) == done
+
+
+@pytest.mark.slow
+def test_killed_at_twenty_random_instants(rayrace, experiment, environment, tmp_path):
+    """Each kill meets what the one before it left: what is there is whole and stays, nothing is there twice."""
+    seed = 50
+    rng = random.Random(seed)
+    print("seed", seed)
+    file, folder = experiment(["python"], MORE, processes=40), tmp_path / "run"
+    rows, before, late = folder / "repetitions.jsonl", b"", 0
+    for number in range(20):
+        words = ["--resume", folder] if (folder / "run.json").exists() else ["--out", folder]
+        if words[0] == "--out" and folder.exists():
+            shutil.rmtree(folder)  # killed before it was a run
+        with subprocess.Popen(
+            [PROGRAM, "run", file, *words], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        ) as started:
+            if number % 2:  # in its start, else while it measures
+                time.sleep(rng.uniform(0, 1.5))
+            else:
+                wanted = before.count(b"\n") + rng.randrange(1, 4)
+                for _ in range(1000):
+                    if rows.exists() and rows.read_bytes().count(b"\n") >= wanted:
+                        break
+                    time.sleep(0.01)
+                time.sleep(rng.uniform(0, 0.3))
+            os.kill(started.pid, signal.SIGKILL)
+        now = rows.read_bytes() if rows.exists() else b""
+        whole = before[: before.rfind(b"\n") + 1]
+        assert now.startswith(whole), f"kill {number}"
+        for line in now[: now.rfind(b"\n") + 1].splitlines():
+            json.loads(line)
+        late += now.count(b"\n") == 80
+        before = now
+    assert not late, "it ended before it was killed: make the run longer"
+    rayrace("run", file, "--resume", folder, "--report", code=0)
+    done = finished(folder)
+    assert len(done) == len(set(done)) and {cell: sum(c == cell for c, _ in done) for cell, _ in done} == dict.fromkeys(
+        {cell for cell, _ in done}, 40
+    )
+    for record in store.read(folder)[1]:
+        assert record["status"] == "ok" and (folder / record["series"]).read_text().endswith("\n")
 
 
 def test_more_processes_and_another_point_are_what_is_missing(rayrace, experiment, tmp_path):
@@ -104,11 +148,12 @@ def test_nothing_changed_is_mixed_in(rayrace, experiment, write, tmp_path, bad_f
 
 def test_a_budget_makes_a_thinner_study_that_can_be_gone_on_with(rayrace, experiment, tmp_path):
     file, folder = experiment(["python"], MORE, processes=30), tmp_path / "run"
-    said = rayrace("run", file, "--out", folder, "--max-minutes", 0.03, code=0).stdout
+    said = rayrace("run", file, "--out", folder, "--max-minutes", 0.1, code=0).stdout
     done = finished(folder)
     turns = {cell: max(n for other, n in done if other == cell) for cell, _ in done}
     assert 2 <= len(done) < 60 and len(turns) == 2 and max(turns.values()) - min(turns.values()) <= 1
-    assert f"{60 - len(done)} repetitions are left; --resume {folder} goes on" in said
+    left = 90 - len(store.read(folder)[1])  # the A/A pair is one cell more
+    assert f"{left} repetitions are left; --resume {folder} goes on" in said
     said = rayrace("run", file, "--resume", folder, "--set", "processes=2", code=0).stdout
     assert "are left" not in said
     rayrace("run", file, "--out", tmp_path / "none", "--max-minutes", 0, code=0)

@@ -86,8 +86,8 @@ def parent(pid):
 def test_the_lock_of_measuring(environment, tmp_path):
     """While one rayrace measures, another one waits."""
     source = (
-        "import sys, time; from harness import race\n"
-        "lock = race.host_lock(); lock.acquire(timeout=0); print('held', flush=True); sys.stdin.read()"
+        "import sys, time; from harness.executors import local\n"
+        "lock = local.host_lock(); lock.acquire(timeout=0); print('held', flush=True); sys.stdin.read()"
     )
     holder = subprocess.Popen(
         [sys.executable, "-c", source], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True

@@ -34,6 +34,21 @@ def test_lines_are_appended_and_there_at_once(run):
     more.close()
 
 
+def test_what_run_json_says_of_a_cell_is_not_written_again(tmp_path):
+    run = store.Run(tmp_path)
+    run.describe(cells=[{"cell": "c", "scene": "s", "point": {"depth": 1}}])
+    records = [
+        {"cell": "c", "scene": "s", "point": {"depth": 1}, "repetition": 0},
+        {"cell": "c", "scene": "another", "point": None, "repetition": 1},
+        {"cell": "d", "scene": "s", "repetition": 2},
+    ]
+    for record in records:
+        run.append(record)
+    run.close()
+    assert (tmp_path / "repetitions.jsonl").read_text().splitlines()[0] == '{"cell": "c", "repetition": 0}'
+    assert store.read(tmp_path)[1] == records
+
+
 def test_a_last_line_that_was_cut_off_is_not_believed(run):
     path = run / "repetitions.jsonl"
     whole = path.read_bytes()

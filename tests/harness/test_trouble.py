@@ -16,7 +16,7 @@ HERTZ = os.sysconf("SC_CLK_TCK")
 def system(tmp_path):
     """system(steal=..): files of a system with these counters; system.folder is its root."""
 
-    def write(steal=0.0, busy=0.0, waited=0.0, swapped=0, throttled=0):
+    def write(steal=0.0, busy=0.0, waited=0.0, swapped=0, throttled=0, held_back=0.0):
         def put(name, text):
             path = tmp_path / name
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -26,6 +26,8 @@ def system(tmp_path):
         put("proc/stat", f"cpu  {' '.join(map(str, ticks))}\ncpu0 1 2 3\n")
         put("proc/pressure/cpu", f"some avg10=0.00 avg60=0.00 avg300=0.00 total={int(waited * 1e6)}\nfull total=0\n")
         put("proc/vmstat", f"nr_free_pages 5\npswpin {swapped}\npswpout 7\n")
+        put("sys/fs/cgroup/cgroup.controllers", "cpu memory\n")
+        put("sys/fs/cgroup/cpu.stat", f"usage_usec 5\nnr_throttled 3\nthrottled_usec {int(held_back * 1e6)}\n")
         for core in (0, 1):
             put(f"sys/devices/system/cpu/cpu{core}/thermal_throttle/core_throttle_count", f"{throttled * core}\n")
         return trouble.look(tmp_path)
@@ -34,7 +36,7 @@ def system(tmp_path):
     return write
 
 
-QUIET = {"steal_s": 0, "other_cpu_s": 0, "waited_s": 0, "swapped_pages": 0, "throttled": 0}
+QUIET = {"steal_s": 0, "other_cpu_s": 0, "waited_s": 0, "swapped_pages": 0, "held_back_s": 0, "throttled": 0}
 
 
 @pytest.mark.parametrize(
@@ -46,6 +48,7 @@ QUIET = {"steal_s": 0, "other_cpu_s": 0, "waited_s": 0, "swapped_pages": 0, "thr
         ({"waited": 4.0}, "waited_s", 4.0, False),
         ({"swapped": 3}, "swapped_pages", 3, True),
         ({"throttled": 2}, "throttled", 2, True),
+        ({"held_back": 0.01}, "held_back_s", 0.01, True),
         ({}, "steal_s", 0, False),
     ],
 )
@@ -79,6 +82,7 @@ def test_what_is_not_told_has_its_reason(system):
     assert trouble.doubts(found, 1.0) == []
     nothing = trouble.look(system.folder / "nowhere")
     assert nothing["throttled"] == "the system counts none"
+    assert nothing["held_back_s"] == "no control group counts it"
 
 
 def test_a_load_beside_is_seen_and_its_own_is_not():

@@ -1,0 +1,144 @@
+"""Where a run's repetitions are made: each is started, judged, and becomes a record."""
+
+import hashlib
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from harness import gpu_use, job, judge, reference, repetition, row, store, trouble
+from harness.builder import BuildError
+from harness.executors import Executor
+from harness.plan import Cell, Plan
+from harness.registry import Entry
+
+
+class Bench:
+    """What the repetitions of one run share: references, pictures seen, caches of compiled code."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        known: dict[str, Entry],
+        run_store: store.Run,
+        caches: Path,
+        interval: float,
+        executor: Executor,
+    ):
+        self.plan, self.known, self.store = plan, known, run_store
+        self.caches, self.interval, self.executor = caches, interval, executor
+        self.references: dict[str, tuple] = {}  # (Reference or NoReference, its files)
+        self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
+
+    def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
+        """Run one repetition of a cell, for one of the passes of a run; its record (store.py)."""
+        stem = f"{cell.key}-{number}" if kind == "timed" else f"{cell.key}-{kind}-{number}"
+        series = self.store.folder / "series" / f"{stem}.csv"
+        started, begun, before = timestamp(), self.executor.clock(), self.executor.look()
+        arrays = self.plan.arrays[cell.scene_version]
+        result = self.executor.run(
+            cell.entry,
+            arrays,
+            cell.parameters,
+            cell.needs,
+            timeout=cell.timeout,
+            series=series,
+            interval=self.interval,
+            cache=self.caches / cell.key,
+            log=self.store.folder / "logs" / stem,
+        )
+        disturbed = trouble.between(before, self.executor.look())
+        record = {
+            **row.facts(cell),
+            "repetition": number,
+            "started": started,
+            "shapes": job.count_shapes(arrays),
+            "lights": len(arrays["lights"]),
+            "unranked": row.unranked(cell.entry, result.said),
+            "pass": kind,
+            **row.measured(result, series),
+            "disturbed": disturbed,
+            "gpu": _gpu(cell.entry, result, series),
+            "build": self._build(cell),
+            "picture": None,
+            "accuracy": None,
+        }
+        if record["wall_s"] is not None:
+            record["warnings"] += trouble.doubts(disturbed, record["wall_s"])
+        if result.array is not None and result.status == "ok":
+            record["picture"] = self._keep(cell, result.array, record["warnings"])
+            self._judge(cell, result, record)
+        record["status"], record["reason"] = result.status, result.reason
+        record["took_s"] = self.executor.clock() - begun
+        return record
+
+    def _build(self, cell: Cell) -> dict | None:
+        try:
+            built = None if cell.entry.unavailable else cell.entry.renderer.build(cell.parameters, cell.needs)
+        except BuildError:
+            return None
+        if built is None:
+            return None
+        return {"seconds": built.seconds, "compiler": built.compiler, "command": list(built.command)}
+
+    def _keep(self, cell: Cell, picture: np.ndarray, warnings: list[str]) -> dict:
+        """Store the first picture of a cell; later ones must have the same bytes."""
+        digest = hashlib.sha256(np.ascontiguousarray(picture).tobytes()).hexdigest()
+        name = f"pictures/{cell.key}.npy"
+        if self.pictures.setdefault(cell.key, digest) != digest:
+            warnings.append("the picture is not the same as in the first repetition")
+            name = f"pictures/{cell.key}-{digest[:8]}.npy"
+        if not (self.store.folder / name).exists():
+            store.save_whole(self.store.folder / name, picture)
+        return {"file": name, "sha256": digest}
+
+    def _judge(self, cell: Cell, result: repetition.Result, record: dict) -> None:
+        found, files = self._reference(cell)
+        if isinstance(found, reference.NoReference):
+            record["accuracy"] = {"unavailable": found.reason}
+            wrong = judge.not_finite(result.array)
+        else:
+            precision = cell.parameters.precision
+            external = cell.entry.renderer.manifest.external
+            verdict = judge.judge(result.array, found.picture, found.mask, precision, external)
+            record["accuracy"] = {"reference": found.maker, **files, **verdict.record()}
+            wrong = verdict.wrong
+            if not external:  # others count other things
+                wrong = wrong or judge.compare_rays(result.said.rays, found.rays, precision)
+        if wrong:
+            result.status, result.reason = "wrong picture", wrong
+
+    def _reference(self, cell: Cell):
+        """The reference for a cell and its files, made when first asked for and kept in the run."""
+        maker = reference.choose(cell.entry, self.known, cell.parameters, cell.needs)
+        if maker is None:
+            return reference.NoReference("no other renderer here can make this picture"), {}
+        arrays = self.plan.arrays[cell.scene_version]
+        wanted = cell.parameters.picture()
+        key = job.fingerprint({}, cell.scene_version, wanted, maker.name, maker.renderer.version)
+        if key not in self.references:
+            cache = self.caches / f"{maker.name}.reference"
+            found = reference.make(maker, arrays, cell.parameters, cell.needs, cache, self.executor.run)
+            files = {}
+            if isinstance(found, reference.Reference):
+                files = {f"{name}_file": f"pictures/{key}.{name}.npy" for name in ("reference", "mask")}
+                store.save_whole(self.store.folder / files["reference_file"], found.picture)
+                store.save_whole(self.store.folder / files["mask_file"], found.mask)
+            self.references[key] = found, files
+        return self.references[key]
+
+
+def _gpu(entry: Entry, result: repetition.Result, series: Path) -> dict | None:
+    """What the GPU did, of a variant that runs on one."""
+    if entry.variant.device != "cuda":
+        return None
+    if result.outcome is None or result.outcome.failed:
+        return gpu_use.unavailable(result.reason)
+    if row.simulated(entry, result.said):
+        return gpu_use.unavailable(row.SIMULATED)
+    return gpu_use.use(result.said, result.outcome, series)
+
+
+def timestamp() -> str:
+    """The time of day, ISO 8601."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
