@@ -4,7 +4,9 @@ from pathlib import Path
 
 from reports import (
     blocks_figure,
+    complexity,
     cpu_figure,
+    cpu_table,
     fault_figure,
     gpu_figure,
     gpu_table,
@@ -24,8 +26,8 @@ from reports import (
 )
 
 PARTS = (
-    machine_table, times_table, times_figure, startup_table, memory_table, pictures_figure, cpu_figure, gpu_table,
-    gpu_figure, roofline_figure, scene_memory_table, launch_figure, blocks_figure, fault_figure,
+    machine_table, times_table, times_figure, startup_table, memory_table, pictures_figure, cpu_table, cpu_figure,
+    gpu_table, gpu_figure, roofline_figure, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity,
 )  # fmt: skip
 
 
