@@ -41,6 +41,11 @@ class Steady:
     note: str = ""
     warm_up: int | None = None
 
+    @property
+    def start(self) -> int:
+        """From which frame on its frames count: where there is no steady state, all but the first stand for it."""
+        return 1 if self.first is None else self.first
+
 
 def find(frames_s: Sequence[float]) -> Steady:
     """The steady frames of a process, from the seconds of all its frames, the first one first."""

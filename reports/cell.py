@@ -9,7 +9,7 @@ from harness import statistics, steady
 from harness.statistics import Estimate
 from reports import repetition
 
-MOST_UNSTEADY = 1 / 4  # of the repetitions of a cell that has a steady time
+MOST_UNSTEADY = 1 / 2  # of the repetitions of a cell that has a steady time; a few are the machine's doing
 BAD_FIRST = ("wrong picture", "failed", "timeout", "killed", "unsupported", "unavailable")
 
 
@@ -142,7 +142,7 @@ class Cell:
         """Status and reason; of an ok cell also how many of its repetitions were not; and why it is apart."""
         if self.status == "wrong picture" and self.exhibit:
             return f"{self.apart}; its picture is wrong, as meant: {self.reason}"
-        text = f"ok{self.lost}{self.left_out}" if self.status == "ok" else f"{self.status}: {self.reason}"
+        text = f"ok{self.lost}{self.disturbed}" if self.status == "ok" else f"{self.status}: {self.reason}"
         return f"{text}; {self.apart}" if self.apart else text
 
     @property
@@ -157,26 +157,26 @@ class Cell:
 
     @cached_property
     def _without_steady(self) -> tuple[int, str]:
-        """How many of the repetitions that count have no steady time, and why the first of them has none."""
-        times, notes = (self.known(name) for name in ("steady_s", "steady_note"))
-        none = [row for row in self.counting if row not in times]
-        return len(none), notes[none[0]] if none else ""
+        """How many of the repetitions that count have no steady state, and why the first of them has none."""
+        states, notes = (self.known(name) for name in ("steady_state", "steady_note"))
+        none = [row for row in self.counting if states.get(row, "none") == "none"]
+        return len(none), notes.get(none[0], steady.NO_FRAMES) if none else ""
 
     @property
     def unsteady(self) -> str:
-        """ "" or why it has no steady time: more than a quarter of the repetitions that count have none."""
+        """ "" or why it has no steady time: more than half of the repetitions that count have no steady state."""
         count, note = self._without_steady
         if count <= MOST_UNSTEADY * len(self.counting):
             return ""
         return note if count == len(self.counting) else f"{note}, in {count} of {len(self.counting)} repetitions"
 
     @property
-    def left_out(self) -> str:
-        """Of a cell with a steady time: "" or how many of its repetitions have none, and why."""
+    def disturbed(self) -> str:
+        """Of a cell with a steady time: "" or how many of its repetitions have no steady state, and why."""
         count, note = self._without_steady
         if self.unsteady or not count:
             return ""
-        return f", but {count} of {len(self.counting)} repetitions left out: {note}"
+        return f", but {count} of {len(self.counting)} repetitions have {note}"
 
     @property
     def outlying(self) -> int:

@@ -22,12 +22,13 @@ CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time i
 def row(record: dict) -> dict:
     """A record as a flat row, its point apart; what it does not tell is left out, which pandas makes NaN.
 
+    Of a process without a steady state all later frames count, and the cell decides what that is worth.
     warmup_frames: before the level was reached, frame 0 included. outlier_frames: of the steady ones.
     measured_cpu_s: of the measurer's series; cpu_off: does it differ from wait4's by too much?
     """
     frames = record["frames_s"] or []
     found = steady.find(frames)
-    kept = frames[found.first :] if found.first else []
+    kept = frames[found.start :]
     steady_s = median(kept) if kept else None
     rays = record["rays"] and sum(record["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
     compile_s, upload_s = (_phase(record, name) for name in ("compile", "upload"))
@@ -56,8 +57,8 @@ def row(record: dict) -> dict:
         "rays": rays,
         "rays_per_s": rays / steady_s if rays and steady_s else None,
         "upload_s": upload_s,
-        "kernel_s": _part(record, "kernel", found.first),
-        "download_s": _part(record, "download", found.first),
+        "kernel_s": _part(record, "kernel", found.start),
+        "download_s": _part(record, "download", found.start),
         "end_to_end_s": None if upload_s is None or steady_s is None else upload_s + steady_s,
         "not_judged": _not_judged(record),
         **_audit(record["measurer"] or {}),
@@ -74,9 +75,9 @@ def _phase(record: dict, phase: str) -> float | None:
     return sum(found) if found else None
 
 
-def _part(record: dict, name: str, first: int | None) -> float | None:
-    """Median s of a part of its frames from the first steady one on; None if one of them does not tell it."""
-    parts = (record.get("frame_parts") or [])[first:] if first else []
+def _part(record: dict, name: str, start: int) -> float | None:
+    """Median s of a part of its frames from `start` on; None if one of them does not tell it."""
+    parts = (record.get("frame_parts") or [])[start:]
     if not parts or any(told is None or told.get(name) is None for told in parts):
         return None
     return median(told[name] for told in parts)

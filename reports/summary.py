@@ -135,7 +135,7 @@ def _warnings(results: Results) -> list[str]:
 
 def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
     """What makes a cell doubtful, each with its kind: its text, numbers apart."""
-    found = [(_kind(text), f"ok{text}") for text in (cell.lost, cell.left_out) if text and cell.status == "ok"]
+    found = [(_kind(text), f"ok{text}") for text in (cell.lost, cell.disturbed) if text and cell.status == "ok"]
     for row in cell.timed:
         found += [(_kind(text), text) for text in results.records[row]["warnings"]]
     for row in cell.loaded:

@@ -59,7 +59,7 @@ def _about(results: Results, name: str, cell: Cell) -> dict:
 def _run(record: dict) -> dict:
     """One process."""
     frames = record["frames_s"]
-    first = steady.find(frames).first
+    first = steady.find(frames).start
     loops = record.get("frame_renders") or [1] * len(frames)
     peak = (record["memory"] or {}).get("peak_bytes")
     known = _known(
