@@ -296,28 +296,9 @@ def generate(
 ) -> None:
     """Generate a scene: the comparison scene for any number of spheres and lights (.txt), one of Haines' (.nff), or
     the gallery's mesh (.obj)."""
-    from harness.errors import UserError
-    from harness.scene.generate import comparison
-    from harness.scene.generate_knot import knot
-    from harness.scene.generate_spd import balls, tetra
+    from harness.scene.generated import written
 
-    known = {
-        "comparison": (comparison, ".txt", {"spheres", "lights"}),
-        "balls": (balls, ".nff", {"size"}),
-        "tetra": (tetra, ".nff", {"size"}),
-        "knot": (knot, ".obj", set()),
-    }
-    if name not in known:
-        raise UserError(f'no generator "{name}"; known: {", ".join(known)}')
-    make, suffix, options = known[name]
-    if out is not None and out.suffix.lower() != suffix:
-        raise UserError(f"{out}: {name} is written as {suffix}; end the name with that")
-    asked = {"spheres": spheres, "lights": lights, "size": size}
-    asked = {option: value for option, value in asked.items() if value is not None}
-    for option in asked:
-        if option not in options:
-            raise UserError(f"--{option} is no option of {name}")
-    text = make(**asked)
+    text = written(name, out, spheres=spheres, lights=lights, size=size)
     if out is None:
         print(text, end="")
     else:

@@ -1,14 +1,41 @@
-"""Scenes that are generated when they are asked for, without a file between."""
+"""Scenes that are generated when they are asked for: as text for a file, or as a Scene without one."""
 
 from dataclasses import replace
 from functools import lru_cache
 
+from harness.errors import UserError
 from harness.scene import nff, text
 from harness.scene.generate import comparison
+from harness.scene.generate_knot import knot
 from harness.scene.generate_spd import balls, tetra
 
 # What each can be asked for, and how much of it there is by default.
 COUNTS = {"comparison": {"objects": 48, "lights": 3}, "balls": {"size": 4}, "tetra": {"size": 6}}
+
+# Who makes the text of each, how its file ends, and what it can be asked for.
+TEXTS = {
+    "comparison": (comparison, ".txt", {"spheres", "lights"}),
+    "balls": (balls, ".nff", {"size"}),
+    "tetra": (tetra, ".nff", {"size"}),
+    "knot": (knot, ".obj", set()),
+}
+
+
+def written(name, file=None, **asked):
+    """The text of a scene or mesh; None asks for the default. file: where it is to go.
+
+    UserError if the file's name ends otherwise, or the generator has no such option.
+    """
+    if name not in TEXTS:
+        raise UserError(f'no generator "{name}"; known: {", ".join(TEXTS)}')
+    make, suffix, options = TEXTS[name]
+    if file is not None and file.suffix.lower() != suffix:
+        raise UserError(f"{file}: {name} is written as {suffix}; end the name with that")
+    asked = {option: value for option, value in asked.items() if value is not None}
+    for option in asked:
+        if option not in options:
+            raise UserError(f"--{option} is no option of {name}")
+    return make(**asked)
 
 
 def generated(name, **counts):
