@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness import gpu_use, job, judge, reference, repetition, row, store, trouble
+from harness import gpu_use, job, judge, perception, reference, repetition, row, store, trouble
 from harness.builder import BuildError
 from harness.executors import Executor
 from harness.plan import Cell, Plan
@@ -29,6 +29,7 @@ class Bench:
         self.caches, self.interval, self.executor = caches, interval, executor
         self.references: dict[str, tuple] = {}  # (Reference or NoReference, its files)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
+        self.seen: dict[tuple[str, str], dict] = {}  # perception by picture and reference
 
     def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
         """Run one repetition of a cell, for one of the passes of a run; its record (store.py)."""
@@ -101,12 +102,26 @@ class Bench:
             precision = cell.parameters.precision
             external = cell.entry.renderer.manifest.external
             verdict = judge.judge(result.array, found.picture, found.mask, precision, external)
-            record["accuracy"] = {"reference": found.maker, **files, **verdict.record()}
+            seen = self._perceive(cell, result.array, record["picture"], found.picture, files["reference_file"])
+            record["accuracy"] = {"reference": found.maker, **files, **verdict.record(), **seen}
             wrong = verdict.wrong
             if not external:  # others count other things
                 wrong = wrong or judge.compare_rays(result.said.rays, found.rays, precision)
         if wrong:
             result.status, result.reason = "wrong picture", wrong
+
+    def _perceive(self, cell: Cell, picture: np.ndarray, kept: dict, right: np.ndarray, reference_file: str) -> dict:
+        """What is seen of the difference, worked out once for each picture; its map is kept beside the picture."""
+        if judge.not_finite(picture) or picture.shape != right.shape:
+            reason = {"unavailable": "the picture is not finite, or of another shape"}
+            return {"psnr_db": reason, "ssim": reason, "flip": reason, "flip_file": None}
+        key = kept["sha256"], reference_file
+        if key not in self.seen:
+            found = perception.perceive(picture, right, cell.parameters.arithmetic)
+            name = kept["file"].removesuffix(".npy") + ".flip.npy"
+            store.save_whole(self.store.folder / name, found.flip_map)
+            self.seen[key] = {**found.record(), "flip_file": name}
+        return self.seen[key]
 
     def _reference(self, cell: Cell):
         """The reference for a cell and its files, made when first asked for and kept in the run."""

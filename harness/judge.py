@@ -12,6 +12,7 @@ import numpy as np
 # suite. float32: one step of an 8-bit picture.
 TOLERANCE = {"float64": 1e-9, "float32": 1 / 255}
 STEP = 1 / 255
+DARK = 1e-2  # squared linear level below which relative errors count less
 EXTERNAL_TOLERANCE = 2 / 255  # of a program that is not ours, whose pictures may come in few bits
 RAY_TOLERANCE = {"float64": 1e-4, "float32": 1e-2}  # relative, of each ray count
 
@@ -21,14 +22,17 @@ class Verdict:
     """How far a picture is from its reference. Differences are of linear RGB, over all channels.
 
     max_outside, max_inside: largest absolute difference outside and inside the mask (None: no such pixels).
-    rmse: root of the mean squared difference, all pixels. bad_pixels: fraction whose largest channel difference exceeds
-    1/255. mask_fraction: share of ill-conditioned pixels. wrong: None, or why the picture is rejected.
+    rmse: root of the mean squared difference, all pixels. relative_mse: mean of squared differences, each divided by
+    the square of the reference + 0.01, so that dark and bright count alike. bad_pixels: fraction whose largest channel
+    difference exceeds 1/255. mask_fraction: share of ill-conditioned pixels. wrong: None, or why the picture is
+    rejected.
     """
 
     wrong: str | None
     max_outside: float | None = None
     max_inside: float | None = None
     rmse: float | None = None
+    relative_mse: float | None = None
     bad_pixels: float | None = None
     mask_fraction: float | None = None
     tolerance: float | None = None
@@ -55,6 +59,7 @@ def judge(
         return Verdict(broken)
     if picture.shape != reference.shape:
         return Verdict(f"its shape is {picture.shape}, the reference's {reference.shape}")
+    squares = (picture.astype(np.float64) - reference) ** 2
     difference = np.abs(picture.astype(np.float64) - reference).max(axis=-1)
     outside, inside = difference[~mask], difference[mask]
     tolerance = EXTERNAL_TOLERANCE if external else TOLERANCE.get(precision, TOLERANCE["float64"])
@@ -67,7 +72,8 @@ def judge(
         wrong=wrong,
         max_outside=worst,
         max_inside=float(inside.max()) if inside.size else None,
-        rmse=float(np.sqrt(np.mean((picture.astype(np.float64) - reference) ** 2))),
+        rmse=float(np.sqrt(squares.mean())),
+        relative_mse=float(np.mean(squares / (reference**2 + DARK))),
         bad_pixels=float(np.mean(difference > STEP)),
         mask_fraction=float(mask.mean()),
         tolerance=tolerance,

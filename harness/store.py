@@ -5,7 +5,8 @@
                         cells by constraint; `resumed`: each time that it was taken up again; `ended`: when the harness
                         had done what it could, and the state of the machine then
     repetitions.jsonl   one line per repetition, appended and synced when it ends: nothing finished is lost
-    pictures/KEY.npy    the picture of each cell, linear float; KEY.reference.npy and KEY.mask.npy of each reference
+    pictures/KEY.npy    the picture of each cell, linear float, and KEY.flip.npy, its FLIP map; KEY.reference.npy and
+                        KEY.mask.npy of each reference
     series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-pair-N, KEY-load-N of the other passes
     logs/KEY-N.stdout, .stderr; likewise
 
@@ -39,7 +40,8 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
                 meanwhile, each a number or {unavailable: reason}: trouble.py
     build       {seconds, compiler, command}: of the build it ran, when that was made
     picture     {file, sha256}
-    accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, or {unavailable: reason}
+    accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, and psnr_db, ssim, flip (each a
+                number or {unavailable: reason}: perception.py) with `flip_file`; or {unavailable: reason}
     measurer    its audit of itself: {ticks, missed, interval_s, interval_p50_s, interval_p99_s, cpu_s (its own),
                 saw_end, resolution_s (of integral_s), integral_s, wait4_s, processes (most at once), mark_bytes
                 (largest VmHWM seen), pss_peak_bytes, gpu, gpu_sources}

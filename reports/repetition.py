@@ -5,7 +5,9 @@ from statistics import median
 from harness import statistics, steady
 
 MEMORY = "peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"
-ACCURACY = "reference", "max_outside", "max_inside", "rmse", "bad_pixels", "mask_fraction", "tolerance"
+ACCURACY = "reference", "max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance"
+SEEN = "psnr_db", "ssim", "flip"  # harness/perception.py; no_ssim, say, is why there is none
+NOT_SEEN = tuple(f"no_{name}" for name in SEEN)
 GPU = "upload_s", "kernel_s", "download_s", "end_to_end_s"
 FRAMES = "steady_state", "steady_note", "steady_frames", "warmup_frames", "outlier_frames"
 AUDIT = "measured_cpu_s", "cpu_off", "tick_p50_s", "tick_p99_s", "ticks", "missed_ticks", "measurer_cpu_s"
@@ -14,7 +16,8 @@ OF_STEADY = "steady_s", "rays_per_s", "kernel_s", "download_s", "end_to_end_s"  
 COLUMNS = (
     "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked", "wall_s",
     "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
-    "rays", "rays_per_s", *GPU, *MEMORY, "memory_method", *ACCURACY, "not_judged", *AUDIT, *DISTURBED, "warnings",
+    "rays", "rays_per_s", *GPU, *MEMORY, "memory_method", *ACCURACY, *SEEN, *NOT_SEEN, "not_judged", *AUDIT, *DISTURBED,
+    "warnings",
 )  # fmt: skip
 CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time is off by too much (harness/row.py)
 
@@ -43,6 +46,8 @@ def row(record: dict) -> dict:
         "cpu_s": cpu["user_s"] + cpu["system_s"] if cpu else None,
         **{name: memory.get(name) for name in MEMORY},
         **{name: accuracy.get(name) for name in ACCURACY},
+        **_known(accuracy, SEEN),
+        **{f"no_{name}": _reason(accuracy.get(name)) for name in SEEN},
         "memory_method": memory.get("method"),
         "first_s": frames[0] if frames else None,
         "steady_s": steady_s,
@@ -64,7 +69,7 @@ def row(record: dict) -> dict:
         **_audit(record["measurer"] or {}),
         "measured_cpu_s": cpu.get("series_s"),
         "cpu_off": any(text.startswith(CPU_DOUBT) for text in record["warnings"]),
-        **_disturbed(record.get("disturbed") or {}),
+        **_known(record.get("disturbed") or {}, DISTURBED),
         "warnings": "; ".join(record["warnings"]),
     }
 
@@ -94,9 +99,13 @@ def _audit(told: dict) -> dict:
     }
 
 
-def _disturbed(told: dict) -> dict:
-    """What the system counted meanwhile, where it counts it."""
-    return {name: None if isinstance(told.get(name), dict) else told.get(name) for name in DISTURBED}
+def _known(told: dict, names: tuple[str, ...]) -> dict:
+    """Values of a table whose unknown ones are {"unavailable": reason}."""
+    return {name: None if isinstance(told.get(name), dict) else told.get(name) for name in names}
+
+
+def _reason(value) -> str | None:
+    return value["unavailable"] if isinstance(value, dict) else None
 
 
 def _not_judged(record: dict) -> str | None:

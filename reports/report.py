@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from reports import (
+    accuracy_table,
     blocks_figure,
     complexity,
     cpu_figure,
@@ -26,8 +27,9 @@ from reports import (
 )
 
 PARTS = (
-    machine_table, times_table, times_figure, startup_table, memory_table, pictures_figure, cpu_table, cpu_figure,
-    gpu_table, gpu_figure, roofline_figure, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity,
+    machine_table, times_table, times_figure, accuracy_table, startup_table, memory_table, pictures_figure, cpu_table,
+    cpu_figure, gpu_table, gpu_figure, roofline_figure, scene_memory_table, launch_figure, blocks_figure, fault_figure,
+    complexity,
 )  # fmt: skip
 
 

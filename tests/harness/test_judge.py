@@ -107,3 +107,14 @@ def test_rays(changes, precision, wrong):
 def test_rays_that_are_not_told_are_not_compared():
     assert compare_rays(None, counts(), "float64") is None
     assert compare_rays(counts(), None, "float64") is None
+
+
+def test_relative_mse_by_hand():
+    """0.1 off where the reference is 0, and where it is 1: 0.01 / 0.01 and 0.01 / 1.01, of 90 channels."""
+    reference = np.zeros((5, 6, 3))
+    reference[1, 1, 0] = 1.0
+    picture = reference.copy()
+    picture[0, 0, 2] += 0.1
+    picture[1, 1, 0] -= 0.1
+    found = judge(picture, reference, CLEAR, "float64")
+    assert found.relative_mse == pytest.approx((1 + 0.01 / 1.01) / 90)
