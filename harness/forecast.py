@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from harness import predict, resume
+from harness import predict, resume, store
 from harness.experiment import Experiment
 from harness.plan import Cell, Plan
 from harness.predict import Prediction, Predictor
@@ -112,7 +112,7 @@ def make(plan: Plan, experiment: Experiment, results: Path, run: Path | None = N
 
     UserError if what that was made with has changed.
     """
-    _, records = resume.check(run, plan) if run else ({}, [])
+    _, records = resume.check(run, plan) if run and not store.is_blank(run) else ({}, [])
     predictor = predict.Predictor([*predict.history(results, but=run), *records])
     done = {(record["cell"], record["repetition"], record["pass"]) for record in records}
     return Forecast(plan, experiment, predictor, done)

@@ -61,7 +61,7 @@ def _run(experiment, plan, known, folder, tell, resumed, budget, executor, earli
         "cells": [row.facts(cell) for cell in plan.cells],
     }
     records = []
-    if resumed:
+    if resumed and not store.is_blank(folder):
         facts, records = _go_on(facts, *resume.check(folder, plan))
     run_store = store.Run(folder)
     try:

@@ -92,6 +92,14 @@ class Run:
         self._file.close()
 
 
+def is_blank(folder: Path) -> bool:
+    """Was a run begun here and cut off before it could say what it is? Nothing is in the folder then but its own."""
+    own = {"pictures", "series", "logs", "repetitions.jsonl", "run.json.part"}
+    if not folder.is_dir() or any(path.name not in own for path in folder.iterdir()):
+        return False
+    return all(path.is_dir() or path.stat().st_size == 0 or path.suffix == ".part" for path in folder.iterdir())
+
+
 def _cut_torn_line(rows: Path) -> None:
     """Take away a last line that was cut off, which nobody believes: the next would be written behind it."""
     if not rows.exists() or rows.stat().st_size == 0:

@@ -3,7 +3,6 @@
 import json
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
@@ -55,9 +54,7 @@ def test_killed_at_twenty_random_instants(rayrace, experiment, environment, tmp_
     file, folder = experiment(["python"], MORE, processes=40), tmp_path / "run"
     rows, before, late = folder / "repetitions.jsonl", b"", 0
     for number in range(20):
-        words = ["--resume", folder] if (folder / "run.json").exists() else ["--out", folder]
-        if words[0] == "--out" and folder.exists():
-            shutil.rmtree(folder)  # killed before it was a run
+        words = ["--resume" if folder.exists() else "--out", folder]
         with subprocess.Popen(
             [PROGRAM, "run", file, *words], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         ) as started:
@@ -86,6 +83,24 @@ def test_killed_at_twenty_random_instants(rayrace, experiment, environment, tmp_
     )
     for record in store.read(folder)[1]:
         assert record["status"] == "ok" and (folder / record["series"]).read_text().endswith("\n")
+
+
+def test_cut_off_before_it_was_a_run(rayrace, experiment, tmp_path):
+    """The folder is there, and does not say yet of what: the run begins. A folder of anything else is none."""
+    file = experiment(["python"])
+    for files in ([], ["repetitions.jsonl"], ["repetitions.jsonl", "run.json.part"]):
+        folder = tmp_path / f"run{len(files)}"
+        (folder / "logs").mkdir(parents=True)
+        for name in files:
+            (folder / name).write_text("{" if name.endswith(".part") else "")
+        assert "1 of 1 processes" in rayrace("run", file, "--resume", folder, "--dry-run", code=0).stdout
+        rayrace("run", file, "--resume", folder, code=0)
+        assert len(finished(folder)) == 1 and not list(folder.glob("*.part"))
+    for name in ("notes.txt", "repetitions.jsonl"):
+        other = tmp_path / name.partition(".")[0]
+        other.mkdir()
+        (other / name).write_text("something")
+        assert "not a run" in rayrace("run", file, "--resume", other, code=2).stderr
 
 
 def test_more_processes_and_another_point_are_what_is_missing(rayrace, experiment, tmp_path):
