@@ -8,8 +8,8 @@ from reports.table import Column
 
 BASE = "global"
 CAPTION = (
-    "A ratio is of medians over processes to the same launch with the scene in global memory; its interval and what is "
-    "not resolved as in the table of times. Below 1: faster than global memory. It is of kernel times where both are "
+    "A ratio, its interval and what is not resolved are as in the table of times; it is to the same launch with the "
+    "scene in global memory. Below 1: faster than global memory. It is of kernel times where both are "
     "told, else of frames."
 )
 

@@ -76,24 +76,29 @@ def ratio(loaded):
     return ranking.ratio(cell(loaded, "b"), cell(loaded, "a"))
 
 
-@pytest.mark.parametrize("processes", [5, 20])
-def test_drift_is_cancelled_by_interleaving_and_not_by_running_in_order(mock_run, processes):
-    """Everything gets 10 % slower from the first to the last process; b truly takes 1.25 times as long as a."""
-    found = {}
-    for order in ("interleaved", "sequential"):
-        behaviours = {"a": Behaviour(1.0, noise=0.002), "b": Behaviour(1.25, noise=0.002)}
-        length = processes * 3 * (1.0 + 1.25 + 1.0) / 60  # min: a, b and the pair's second
-        records, loaded = mock_run(
-            Mock(behaviours, seed=11, drift_per_minute=0.10 / length), name=order, order=order, processes=processes
-        )
-        steady = [record["frames_s"][1] for record in records if record["variant"] == "a"]
-        assert 1.05 < max(steady) / min(steady) < 1.12
-        found[order] = ratio(loaded)
-    assert abs(found["interleaved"].value / 1.25 - 1) < 0.01
-    assert abs(found["sequential"].value / 1.25 - 1) > 0.02
-    assert found["interleaved"].low <= 1.25 <= found["interleaved"].high
-    if processes == 20:
-        assert not found["sequential"].low <= 1.25 <= found["sequential"].high
+@pytest.mark.parametrize(("processes", "within"), [(5, 0.015), (6, 0.01), (9, 0.01), (20, 0.01)])
+def test_drift_is_cancelled_by_interleaving_and_not_by_running_in_order(mock_run, processes, within):
+    """Everything gets 10 % slower from the first to the last process; b truly takes 1.25 times as long as a.
+
+    Of 5 rounds one is alone, and each is 2 % of drift: one order in twenty leaves 1 to 1.4 %.
+    """
+    for seed in range(8):
+        found = {}
+        for order in ("interleaved", "sequential"):
+            behaviours = {"a": Behaviour(1.0, noise=0.002), "b": Behaviour(1.25, noise=0.002)}
+            length = processes * 3 * (1.0 + 1.25 + 1.0) / 60  # min: a, b and the pair's second
+            records, loaded = mock_run(
+                Mock(behaviours, seed=seed, drift_per_minute=0.10 / length),
+                name=f"{order}-{seed}", order=order, processes=processes, seed=seed,
+            )  # fmt: skip
+            steady = [record["frames_s"][1] for record in records if record["variant"] == "a"]
+            assert 1.05 < max(steady) / min(steady) < 1.12
+            found[order] = ratio(loaded)
+        told = f"seed {seed}: {found}"
+        assert abs(found["interleaved"].value / 1.25 - 1) < within, told
+        assert abs(found["sequential"].value / 1.25 - 1) > 0.02, told
+        if processes == 20:
+            assert not found["sequential"].low <= 1.25 <= found["sequential"].high, told
 
 
 @pytest.mark.slow
