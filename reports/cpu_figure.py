@@ -12,8 +12,8 @@ from reports.results import Cell, Missing, Results, place_label
 
 CAPTION = (
     "CPU time used between two samples of the measurer, divided by the time between them; 100 % is one core, the "
-    "scale on the right is of all logical cores, as in the study. The system counts CPU time in ticks of 10 ms, "
-    "so that a sample moves in steps of 10 ms over the interval. Dashed: the mean over the whole process, from "
+    "scale on the right is of all logical cores, as in the study. The CPU time of children that ended "
+    "and were waited for is counted in ticks of 10 ms. Dashed: the mean over the whole process, from "
     "wait4, which does not depend on the samples. Shown is the first good repetition, the one that finds caches "
     "cold. Each panel has its own time scale; samples nearer than 1/150 of it are merged. White between phases: "
     "covered by none."
