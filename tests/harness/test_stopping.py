@@ -32,6 +32,11 @@ def wait_until(is_true, seconds=60):
         time.sleep(0.02)
 
 
+def hear_ctrl_c():
+    """A shell starts what it runs in the background with SIGINT ignored, and so would this suite start its children."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.fixture
 def started(experiment, bad_folder, environment, tmp_path):
     """A run that hangs in its last cell, that cell's renderer being under way; its folder."""
@@ -40,7 +45,9 @@ def started(experiment, bad_folder, environment, tmp_path):
     program = Path(sys.executable).with_name("rayrace")
     command = [program, "run", file, "--out", tmp_path / "run", "--renderer", folder]
     with open(tmp_path / "said", "w") as said:
-        harness = subprocess.Popen(command, env=environment, stdout=said, stderr=said, start_new_session=True)
+        harness = subprocess.Popen(
+            command, env=environment, stdout=said, stderr=said, start_new_session=True, preexec_fn=hear_ctrl_c
+        )
     lines = tmp_path / "run" / "repetitions.jsonl"
     try:
         wait_until(lambda: len(processes(f"{folder}/main.py", "--variant=bad-hang-child")) >= 2)
