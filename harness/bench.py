@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from harness import gpu_use, job, judge, perception, reference, repetition, row, store, trouble
+from harness import gpu_use, job, repetition, row, store, trouble
 from harness.builder import BuildError
 from harness.executors import Executor
+from harness.judging import Judging
 from harness.plan import Cell, Plan
 from harness.registry import Entry
 
 
 class Bench:
-    """What the repetitions of one run share: references, pictures seen, caches of compiled code."""
+    """What the repetitions of one run share: what they are judged by, pictures seen, caches of compiled code."""
 
     def __init__(
         self,
@@ -25,11 +26,10 @@ class Bench:
         interval: float,
         executor: Executor,
     ):
-        self.plan, self.known, self.store = plan, known, run_store
+        self.plan, self.store = plan, run_store
         self.caches, self.interval, self.executor = caches, interval, executor
-        self.references: dict[str, tuple] = {}  # (Reference or NoReference, its files)
+        self.judging = Judging(plan, known, run_store.folder, caches, executor)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
-        self.seen: dict[tuple[str, str], dict] = {}  # perception by picture and reference
 
     def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
         """Run one repetition of a cell, for one of the passes of a run; its record (store.py)."""
@@ -63,12 +63,17 @@ class Bench:
             "build": self._build(cell),
             "picture": None,
             "accuracy": None,
+            "error": None,
+            "bound": None,
         }
         if record["wall_s"] is not None:
             record["warnings"] += trouble.doubts(disturbed, record["wall_s"])
         if result.array is not None and result.status == "ok":
             record["picture"] = self._keep(cell, result.array, record["warnings"])
-            self._judge(cell, result, record)
+            told = self.judging.judge(cell, result, record["picture"])
+            record["accuracy"], record["error"], record["bound"], wrong = told
+            if wrong:
+                result.status, result.reason = "wrong picture", wrong
         record["status"], record["reason"] = result.status, result.reason
         record["took_s"] = self.executor.clock() - begun
         return record
@@ -92,55 +97,6 @@ class Bench:
         if not (self.store.folder / name).exists():
             store.save_whole(self.store.folder / name, picture)
         return {"file": name, "sha256": digest}
-
-    def _judge(self, cell: Cell, result: repetition.Result, record: dict) -> None:
-        found, files = self._reference(cell)
-        if isinstance(found, reference.NoReference):
-            record["accuracy"] = {"unavailable": found.reason}
-            wrong = judge.not_finite(result.array)
-        else:
-            precision = cell.parameters.precision
-            external = cell.entry.renderer.manifest.external
-            verdict = judge.judge(result.array, found.picture, found.mask, precision, external)
-            seen = self._perceive(cell, result.array, record["picture"], found.picture, files["reference_file"])
-            record["accuracy"] = {"reference": found.maker, **files, **verdict.record(), **seen}
-            wrong = verdict.wrong
-            if not external:  # others count other things
-                wrong = wrong or judge.compare_rays(result.said.rays, found.rays, precision)
-        if wrong:
-            result.status, result.reason = "wrong picture", wrong
-
-    def _perceive(self, cell: Cell, picture: np.ndarray, kept: dict, right: np.ndarray, reference_file: str) -> dict:
-        """What is seen of the difference, worked out once for each picture; its map is kept beside the picture."""
-        if judge.not_finite(picture) or picture.shape != right.shape:
-            reason = {"unavailable": "the picture is not finite, or of another shape"}
-            return {"psnr_db": reason, "ssim": reason, "flip": reason, "flip_file": None}
-        key = kept["sha256"], reference_file
-        if key not in self.seen:
-            found = perception.perceive(picture, right, cell.parameters.arithmetic)
-            name = kept["file"].removesuffix(".npy") + ".flip.npy"
-            store.save_whole(self.store.folder / name, found.flip_map)
-            self.seen[key] = {**found.record(), "flip_file": name}
-        return self.seen[key]
-
-    def _reference(self, cell: Cell):
-        """The reference for a cell and its files, made when first asked for and kept in the run."""
-        maker = reference.choose(cell.entry, self.known, cell.parameters, cell.needs)
-        if maker is None:
-            return reference.NoReference("no other renderer here can make this picture"), {}
-        arrays = self.plan.arrays[cell.scene_version]
-        wanted = cell.parameters.picture()
-        key = job.fingerprint({}, cell.scene_version, wanted, maker.name, maker.renderer.version)
-        if key not in self.references:
-            cache = self.caches / f"{maker.name}.reference"
-            found = reference.make(maker, arrays, cell.parameters, cell.needs, cache, self.executor.run)
-            files = {}
-            if isinstance(found, reference.Reference):
-                files = {f"{name}_file": f"pictures/{key}.{name}.npy" for name in ("reference", "mask")}
-                store.save_whole(self.store.folder / files["reference_file"], found.picture)
-                store.save_whole(self.store.folder / files["mask_file"], found.mask)
-            self.references[key] = found, files
-        return self.references[key]
 
 
 def _gpu(entry: Entry, result: repetition.Result, series: Path) -> dict | None:

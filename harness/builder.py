@@ -16,7 +16,7 @@ from filelock import FileLock
 
 CANDIDATES = {"c++": ("CXX", ("c++", "g++", "clang++")), "c": ("CC", ("cc", "gcc", "clang"))}
 MISSING = {"c++": "no C++ compiler (apt install g++)", "c": "no C compiler (apt install gcc)"}
-DEFINES = "{defines}"  # a word of a build command: what the job needs
+DEFINES, OPTIONS = "{defines}", "{options}"  # words of a build command: what the job needs, and its methods
 TIMEOUT = 600  # s
 
 
@@ -68,13 +68,14 @@ def processor() -> str:
     return "\n".join(sorted({line for line in lines if line.startswith(wanted)})) or platform.machine()
 
 
-def build(renderer, defines: tuple[str, ...] = ()) -> Built:
+def build(renderer, chosen: dict[str, tuple[str, ...]] | None = None) -> Built:
     """Build `renderer` (a registry.Renderer), or find its build. BuildError if there is no compiler or it fails.
 
-    defines: the words that stand for {defines} in its command.
+    chosen: the words that stand for {defines} and {options} in its command; none if left out.
     """
     recipe = renderer.manifest.build
-    words = tuple(word for part in recipe.command for word in (defines if part == DEFINES else (part,)))
+    known = {DEFINES: (), OPTIONS: (), **(chosen or {})}
+    words = tuple(word for part in recipe.command for word in known.get(part, (part,)))
     compiler = find_compiler(recipe.compiler)
     if compiler is None:
         raise BuildError(MISSING[recipe.compiler])

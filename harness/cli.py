@@ -7,15 +7,15 @@ from typing import Annotated
 
 import typer
 
+from harness import cli_picture
+from harness.cli_picture import JsonOption, RendererOption
+
 app = typer.Typer(
     help="Races ray tracers and keeps an honest score: speed beside accuracy, each renderer a process of its own.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-RendererOption = Annotated[list[Path] | None, typer.Option("--renderer", help="Folder of a renderer, or of several.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a script.")]
 
 
 def main() -> None:
@@ -105,80 +105,8 @@ def run(
     raise typer.Exit(1 if any(map(row.failed, records)) else 0)
 
 
-@app.command()
-def render(
-    scene: Annotated[Path, typer.Argument(help="Scene file.")],
-    variant: Annotated[
-        str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
-    ] = "",
-    out: Annotated[Path, typer.Option("-o", "--out", help="Picture: .png, .exr or .npy; or scene: .pov.")] = Path(
-        "picture.png"
-    ),
-    width: Annotated[int, typer.Option(min=1, max=65536)] = 512,
-    height: Annotated[int, typer.Option(min=1, max=65536)] = 512,
-    depth: Annotated[int, typer.Option(min=0, help="Largest order of a ray.")] = 10,
-    shadows: Annotated[bool, typer.Option(help="Shadow feelers.")] = True,
-    sampler: Annotated[str, typer.Option(help="one, uniform, jittered or adaptive.", metavar="NAME")] = "",
-    samples: Annotated[int, typer.Option(min=1, help="n: n x n samples a pixel, uniform if no sampler is given.")] = 1,
-    adaptive_depth: Annotated[int, typer.Option(min=0, max=8, help="Halvings of a pixel.")] = 3,
-    adaptive_threshold: Annotated[float, typer.Option(help="Difference that halves.")] = 0.1,
-    lens_radius: Annotated[float, typer.Option(min=0, help="0: a pinhole.")] = 0.0,
-    focal_distance: Annotated[float, typer.Option(min=0, help="From the eye to what is in focus.")] = 0.0,
-    feelers: Annotated[int, typer.Option(min=0, help="To each light with a radius; 0: hard shadows.")] = 0,
-    glossy_rays: Annotated[int, typer.Option(min=0, help="Reflected rays of a hit; 0: perfect mirrors.")] = 0,
-    glossy_weight: Annotated[str, typer.Option(help="plain or study.", metavar="NAME")] = "plain",
-    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.")] = 0,
-    walk: Annotated[str, typer.Option(help="least, recursion, table, stack or chain.", metavar="NAME")] = "least",
-    accel: Annotated[str, typer.Option(help="auto, none or bvh.", metavar="NAME")] = "auto",
-    arithmetic: Annotated[str, typer.Option(help="linear, or srgb as a warning.", metavar="NAME")] = "linear",
-    region: Annotated[str, typer.Option(help="Only the pixels x0,y0,x1,y1.")] = "",
-    precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
-    threads: Annotated[int, typer.Option(min=0, help="0: as many as the variant runs by default.")] = 0,
-    scene_memory: Annotated[
-        str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")
-    ] = "auto",
-    block_width: Annotated[int, typer.Option(min=1, max=1024, help="Threads of a GPU's block.")] = 16,
-    block_height: Annotated[int, typer.Option(min=1, max=1024)] = 16,
-    total_threads: Annotated[int, typer.Option(min=0, help="Of a GPU; 0: one for each pixel.")] = 0,
-    max_registers: Annotated[int, typer.Option(min=0, max=255, help="Of a GPU's thread; 0: no cap.")] = 0,
-    frames: Annotated[int, typer.Option(min=0, help="Frames after the first, to time.")] = 0,
-    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
-    renderer: RendererOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Render a scene to a picture."""
-    from harness import single
-
-    image = single.image(
-        width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
-        adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold, lens_radius=lens_radius,
-        focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays, glossy_weight=glossy_weight,
-        seed=seed, walk=walk, accel=accel, arithmetic=arithmetic, region=region, precision=precision,
-        threads=threads or "default", scene_memory=scene_memory, block_width=block_width, block_height=block_height,
-        total_threads=total_threads, max_registers=max_registers,
-    )  # fmt: skip
-    single.render(scene, variant, out, image, frames, timeout, tuple(renderer or ()), as_json)
-
-
-@app.command()
-def trace(
-    scene: Annotated[Path, typer.Argument(help="Scene file.")],
-    rays: Annotated[Path, typer.Argument(help="CSV with the header ox,oy,oz,dx,dy,dz.", metavar="RAYS.csv")],
-    variant: Annotated[
-        str, typer.Option("-r", "--variant", help="Who traces. Default: the first available of the fastest.")
-    ] = "",
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="HITS.csv. Default: standard output.")] = None,
-    precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
-    scene_memory: Annotated[
-        str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")
-    ] = "auto",
-    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
-    renderer: RendererOption = None,
-) -> None:
-    """First hits of a list of rays: hit,t,px,py,pz,nx,ny,nz,object."""
-    from harness import single
-
-    single.trace(scene, rays, variant, out, precision, scene_memory, timeout, tuple(renderer or ()))
+app.command()(cli_picture.render)
+app.command()(cli_picture.trace)
 
 
 @app.command()
@@ -288,17 +216,21 @@ def check(
 
 @app.command()
 def generate(
-    name: Annotated[str, typer.Argument(help="comparison, balls, tetra or knot.")],
+    name: Annotated[str, typer.Argument(help="comparison, lattice, balls, tetra or knot.")],
     spheres: Annotated[int | None, typer.Option(min=0, help="Of comparison. Default: 48.")] = None,
     lights: Annotated[int | None, typer.Option(min=0, help="Of comparison. Default: 3.")] = None,
     size: Annotated[int | None, typer.Option(min=0, help="Size factor. Default: 4 for balls, 6 for tetra.")] = None,
+    material: Annotated[
+        str | None, typer.Option(help="Of lattice: matte, mirror, perfect or glass. Default: perfect.", metavar="NAME")
+    ] = None,
+    radius: Annotated[float | None, typer.Option(min=0, help="Of lattice, spacing 1. Default: 0.4.")] = None,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Scene file. Default: standard output.")] = None,
 ) -> None:
-    """Generate a scene: the comparison scene for any number of spheres and lights (.txt), one of Haines' (.nff), or
-    the gallery's mesh (.obj)."""
+    """Generate a scene: the comparison scene for any number of spheres and lights (.txt), a lattice of spheres that
+    multiply errors (.txt), one of Haines' (.nff), or the gallery's mesh (.obj)."""
     from harness.scene.generated import written
 
-    text = written(name, out, spheres=spheres, lights=lights, size=size)
+    text = written(name, out, spheres=spheres, lights=lights, size=size, material=material, radius=radius)
     if out is None:
         print(text, end="")
     else:

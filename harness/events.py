@@ -35,6 +35,7 @@ class Said:
     device: dict | None = None
     kernels: list[dict] = field(default_factory=list)
     output: str | None = None
+    dropped: str | None = None
     error: str | None = None
     faults: list[str] = field(default_factory=list)
 
@@ -100,6 +101,7 @@ def _take(said: Said, kind: str, event: dict) -> None:
         setattr(said, kind, event)
     elif kind == "output":
         said.output = words(event["file"])
+        said.dropped = None if event.get("dropped") is None else words(event["dropped"])
     elif kind == "error":
         said.error = words(event["reason"])
     else:

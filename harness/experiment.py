@@ -7,11 +7,10 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from harness.errors import UserError
-from harness.job import Parameters
+from harness.image import Count, Image
 from harness.manifest import Strict, read_toml, validated
 from harness.scene.generated import COUNTS
 
-BLOCK = 1024  # threads that a block of a GPU can have
 UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 
 
@@ -26,72 +25,6 @@ def duration(value: Any) -> Any:
 
 
 Seconds = Annotated[float, BeforeValidator(duration), Field(gt=0, allow_inf_nan=False)]
-Count = Annotated[int, Field(ge=0, le=10**6)]
-Size = Annotated[int, Field(ge=1, le=2**16)]
-Precision = Annotated[str, Field(pattern=r"^[a-z]+[0-9]+$")]
-Region = Literal["all", "one pixel"] | tuple[Count, Count, Count, Count]
-Real = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-
-
-class Image(Strict):
-    """What is rendered. Every key may also be swept."""
-
-    width: Size = 512
-    height: Size = 512
-    region: Region = "all"
-    depth: Count = 10
-    shadows: bool = False
-    sampler: Literal["one", "uniform", "jittered", "adaptive"] | None = None  # None: uniform if samples > 1, else one
-    samples: Annotated[int, Field(ge=1, le=1024)] = 1
-    adaptive_depth: Annotated[int, Field(ge=0, le=8)] = 3
-    adaptive_threshold: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 0.1
-    lens_radius: Real = 0.0
-    focal_distance: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
-    feelers: Annotated[int, Field(ge=0, le=10**5)] = 0
-    glossy_rays: Annotated[int, Field(ge=0, le=10**4)] = 0
-    glossy_weight: Literal["plain", "study"] = "plain"
-    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
-    walk: Literal["least", "recursion", "table", "stack", "chain"] = "least"
-    accel: Literal["auto", "none", "bvh"] = "auto"
-    arithmetic: Literal["linear", "srgb"] = "linear"  # srgb: codes added as if they were light (figure 2.6)
-    sample_x: Annotated[float, Field(ge=0, lt=1)] = 0.5
-    sample_y: Annotated[float, Field(ge=0, lt=1)] = 0.5
-    precision: Precision = "float64"
-    threads: Annotated[int, Field(ge=1)] | Literal["default"] = "default"
-    scene_memory: Literal["auto", "global", "constant", "shared"] = "auto"  # of a GPU, as what follows
-    block_width: Annotated[int, Field(ge=1, le=BLOCK)] = 16
-    block_height: Annotated[int, Field(ge=1, le=BLOCK)] = 16
-    total_threads: Annotated[int, Field(ge=0, lt=2**31)] = 0  # 0: one for each pixel
-    max_registers: Annotated[int, Field(ge=0, le=255)] = 0  # of a thread; 0: no cap
-
-    @model_validator(mode="after")
-    def _sides_fit(self):
-        if isinstance(self.region, tuple):
-            x0, y0, x1, y1 = self.region
-            if not (x0 < x1 <= self.width and y0 < y1 <= self.height):
-                raise ValueError(f"region {list(self.region)}: expected x0 < x1 <= width and y0 < y1 <= height")
-        threads = self.block_width * self.block_height
-        if threads > BLOCK:
-            sides = f"{self.block_width} x {self.block_height}"
-            raise ValueError(f"block_width x block_height: {sides} is {threads} threads, expected {BLOCK} at most")
-        return self
-
-    def bounds(self) -> tuple[int, int, int, int] | None:
-        """The region in pixels; None for the whole picture. One pixel is the one in the middle."""
-        if self.region == "one pixel":
-            i, j = self.width // 2, self.height // 2
-            return i, j, i + 1, j + 1
-        return None if self.region == "all" else self.region
-
-    def parameters(self, threads: int, frames: int, least_frame: float = 0.0) -> Parameters:
-        if self.lens_radius and self.focal_distance is None:
-            raise UserError("lens_radius: also needs focal_distance, from the eye to what is in focus")
-        values = self.model_dump(exclude={"region", "threads", "sampler"}, exclude_none=True)
-        asked = {"threads": threads, "frames": frames, "least_frame": least_frame}
-        return Parameters(**values, **asked, region=self.bounds(), sampler=self.chosen_sampler())
-
-    def chosen_sampler(self) -> str:
-        return self.sampler or ("uniform" if self.samples > 1 else "one")
 
 
 # One picture of its own: a scene, and what differs from [image].
@@ -144,6 +77,20 @@ class Measure(Strict):
     pair: str = "auto"
 
 
+class Reference(Strict):
+    """What errors are measured against: the truth that the methods of an experiment approximate.
+
+    depth: the truth's; without it, each picture's own. times: as many samples as the largest picture under test has
+    the truth of a sampled scene, in pictures with other seeds. spots: pixels of the truth of a scene
+    without samples that are worked out in 60 digits. spot_seconds: after which no more of them are begun.
+    """
+
+    depth: Count | None = None
+    times: Annotated[int, Field(ge=8, le=10**4)] = 64
+    spots: Annotated[int, Field(ge=0, le=10**5)] = 100
+    spot_seconds: Seconds = 60.0
+
+
 class Override(Strict):
     """Other repetitions, for a renderer much slower than the rest."""
 
@@ -187,6 +134,12 @@ class Experiment(Strict):
     They name the keys of [image], side, objects, lights, size, processes, frames, and renderer, scene and case as
     labels show them; and have and, or, not, in, comparisons, arithmetic, min, max and abs.
 
+    reference: without it, the truth is made where that takes one picture: of scenes without samples, at each picture's
+    own depth.
+
+    theory: the slope of error against samples that is to be expected, by scene or case and sampler:
+    theory.edge.jittered = -0.75. The samplers are those of [image], and feelers, lens, glossy.
+
     order: interleaved, every cell once in a shuffled order and then again, so that drift of the machine meets all
     alike; sequential, all repetitions of a cell before the next.
     """
@@ -206,6 +159,8 @@ class Experiment(Strict):
     sweep: Table | tuple[Table, ...] = {}
     points: tuple[dict[str, Any], ...] = ()
     measure: Measure = Measure()
+    reference: Reference | None = None
+    theory: dict[str, dict[str, float]] = {}
     override: dict[str, Override] = {}
 
     @model_validator(mode="after")

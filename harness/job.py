@@ -45,6 +45,9 @@ class Parameters:
     walk: str = "least"
     accel: str = "auto"
     arithmetic: str = "linear"
+    sphere: str = "robust"
+    floating_point: str = "strict"
+    cutoff: float = 0.0
     sample_x: float = 0.5
     sample_y: float = 0.5
     precision: str = "float64"

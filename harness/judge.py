@@ -48,11 +48,17 @@ def not_finite(picture: np.ndarray) -> str | None:
 
 
 def judge(
-    picture: np.ndarray, reference: np.ndarray, mask: np.ndarray, precision: str, external: bool = False
+    picture: np.ndarray,
+    reference: np.ndarray,
+    mask: np.ndarray,
+    precision: str,
+    external: bool = False,
+    bound: np.ndarray | float = 0.0,
 ) -> Verdict:
     """Judge `picture` (height, width, 3) against `reference`; `mask` (height, width) marks ill-conditioned pixels.
 
-    external: the picture is by a program that is not ours.
+    external: the picture is by a program that is not ours. bound: (height, width), what a cut-off may have changed
+    beside the tolerance (bound.py).
     """
     broken = not_finite(picture)
     if broken:
@@ -65,9 +71,10 @@ def judge(
     tolerance = EXTERNAL_TOLERANCE if external else TOLERANCE.get(precision, TOLERANCE["float64"])
     worst = float(outside.max()) if outside.size else None
     wrong = None
-    if worst is not None and not worst <= tolerance:
-        count = int(np.count_nonzero(outside > tolerance))
-        wrong = f"{count} pixels off by more than {tolerance:.3g} outside the mask, the worst by {worst:.3g}"
+    beyond = outside[~(outside <= tolerance + np.broadcast_to(bound, mask.shape)[~mask])]
+    if beyond.size:
+        limit = f"{tolerance:.3g}" + ("" if np.isscalar(bound) else " and the bound of its cut-off")
+        wrong = f"{beyond.size} pixels off by more than {limit} outside the mask, the worst by {beyond.max():.3g}"
     return Verdict(
         wrong=wrong,
         max_outside=worst,
@@ -78,6 +85,31 @@ def judge(
         mask_fraction=float(mask.mean()),
         tolerance=tolerance,
     )
+
+
+def errors(picture: np.ndarray, truth: np.ndarray, mask: np.ndarray | None) -> dict:
+    """How far a finite picture (height, width, 3) is from the truth: over all pixels, and by the mask, if there is one.
+
+    Keys and measures as in Verdict; a value is None where no pixel is on its side of the mask.
+    """
+    squares = (picture.astype(np.float64) - truth) ** 2
+    difference = np.sqrt(squares.max(axis=-1))
+    told = {
+        "rmse": float(np.sqrt(squares.mean())),
+        "max": float(difference.max()),
+        "bad_pixels": float(np.mean(difference > STEP)),
+        "relative_mse": float(np.mean(squares / (truth**2 + DARK))),
+    }
+    if mask is None:
+        return {**told, **dict.fromkeys(("rmse_outside", "max_outside", "max_inside", "mask_fraction"))}
+    outside = ~mask
+    return {
+        **told,
+        "rmse_outside": float(np.sqrt(squares[outside].mean())) if outside.any() else None,
+        "max_outside": float(difference[outside].max()) if outside.any() else None,
+        "max_inside": float(difference[mask].max()) if mask.any() else None,
+        "mask_fraction": float(mask.mean()),
+    }
 
 
 def compare_rays(counts: dict | None, reference: dict | None, precision: str) -> str | None:

@@ -21,8 +21,11 @@ class Requires(Strict):
 
 
 class Build(Strict):
+    """options: words for values of methods, by method and value."""
+
     compiler: Literal["c++", "c"]
     command: tuple[str, ...] = Field(min_length=1)
+    options: dict[str, dict[str, tuple[str, ...]]] = {}
 
 
 class Export(Strict):
@@ -34,6 +37,12 @@ class Export(Strict):
 
 class Inspect(Strict):
     """A command that compiles the kernels of a job for GPUs that need not be there, and tells what they take."""
+
+    command: tuple[str, ...] = Field(min_length=1)
+
+
+class Spots(Strict):
+    """A command that works out single pixels of a job, in any precision."""
 
     command: tuple[str, ...] = Field(min_length=1)
 
@@ -74,6 +83,7 @@ class Manifest(Strict):
     build: Build | None = None
     export: Export | None = None
     inspect: Inspect | None = None
+    spots: Spots | None = None
     variant: tuple[Variant, ...] = Field(min_length=1)
 
 

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 from pydantic import ValidationError
 
-from harness import registry, sweep
+from harness import registry, sweep, truth
 from harness.errors import UserError
-from harness.experiment import Experiment, Image
+from harness.experiment import Experiment, Reference
+from harness.image import Image
 from harness.job import Parameters
 from harness.registry import Entry
 from harness.repetition import unsupported
@@ -65,6 +66,7 @@ class Plan:
     pair: Cell | None = None  # the cell that is run twice in every round, which tells the noise floor
     pair_reason: str = ""  # why there is none
     left_out: tuple[tuple[str, int], ...] = ()  # expressions of `where`, and how many cells each left out
+    truths: "Truths | None" = None
 
     def order(self, seed: int, how: str = "interleaved") -> list[Turn]:
         """Every process of the plan in turn.
@@ -99,17 +101,37 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
     constraints = sweep.Constraints(experiment.where, file)
     arrays: dict[str, dict] = {}
     seen: dict[str, tuple[Cell, int]] = {}
+    sources: dict[str, Source] = {}
     for picture in _pictures(experiment, file):
         for cell in picture.cells(experiment, chosen, constraints):
             other, table = seen.setdefault(cell.key, (cell, picture.table))
             if other is not cell and table == picture.table:
                 raise UserError(f'{file}: "{other.label}" and "{cell.label}" are the same cell; leave one out')
+            sources.setdefault(cell.scene_version, picture.source)
             arrays.setdefault(cell.scene_version, picture.source.flat(picture.image.arithmetic)[1])
     cells = tuple(cell for cell, _ in seen.values())
     if not cells:
         raise UserError("every cell is left out by where", file=file)
     pair, reason = _pair(cells, experiment.measure.pair)
-    return Plan(cells, arrays, pair, reason, tuple(constraints.left_out.items()))
+    truths = Truths(cells, sources, experiment.reference)
+    left_out = tuple(constraints.left_out.items())
+    return Plan(cells, arrays, pair, reason, left_out, truths)
+
+
+class Truths:
+    """What makes the truth of each cell, worked out when first asked for: a plan can have many cells."""
+
+    def __init__(self, cells: tuple[Cell, ...], sources: dict[str, Source], wanted: Reference | None):
+        self.cells, self.sources, self.wanted = cells, sources, wanted
+        self.depth, self.times = (wanted.depth, wanted.times) if wanted else (None, None)
+        self.jobs: dict[str, dict] = {}  # by scene_version, then by view
+
+    def of(self, cell: Cell) -> truth.Job:
+        version = cell.scene_version
+        if version not in self.jobs:
+            shown = [other.parameters for other in self.cells if other.scene_version == version]
+            self.jobs[version] = truth.jobs(shown, self.depth, self.times, self.sources[version].needs)
+        return self.jobs[version][truth.view(cell.parameters, self.depth)]
 
 
 @dataclass(frozen=True)

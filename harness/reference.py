@@ -11,8 +11,9 @@ from harness.builder import BuildError
 from harness.job import Parameters, default_epsilon
 from harness.registry import Entry
 
-# Who may be the reference, the fastest first. A picture is never judged by its own renderer.
-JUDGES = ("cpp", "numba", "numpy", "python")
+# Who may be the reference, the quickest first, start included. A picture is never judged by its own renderer.
+JUDGES = ("cpp", "numpy", "numba", "python")
+JUDGES_OF_MANY = ("cpp", "numba", "numpy", "python")  # of many samples; or shapes: numpy has no hierarchy
 
 # 8 find all that float64 pictures can part by. Of the pixels where float32 ones do, 8 miss about one in a thousand.
 PERTURBATIONS = {"float64": 8, "float32": 32}
@@ -40,11 +41,11 @@ def choose(
     known: dict[str, Entry],
     parameters: Parameters,
     needs: tuple[str, ...],
-    judges: tuple[str, ...] = JUDGES,
+    judges: tuple[str, ...] = (),
 ) -> Entry | None:
-    """The first judge of another renderer that is here and can do the job."""
+    """The first of `judges`, or of JUDGES, of another renderer that is here and can do the job."""
     wanted = job_of(parameters)
-    for name in judges:
+    for name in judges or (JUDGES_OF_MANY if {"mesh", "csg"} & set(needs) else JUDGES):
         entry = known.get(name)
         if entry is None or entry.renderer.folder == judged.renderer.folder:
             continue
@@ -66,12 +67,24 @@ def _runs(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) -> bool:
 def job_of(parameters: Parameters) -> Parameters:
     """The job whose picture is the reference for one made with `parameters`.
 
-    In float64, but rays leave surfaces as far off as in the picture: else contact shadows would differ by method.
+    In float64, strict, nothing cut off, but rays leave surfaces as far off as in the picture: else contact shadows
+    would differ by method.
     """
     epsilon = parameters.epsilon
     if epsilon is None:
         epsilon = max(default_epsilon(parameters.precision), default_epsilon("float64"))
-    return replace(parameters.picture(), precision="float64", epsilon=epsilon)
+    plain = {name: getattr(Parameters, name) for name in ("sphere", "floating_point", "cutoff")}
+    return replace(parameters.picture(), precision="float64", epsilon=epsilon, **plain)
+
+
+def needs_of(needs: tuple[str, ...]) -> tuple[str, ...]:
+    """The needs of that job, of a picture's."""
+    return tuple(name for name in needs if name != "cutoff")
+
+
+def perturbations(precision: str) -> int:
+    """How many perturbed pictures the mask for a picture of this precision is made of."""
+    return PERTURBATIONS.get(precision, PERTURBATIONS["float64"])
 
 
 def make(
@@ -96,7 +109,7 @@ def make(
     if not np.isfinite(picture).all():
         return NoReference(f"the reference of {entry.name} has pixels that are not finite")
     mask = np.zeros(picture.shape[:2], dtype=bool)
-    for x, y in perturbed(wanted, PERTURBATIONS.get(parameters.precision, 8)):
+    for x, y in perturbed(wanted, perturbations(parameters.precision)):
         moved = render(x, y)
         if moved.status != "ok":
             return NoReference(f"{entry.name} could not make the mask: {moved.status}: {moved.reason}")

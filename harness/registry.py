@@ -73,21 +73,28 @@ class Renderer:
         """
         if self.manifest.build is None:
             return None
-        defines = ()
+        defines, options = (), ()
         if parameters and builder.DEFINES in self.manifest.build.command:
             defines = parameters.defines(tuple(name for name in needs if name in self.manifest.features))
-        if defines not in self._builds:
+        if parameters:
+            options = tuple(
+                word
+                for method, values in self.manifest.build.options.items()
+                for word in values.get(getattr(parameters, method), ())
+            )
+        chosen = defines, options
+        if chosen not in self._builds:
             try:
-                self._builds[defines] = builder.build(self, defines)
+                self._builds[chosen] = builder.build(self, {builder.DEFINES: defines, builder.OPTIONS: options})
             except builder.BuildError as error:  # is not tried again for each repetition
-                self._builds[defines] = error
-        if isinstance(self._builds[defines], builder.BuildError):
-            raise self._builds[defines]
-        return self._builds[defines]
+                self._builds[chosen] = error
+        if isinstance(self._builds[chosen], builder.BuildError):
+            raise self._builds[chosen]
+        return self._builds[chosen]
 
     @cached_property
     def _builds(self) -> dict:
-        """Build or BuildError by its defines."""
+        """Build or BuildError by its defines and options."""
         return {}
 
 

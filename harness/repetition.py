@@ -18,7 +18,7 @@ from harness.registry import Entry
 
 UNSUPPORTED = 3  # exit status
 # Parameters that a manifest names the values of.
-METHODS = ("precision", "walk", "accel", "scene_memory", "glossy_weight")
+METHODS = ("precision", "walk", "accel", "scene_memory", "sphere", "floating_point", "glossy_weight")
 
 
 @dataclass
@@ -31,6 +31,7 @@ class Result:
     said: events.Said = field(default_factory=events.Said)
     array: np.ndarray | None = None  # the picture, or the hits
     stderr: str = ""
+    dropped: np.ndarray | None = None  # weight that was cut off, of each pixel (CUT-2), where there is a cut-off
 
 
 def unsupported(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) -> str | None:
@@ -95,7 +96,7 @@ def start(entry, arrays, parameters, needs, timeout=600.0, series=None, interval
         command += job.flags(here / "job", here / "out", entry.name, cache, parameters, needs)
         stdout, stderr = here / "stdout", here / "stderr"
         outcome = process.run(command, here / "neutral", stdout, stderr, timeout, series, interval)
-        result = _collect(outcome, here / "out", stdout, stderr, parameters)
+        result = _collect(outcome, here / "out", stdout, stderr, parameters, needs)
         if log:
             for path in (stdout, stderr):
                 if path.exists():
@@ -103,7 +104,7 @@ def start(entry, arrays, parameters, needs, timeout=600.0, series=None, interval
     return result
 
 
-def _collect(outcome, out: Path, stdout: Path, stderr: Path, parameters: Parameters) -> Result:
+def _collect(outcome, out: Path, stdout: Path, stderr: Path, parameters: Parameters, needs) -> Result:
     if outcome.failed:
         return Result("failed", outcome.failed)
     said = events.read(stdout)
@@ -128,6 +129,8 @@ def _collect(outcome, out: Path, stdout: Path, stderr: Path, parameters: Paramet
         fault = _incomplete(said, parameters)
         if fault is None:
             result.array, fault = _load(out, said, parameters)
+        if fault is None and "cutoff" in needs:
+            result.dropped, fault = _load_dropped(out, said, parameters)
         if fault:
             result.status, result.reason = "failed", fault
     return result
@@ -151,19 +154,9 @@ def _incomplete(said: events.Said, parameters: Parameters) -> str | None:
 
 def _load(out: Path, said: events.Said, parameters: Parameters):
     """The array that the renderer returned, and what is wrong with it."""
-    if said.output is None:
-        return None, "printed no output event"
-    try:
-        is_there = said.output in os.listdir(out) and stat.S_ISREG(os.lstat(out / said.output).st_mode)
-    except OSError:
-        is_there = False
-    if not is_there:
-        return None, f'returned no file "{said.output}" in its output folder'
-    try:
-        with open(out / said.output, "rb") as file:
-            array = np.lib.format.read_array(file, allow_pickle=False)
-    except Exception as error:  # of many kinds: the bytes can be anything
-        return None, f"{said.output} is no array: {events.words(error)}"
+    array, fault = read_array(out, said.output)
+    if fault:
+        return None, fault
     if array.dtype not in (np.float64, np.float32):
         return None, f"{said.output} holds {array.dtype}, expected float64 or float32"
     if parameters.kind == "image" and array.shape != parameters.shape():
@@ -173,6 +166,37 @@ def _load(out: Path, said: events.Said, parameters: Parameters):
     if parameters.kind == "rays" and not _are_hits(array):
         return None, f"{said.output} holds a row that is neither a hit nor a miss"
     return array, None
+
+
+def _load_dropped(out: Path, said: events.Said, parameters: Parameters):
+    """The dropped weight of each pixel, and what is wrong with it."""
+    if said.dropped is None:
+        return None, "its output event names no array of dropped weights (CUT-2)"
+    array, fault = read_array(out, said.dropped)
+    if fault:
+        return None, fault
+    if array.dtype not in (np.float64, np.float32) or array.shape != parameters.shape()[:2]:
+        return None, f"{said.dropped} holds {array.dtype} {array.shape}, expected floats {parameters.shape()[:2]}"
+    if not (np.isfinite(array).all() and array.min(initial=0) >= 0):
+        return None, f"{said.dropped} holds weights that are not finite, or below 0"
+    return array.astype(np.float64), None
+
+
+def read_array(out: Path, name: str | None):
+    """The array in the file that a renderer says it wrote into its output folder, and what is wrong with it."""
+    if name is None:
+        return None, "printed no output event"
+    try:
+        is_there = name in os.listdir(out) and stat.S_ISREG(os.lstat(out / name).st_mode)
+    except OSError:
+        is_there = False
+    if not is_there:
+        return None, f'returned no file "{name}" in its output folder'
+    try:
+        with open(out / name, "rb") as file:
+            return np.lib.format.read_array(file, allow_pickle=False), None
+    except Exception as error:  # of many kinds: the bytes can be anything
+        return None, f"{name} is no array: {events.words(error)}"
 
 
 def _are_hits(rows: np.ndarray) -> bool:

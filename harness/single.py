@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from harness import export, picture, rays, registry, repetition, row
+from harness import bound, export, picture, rays, registry, repetition, row
 from harness.builder import cache_folder
 from harness.errors import UserError
-from harness.experiment import Image
+from harness.image import Image
 from harness.job import Parameters
 from harness.scene import load
 from harness.scene.flatten import flatten
@@ -63,35 +63,52 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     needs = needs_of(read, parameters)
     entry = pick(variant, registry.entries(folders), parameters, needs)
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
-    result = repetition.run(
-        entry, flatten(read, parameters.arithmetic), parameters, needs, timeout, cache=_kernels(entry)
-    )
+    _, facts = make(entry, flatten(read, parameters.arithmetic), parameters, needs, out, timeout)
+    if as_json:
+        print(json.dumps(facts))
+    else:
+        tell(facts, parameters)
+
+
+def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Result, dict]:
+    """Make one picture and save it at `out`: the Result, and facts for JSON. SystemExit(1) if the renderer fails."""
+    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=_kernels(entry))
     _stop_unless_ok(entry, result)
     if out.suffix == ".png" and not np.isfinite(result.array).all():
         raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
     picture.save(out, result.array, parameters.arithmetic)
-    seconds = [frame["end"] - frame["start"] for frame in result.said.frames]
-    facts = {
+    limit = None
+    if result.dropped is not None:
+        bounds = bound.bound(arrays, parameters.depth, result.dropped)
+        limit = {"max": float(bounds.max()), "mean": float(bounds.mean())}
+    return result, {
         "picture": str(out),
         "renderer": entry.name,
         "width": result.array.shape[1],
         "height": result.array.shape[0],
-        "frames_s": seconds,
+        "frames_s": [frame["end"] - frame["start"] for frame in result.said.frames],
         "wall_s": result.outcome.wall_s,
         "rays": result.said.rays,
+        "bound": limit,
         "device": result.said.device,
         "unranked": row.unranked(entry, result.said),
     }
-    if as_json:
-        print(json.dumps(facts))
-        return
-    counts = result.said.rays or {}
+
+
+def tell(facts: dict, parameters: Parameters) -> None:
+    """Print the facts of a picture for people."""
+    counts = facts["rays"] or {}
     total = sum(counts.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
     traced = f"{total:,} rays" if counts else "rays unavailable: it does not count them"
     print(
-        f"{out}: {facts['width']} x {facts['height']}, {entry.name}, {parameters.precision}: "
-        f"{min(seconds):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced}"
+        f"{facts['picture']}: {facts['width']} x {facts['height']}, {facts['renderer']}, {parameters.precision}: "
+        f"{min(facts['frames_s']):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced}"
     )
+    if facts["bound"]:
+        print(
+            f"cut off: no pixel is further than {facts['bound']['max']:.3g} from the picture without a cut-off,"
+            f" on average not further than {facts['bound']['mean']:.3g} (linear RGB, proven)"
+        )
     if facts["unranked"]:
         print(f"note: {facts['unranked']}", file=sys.stderr)
     if counts.get("non_finite"):
@@ -105,13 +122,13 @@ def _export(scene, out, exporter, image, timeout, as_json) -> None:
     print(json.dumps({"scene": str(out), "exporter": name}) if as_json else f"{out}: scene for {name}")
 
 
-def trace(scene, ray_file, variant, out, precision, scene_memory, timeout, folders) -> None:
+def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
     """Trace the rays of a CSV file and write their hits. SystemExit(1) if the renderer fails."""
     if out is not None:
         picture.check_folder(out)
     read = load(scene)
     listed = rays.read(ray_file)
-    parameters = Parameters(kind="rays", depth=0, precision=precision, scene_memory=scene_memory)
+    parameters = Parameters(kind="rays", depth=0, **methods)
     needs = tuple(sorted(shapes(read)))
     entry = pick(variant, registry.entries(folders), parameters, needs)
     arrays = {**flatten(read), "rays": listed}

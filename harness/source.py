@@ -17,7 +17,8 @@ from harness.scene.generated import generated
 from harness.scene.model import Scene
 from harness.scene.needs import needs
 
-ASKED = ("depth", "shadows", "sampler", "lens_radius", "feelers", "glossy_rays")  # the parameters that needs() reads
+# The parameters that needs() reads.
+ASKED = ("depth", "shadows", "sampler", "lens_radius", "feelers", "glossy_rays", "cutoff")
 
 
 class Source:

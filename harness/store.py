@@ -5,8 +5,10 @@
                         cells by constraint; `resumed`: each time that it was taken up again; `ended`: when the harness
                         had done what it could, and the state of the machine then
     repetitions.jsonl   one line per repetition, appended and synced when it ends: nothing finished is lost
-    pictures/KEY.npy    the picture of each cell, linear float, and KEY.flip.npy, its FLIP map; KEY.reference.npy and
-                        KEY.mask.npy of each reference
+    pictures/KEY.npy    the picture of each cell, linear float; KEY.flip.npy and KEY.error.flip.npy, its FLIP maps
+                        beside its reference and the truth; KEY.dropped.npy, weights that were cut off (CUT-2);
+                        KEY.reference.npy and KEY.mask.npy of each reference, KEY.truth.npy and KEY.standard_error.npy
+                        of each truth
     series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-pair-N, KEY-load-N of the other passes
     logs/KEY-N.stdout, .stderr; likewise
 
@@ -42,6 +44,12 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
     picture     {file, sha256}
     accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, and psnr_db, ssim, flip (each a
                 number or {unavailable: reason}: perception.py) with `flip_file`; or {unavailable: reason}
+    error       how far it is from the truth (truth.py): {truth, truth_file, pictures, standard_error,
+                standard_error_file, certificate, rmse, max, bad_pixels, relative_mse, rmse_outside, max_outside,
+                max_inside, mask_fraction, psnr_db, ssim, flip, flip_file}; or {unavailable: reason}; null without a
+                picture
+    bound       null, or of a cut-off {radiance, max, mean, dropped_file}: the largest error that it can have made in a
+                channel of a pixel, over all pixels, and its mean (bound.py)
     measurer    its audit of itself: {ticks, missed, interval_s, interval_p50_s, interval_p99_s, cpu_s (its own),
                 saw_end, resolution_s (of integral_s), integral_s, wait4_s, processes (most at once), mark_bytes
                 (largest VmHWM seen), pss_peak_bytes, gpu, gpu_sources}
@@ -52,7 +60,9 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
 import json
 import mmap
 import os
+from collections.abc import Callable
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import orjson
@@ -60,7 +70,8 @@ import orjson
 from harness.errors import UserError
 
 FORMAT = 1
-REPEATED = {"used", "versions", "build", "device", "shapes", "accuracy"}  # mostly the same in all rows of a cell
+# Mostly the same in all rows of a cell.
+REPEATED = {"used", "versions", "build", "device", "shapes", "accuracy", "error", "bound"}
 
 
 class Run:
@@ -110,22 +121,24 @@ def _cut_torn_line(rows: Path) -> None:
         file.truncate(whole)
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a file so that it is there whole or not at all."""
+def write_part(path: Path, write: Callable[[BinaryIO], None]) -> None:
+    """Let `write` fill the file at `path`, so that it is there whole or not at all."""
     part = path.with_name(path.name + ".part")
-    with open(part, "w", encoding="utf-8") as file:
-        file.write(text)
+    with open(part, "wb") as file:
+        write(file)
         file.flush()
         os.fsync(file.fileno())
     os.replace(part, path)
 
 
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file so that it is there whole or not at all."""
+    write_part(path, lambda file: file.write(text.encode("utf-8")))
+
+
 def save_whole(path: Path, array: np.ndarray) -> None:
     """Save an array as .npy so that it is there whole or not at all."""
-    part = path.with_name(path.name + ".part")
-    with open(part, "wb") as file:
-        np.save(file, array)
-    os.replace(part, path)
+    write_part(path, lambda file: np.save(file, array))
 
 
 def read(folder: Path) -> tuple[dict, list[dict]]:

@@ -10,7 +10,8 @@ from typing import Any
 from simpleeval import EvalWithCompoundTypes
 
 from harness.errors import UserError
-from harness.experiment import Experiment, Image
+from harness.experiment import Experiment
+from harness.image import Image
 
 FUNCTIONS = {"min": min, "max": max, "abs": abs}
 # What an expression of `where` can name.

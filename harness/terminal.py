@@ -122,8 +122,9 @@ def _line(cell, record, done, total, left_s) -> str:
         return f"{place}: {_verdict(record)}: {record['reason']}"
     frames = record["frames_s"]
     steady = f"{statistics.median(frames[1:]):.4g} s a frame" if len(frames) > 1 else "no steady frame"
-    worst = (record["accuracy"] or {}).get("max_outside")
+    worst, off = ((record[name] or {}).get(key) for name, key in (("accuracy", "max_outside"), ("error", "rmse")))
     error = "error unavailable" if worst is None else f"error {worst:.1e}"
+    error += "" if off is None else f", RMSE to the truth {off:.1e}"
     unranked = ", unranked" if record["unranked"] else ""
     turn = {"load": ", load pass", "pair": ", for the noise floor"}.get(record["pass"], "")
     return f"{place}{turn}: first {frames[0]:.4g} s, {steady}, {error}{unranked}"

@@ -8,6 +8,12 @@ MEMORY = "peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"
 ACCURACY = "reference", "max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance"
 SEEN = "psnr_db", "ssim", "flip"  # harness/perception.py; no_ssim, say, is why there is none
 NOT_SEEN = tuple(f"no_{name}" for name in SEEN)
+# Of `error`, how far the picture is from the truth: columns by the name in the record.
+ERROR = {
+    "rmse": "error_rmse", "max": "error_max", "bad_pixels": "error_bad_pixels", "flip": "error_flip",
+    "max_outside": "error_max_outside", "standard_error": "standard_error", "pictures": "truth_pictures",
+}  # fmt: skip
+BOUND = {"max": "bound_max", "mean": "bound_mean"}  # of a cut-off
 GPU = "upload_s", "kernel_s", "download_s", "end_to_end_s"
 FRAMES = "steady_state", "steady_note", "steady_frames", "warmup_frames", "outlier_frames"
 AUDIT = "measured_cpu_s", "cpu_off", "tick_p50_s", "tick_p99_s", "ticks", "missed_ticks", "measurer_cpu_s"
@@ -16,8 +22,8 @@ OF_STEADY = "steady_s", "rays_per_s", "kernel_s", "download_s", "end_to_end_s"  
 COLUMNS = (
     "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked", "wall_s",
     "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
-    "rays", "rays_per_s", *GPU, *MEMORY, "memory_method", *ACCURACY, *SEEN, *NOT_SEEN, "not_judged", *AUDIT, *DISTURBED,
-    "warnings",
+    "rays", "rays_per_s", *GPU, *MEMORY, "memory_method", *ACCURACY, *SEEN, *NOT_SEEN, "not_judged",
+    *ERROR.values(), "no_error", "no_error_flip", *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
 )  # fmt: skip
 CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time is off by too much (harness/row.py)
 
@@ -37,6 +43,7 @@ def row(record: dict) -> dict:
     compile_s, upload_s = (_phase(record, name) for name in ("compile", "upload"))
     methods = (record["used"] or {}).get("methods") or {}
     cpu, memory, accuracy = record["cpu"] or {}, record["memory"] or {}, record["accuracy"] or {}
+    error, bound = record.get("error") or {}, record.get("bound") or {}  # which runs of older versions lack
     return {
         **{name: record[name] for name in ("cell", "scene", "variant", "technology", "repetition", "status", "reason")},
         "pass": record.get("pass") or "timed",
@@ -48,6 +55,10 @@ def row(record: dict) -> dict:
         **{name: accuracy.get(name) for name in ACCURACY},
         **_known(accuracy, SEEN),
         **{f"no_{name}": _reason(accuracy.get(name)) for name in SEEN},
+        **{column: _number(error.get(name)) for name, column in ERROR.items()},
+        "no_error": error.get("unavailable"),
+        "no_error_flip": _reason(error.get("flip")),
+        **{column: bound.get(name) for name, column in BOUND.items()},
         "memory_method": memory.get("method"),
         "first_s": frames[0] if frames else None,
         "steady_s": steady_s,
@@ -101,7 +112,11 @@ def _audit(told: dict) -> dict:
 
 def _known(told: dict, names: tuple[str, ...]) -> dict:
     """Values of a table whose unknown ones are {"unavailable": reason}."""
-    return {name: None if isinstance(told.get(name), dict) else told.get(name) for name in names}
+    return {name: _number(told.get(name)) for name in names}
+
+
+def _number(value):
+    return None if isinstance(value, dict) else value
 
 
 def _reason(value) -> str | None:

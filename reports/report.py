@@ -5,9 +5,13 @@ from pathlib import Path
 from reports import (
     accuracy_table,
     blocks_figure,
+    budget_table,
+    chaos_figure,
     complexity,
+    convergence_figure,
     cpu_figure,
     cpu_table,
+    cutoff_figure,
     fault_figure,
     gpu_figure,
     gpu_table,
@@ -15,7 +19,9 @@ from reports import (
     machine_table,
     markdown,
     memory_table,
+    pareto_figure,
     pictures_figure,
+    precision_figure,
     provenance,
     results,
     roofline_figure,
@@ -27,9 +33,9 @@ from reports import (
 )
 
 PARTS = (
-    machine_table, times_table, times_figure, accuracy_table, startup_table, memory_table, pictures_figure, cpu_table,
-    cpu_figure, gpu_table, gpu_figure, roofline_figure, scene_memory_table, launch_figure, blocks_figure, fault_figure,
-    complexity,
+    machine_table, times_table, times_figure, accuracy_table, pareto_figure, budget_table, startup_table, memory_table,
+    pictures_figure, cpu_table, cpu_figure, gpu_table, gpu_figure, roofline_figure, scene_memory_table, launch_figure,
+    blocks_figure, fault_figure, complexity, convergence_figure, cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
 
 

@@ -14,6 +14,10 @@ from harness.repetition import Result
 class Executor(Protocol):
     """Runs repetitions, and tells the time and the state of the machine they run on."""
 
+    @property
+    def references(self) -> Path | None:
+        """Folder of references that runs share (kept.py); None: each run makes its own."""
+
     def exclusive(self) -> AbstractContextManager:
         """Held during a run: nothing else is measured there meanwhile."""
 

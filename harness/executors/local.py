@@ -10,6 +10,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from harness import repetition, trouble
+from harness.builder import cache_folder
 
 
 def host_lock() -> FileLock:
@@ -23,6 +24,10 @@ class Local:
     clock = staticmethod(time.monotonic)
     look = staticmethod(trouble.look)
     run = staticmethod(repetition.run)
+
+    @property
+    def references(self) -> Path:
+        return cache_folder("references")
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:

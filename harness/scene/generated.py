@@ -7,6 +7,7 @@ from harness.errors import UserError
 from harness.scene import nff, text
 from harness.scene.generate import comparison
 from harness.scene.generate_knot import knot
+from harness.scene.generate_lattice import lattice
 from harness.scene.generate_spd import balls, tetra
 
 # What each can be asked for, and how much of it there is by default.
@@ -17,6 +18,7 @@ TEXTS = {
     "comparison": (comparison, ".txt", {"spheres", "lights"}),
     "balls": (balls, ".nff", {"size"}),
     "tetra": (tetra, ".nff", {"size"}),
+    "lattice": (lattice, ".txt", {"material", "radius"}),
     "knot": (knot, ".obj", set()),
 }
 

@@ -34,6 +34,7 @@ def needs(scene, parameters):
     supersampling   sampler uniform or jittered
     adaptive        sampler adaptive
     lens            lens_radius > 0
+    cutoff          cutoff > 0, and reflection
     """
     depth, lens = parameters.depth, parameters.lens_radius > 0
     materials = {thing.material for thing in scene.objects}
@@ -59,6 +60,7 @@ def needs(scene, parameters):
         "supersampling": parameters.sampler in ("uniform", "jittered"),
         "adaptive": parameters.sampler == "adaptive",
         "lens": lens,
+        "cutoff": depth > 0 and glossy and parameters.cutoff > 0,
     }
     return tuple(sorted(shapes(scene) | {name for name, needed in tests.items() if needed}))
 

@@ -1,4 +1,7 @@
 #pragma once
+#include <bit>
+#include <cstdint>
+#include <type_traits>
 
 // CNT-1, CNT-2: of one frame.
 struct Counts {
@@ -13,3 +16,15 @@ struct Counts {
         non_finite += more.non_finite;
     }
 };
+
+// CNT-2. Of the bits, and where the compiler cannot see whose they are: fast-math (NUM-3) believes every number finite,
+// and answers std::isfinite without a look.
+template<typename Real>
+bool is_finite(Real x)
+{
+    using Bits = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
+    constexpr Bits exponent = sizeof(Real) == 4 ? Bits(0x7f800000) : Bits(0x7ff0000000000000);
+    Bits bits = std::bit_cast<Bits>(x);
+    asm("" : "+r"(bits));
+    return (bits & exponent) != exponent;
+}

@@ -22,6 +22,14 @@ inline std::string json(double seconds)
     return text;
 }
 
+// A number with all its digits.
+inline std::string exact(double number)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.17g", number);
+    return text;
+}
+
 template<std::integral Integer>
 std::string json(Integer count)
 {

@@ -128,6 +128,8 @@ enum class Weight { plain, study };
 enum class Walk { least, recursion, table, stack, chain };
 enum class Accel { automatic, none, bvh };
 
+constexpr const char* sphere_forms[] = {"robust", "textbook", "stable"};
+constexpr const char* floating_points[] = {"strict", "contract", "fast"};
 constexpr const char* kinds[] = {"image", "rays"};
 constexpr const char* precisions[] = {"float64", "float32"};
 constexpr const char* samplings[] = {"one", "uniform", "jittered", "adaptive"};
@@ -148,7 +150,7 @@ struct Job {
     int depth, threads, frames, samples, adaptive_depth, feelers, glossy_rays;
     std::uint32_t seed;
     bool shadows;
-    double sample_x, sample_y, adaptive_threshold, lens_radius, focal_distance, epsilon, least_frame;
+    double sample_x, sample_y, adaptive_threshold, lens_radius, focal_distance, epsilon, cutoff, least_frame;
     std::vector<std::string> needs;
 
     explicit Job(const Flags& flags)
@@ -164,9 +166,11 @@ struct Job {
           shadows(flags.integer("shadows", 0, 0) != 0), sample_x(flags.fraction("sample_x", 0.5)),
           sample_y(flags.fraction("sample_y", 0.5)), adaptive_threshold(flags.number("adaptive_threshold", 0.1)),
           lens_radius(flags.number("lens_radius", 0)), focal_distance(flags.number("focal_distance", 1)),
-          epsilon(flags.fraction("epsilon", 0x1p-48)), least_frame(flags.number("least_frame", 0)),
-          needs(flags.list("needs"))
+          epsilon(flags.fraction("epsilon", 0x1p-48)), cutoff(flags.fraction("cutoff", 0)),
+          least_frame(flags.number("least_frame", 0)), needs(flags.list("needs"))
     {
+        require_method(flags, "sphere", sphere_forms, int(needs::sphere_form));
+        require_method(flags, "floating_point", floating_points, int(needs::floating_point));
         for (const std::string& need : needs)
             require(need);
         if (kind == Kind::image) {
@@ -175,6 +179,9 @@ struct Job {
             require("NEED_SUPERSAMPLING", needs::supersampling || !grid);
             require("NEED_ADAPTIVE", needs::adaptive || sampling != Sampling::adaptive);
             require("NEED_LENS", needs::lens || lens_radius == 0);
+            require("NEED_CUTOFF", needs::cutoff || cutoff == 0 || !needs::reflection || depth == 0);
+            if (sampling == Sampling::adaptive && cutoff > 0)
+                throw Unsupported("does not support a cutoff with adaptive samples, which it could send elsewhere");
             if (sampling == Sampling::adaptive && adaptive_depth > 8)
                 throw Unsupported("does not support an adaptive_depth above 8");
         }
@@ -200,6 +207,15 @@ private:
         if (!built)
             throw std::runtime_error(std::string("this program was built without -D") + macro +
                                      ": build it with that too, or without any such word for all that there is");
+    }
+
+    // A method that is chosen when the program is built.
+    static void require_method(const Flags& flags, const char* key, std::span<const char* const> names, int built)
+    {
+        const int asked = flags.method(key, names);
+        if (asked != built)
+            throw std::runtime_error("this program was built for --" + (key + ("=" + std::string(names[built]))) +
+                                     ": build it with what renderer.toml has for " + names[asked]);
     }
 
     void read_size(const Flags& flags)

@@ -7,12 +7,19 @@
 #include <cfloat>
 
 #ifdef __FAST_MATH__
-#error "NUM-3: floating point is strict here"
+constexpr bool fast_math = true;
+#else
+constexpr bool fast_math = false;
 #endif
-static_assert(FLT_EVAL_METHOD == 0, "NUM-1: arithmetic must be in the type that it is written in");
+constexpr bool asked_for_it = needs::floating_point == FloatingPoint::fast;
+static_assert(fast_math == asked_for_it, "NUM-3: fast-math is for -DFLOATING_POINT_FAST, and that for fast-math");
+static_assert(FLT_EVAL_METHOD == 0 || fast_math, "NUM-1: arithmetic must be in the type that it is written in");
 
 #ifndef FLAGS
 #define FLAGS "unknown"
+#endif
+#ifndef OPTIONS  // more flags, with a space before each
+#define OPTIONS ""
 #endif
 
 #if defined(__clang__)
@@ -87,9 +94,12 @@ void say_used(const Job& job, const Shapes<Real>& shapes, const std::string& mor
     if (needs::rays)
         features.push_back("rays");
     std::string methods = "{\"precision\": " + json(std::string(precisions[int(job.precision)]));
-    methods += ", \"threads\": " + json(job.threads) + ", \"contraction\": \"off\"";
+    methods += ", \"threads\": " + json(job.threads) + ", \"floating_point\": " +
+               json(std::string(floating_points[int(needs::floating_point)]));
+    if (shapes.has_spheres())
+        methods += ", \"sphere\": " + json(std::string(sphere_forms[int(needs::sphere_form)]));
     methods += std::string(", \"accel\": ") + (shapes.accelerated() ? "\"bvh\"" : "\"none\"") + more + "}";
-    say("versions", {{"compiler", json(compiler)}, {"standard", json(__cplusplus)}, {"flags", json(FLAGS)}});
+    say("versions", {{"compiler", json(compiler)}, {"standard", json(__cplusplus)}, {"flags", json(FLAGS OPTIONS)}});
     say("used", {{"features", names(features)}, {"methods", methods}});
 }
 
@@ -99,20 +109,23 @@ void make_image(const Job& job)
     Scene scene;
     read_scene(job.folder, scene);
     const Tracer<Real> tracer(scene, job);
-    const Walker<Real> walker(tracer, job.walk);
+    const Walker<Real> walker(tracer, job.walk, job.cutoff);
     Sampler<Real> sampler(scene, job, walker);
     std::vector<Worker<Real>> workers(std::size_t(job.threads));
     for (Worker<Real>& worker : workers)
         sampler.make_room(worker);
     const std::size_t rows = std::size_t(job.y1 - job.y0), columns = std::size_t(job.x1 - job.x0);
     std::vector<Real> picture(rows * columns * 3);
+    List<needs::cutoff, Real, 'D'> dropped;
+    if constexpr (needs::cutoff)
+        dropped.resize(rows * columns);
     say_phase("load");
 
     Counts counts;
     render(job, [&] {
         for (Worker<Real>& worker : workers)
             worker.desk.counts = {};
-        sampler.render(workers, picture);
+        sampler.render(workers, picture, dropped);
         counts = {};
         for (const Worker<Real>& worker : workers)
             counts += worker.desk.counts;
@@ -122,14 +135,20 @@ void make_image(const Job& job)
                  {"non_finite", json(counts.non_finite)}});
 
     write_npy(job.out + "/image.npy", {rows, columns, 3}, picture);
+    const bool cuts = needs::cutoff && job.cutoff > 0;
+    if constexpr (needs::cutoff)
+        if (cuts)
+            write_npy(job.out + "/dropped.npy", {rows, columns}, dropped);
     say_phase("save");
-    say("output", {{"file", "\"image.npy\""}});
+    say("output", {{"file", "\"image.npy\""}, {"dropped", cuts ? "\"dropped.npy\"" : "null"}});
 
     std::string more = ", \"walk\": " + json(std::string(walks[int(walker.method())]));
     if (walker.has_rows())
         more += ", \"walk_rows\": " + json(walker.row_count()) + ", \"walk_bytes\": " + json(walker.bytes());
     if (needs::glossy && job.glossy_rays > 0)
         more += ", \"glossy_weight\": " + json(std::string(weights[int(job.weight)]));
+    if (cuts)
+        more += ", \"cutoff\": " + exact(job.cutoff);
     say_used(job, tracer.shapes, more);
 }
 

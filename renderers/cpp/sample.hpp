@@ -18,6 +18,7 @@ struct alignas(128) Worker {
     WalkRows<Real> rows;
     [[no_unique_address]] List<needs::adaptive, Point<Real>, 'p'> points;
     std::uint64_t pixel = 0;  // how many pixels this thread has begun with `adaptive`
+    [[no_unique_address]] Only<needs::cutoff, Real, 'w'> dropped{0};  // CUT-2: of this pixel's samples so far
 };
 
 template<typename Real>
@@ -42,7 +43,8 @@ public:
     }
 
     // One frame. Each pixel is worked out by one thread, in an order that does not depend on how many there are.
-    void render(std::vector<Worker<Real>>& workers, std::vector<Real>& picture)
+    void render(std::vector<Worker<Real>>& workers, std::vector<Real>& picture,
+                List<needs::cutoff, Real, 'D'>& dropped)
     {
         if constexpr (needs::adaptive)
             if (job.sampling == Sampling::adaptive)
@@ -52,6 +54,8 @@ public:
             for (int i = job.x0; i < job.x1; i++, pixel += 3) {
                 const Vec3<Real> c = colour(i, job.y0 + row, worker);
                 pixel[0] = c.x, pixel[1] = c.y, pixel[2] = c.z;
+                if constexpr (needs::cutoff)
+                    dropped[std::size_t(row) * std::size_t(columns) + std::size_t(i - job.x0)] = take_dropped(worker);
             }
         });
     }
@@ -77,6 +81,15 @@ private:
                 return mean(i, j, worker);
         draw_for(worker, number(i, j), 0);
         return trace(Real(i) + place_x, Real(j) + place_y, worker);
+    }
+
+    // CUT-2: of a pixel.
+    Real take_dropped(Worker<Real>& worker) const
+    {
+        Real sum = 0;
+        if constexpr (needs::cutoff)
+            sum = std::exchange(worker.dropped, Real(0));
+        return job.sampling == Sampling::one ? sum : sum / (Real(job.samples) * Real(job.samples));
     }
 
     // RND-3
@@ -105,8 +118,10 @@ private:
                 c = {NAN, NAN, NAN};
                 worker.desk.scratch.overflow = false;
             }
+        if constexpr (needs::cutoff)
+            worker.dropped += std::exchange(worker.desk.dropped, Real(0));
         worker.desk.counts.primary++;
-        worker.desk.counts.non_finite += !(std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z));
+        worker.desk.counts.non_finite += !(is_finite(c.x) && is_finite(c.y) && is_finite(c.z));
         return c;
     }
 

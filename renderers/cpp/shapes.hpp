@@ -66,6 +66,13 @@ public:
             build_hierarchy();
     }
 
+    bool has_spheres() const
+    {
+        if constexpr (needs::sphere)
+            return !spheres.empty();
+        return false;
+    }
+
     bool accelerated() const { return !hierarchy.empty(); }
 
     void make_room(Only<needs::csg, Scratch<Real>, 'c'>& scratch) const

@@ -18,6 +18,7 @@ struct Desk {
     Counts counts;
     [[no_unique_address]] Only<needs::csg, Scratch<Real>, 'c'> scratch;
     [[no_unique_address]] Only<needs::random, Draws, 'd'> draws;
+    [[no_unique_address]] Only<needs::cutoff, Real, 'w'> dropped{0};  // CUT-2: of this sample
 
     Probe<Real> probe(const Ray<Real>& ray)
     {
@@ -39,6 +40,10 @@ Factor<Real> no_attenuation()
     else
         return 1;
 }
+
+// Of its channels.
+template<typename Real> Real most_of(Real factor) { return factor; }
+template<typename Real> Real most_of(const Vec3<Real>& factor) { return std::max({factor.x, factor.y, factor.z}); }
 
 template<typename Real>
 struct Tracer {
@@ -77,9 +82,10 @@ struct Tracer {
 
     // What a ray of this order brings back (REF-4): on_light(its own light, A), called once; then, for each child,
     // on_child(number, ray, share). Its colour is A times the sum of that light and of share times the child's colour.
-    template<typename OnLight, typename OnChild>
+    // There is no child for which cuts(share) is true (CUT-1), which is asked before its direction is worked out.
+    template<typename OnLight, typename Cuts, typename OnChild>
     [[gnu::always_inline]] void follow(const Branch<Real>& branch, int order, Desk<Real>& desk, const OnLight& on_light,
-                                       const OnChild& on_child) const
+                                       const Cuts& cuts, const OnChild& on_child) const
     {
         const Probe<Real> probe = desk.probe(branch.ray);
         const Hit<Real> hit = shapes.nearest(probe);
@@ -100,10 +106,12 @@ struct Tracer {
                                                        : material.into_air;
         const Fresnel<Real> part = fresnel(interface, std::abs(d_n));
         const Real share = material.specular * part.reflected;
-        if (share != 0) {
+        const bool lobe = needs::glossy && glossy_rays > 0;
+        if (share != 0 && (lobe || !cuts(share))) {
             const Ray<Real> mirrored{at.leave(enters ? 1 : -1, epsilon), reflect(branch.ray.direction, at.normal, d_n)};
-            if (needs::glossy && glossy_rays > 0)
-                follow_glossy(branch, {mirrored, sides.was, {}}, at.normal, material.exponent, share, desk, on_child);
+            if (lobe)
+                follow_glossy(branch, {mirrored, sides.was, {}}, at.normal, material.exponent, share, desk, cuts,
+                              on_child);
             else {
                 desk.counts.reflected++;
                 on_child(0, {mirrored, sides.was, child(branch, 0)}, share);
@@ -111,7 +119,7 @@ struct Tracer {
         }
         if constexpr (needs::transmission) {
             const Real through = material.specular * (1 - part.reflected);
-            if (!material.clear || through == 0)
+            if (!material.clear || through == 0 || cuts(through))
                 return;
             const Vec3<Real> d = role.flat ? branch.ray.direction
                                            : transmit(interface, part.s, branch.ray.direction, at.normal, d_n);
@@ -132,17 +140,19 @@ private:
     }
 
     // GLO-1
-    template<typename OnChild>
+    template<typename Cuts, typename OnChild>
     void follow_glossy(const Branch<Real>& branch, const Branch<Real>& mirrored, Vec3<Real> n, Real exponent,
-                       Real share, Desk<Real>& desk, const OnChild& on_child) const
+                       Real share, Desk<Real>& desk, const Cuts& cuts, const OnChild& on_child) const
     {
         if constexpr (needs::glossy)
             for (int g = 0; g < glossy_rays; g++) {
+                if (!study_weight && cuts(share / Real(glossy_rays)))
+                    continue;
                 const auto u = desk.draws(Real(), branch.path, 0x80000000 + std::uint32_t(g));
                 const Lobe<Real> lobe = glossy(mirrored.ray.direction, n, exponent, u);
                 const Real weight = study_weight ? std::pow(lobe.z, exponent) : Real(1);
                 const Real part = share * weight / Real(glossy_rays);
-                if (part == 0)
+                if (part == 0 || (study_weight && cuts(part)))
                     continue;
                 desk.counts.reflected++;
                 on_child(g, {{mirrored.ray.origin, lobe.direction}, mirrored.inside, child(branch, g)}, part);

@@ -33,12 +33,15 @@ struct WalkRows {
 template<typename Real>
 class Walker {
 public:
-    Walker(const Tracer<Real>& tracer, Walk asked) : tracer(tracer), children(tracer.children()), walk(asked)
+    Walker(const Tracer<Real>& tracer, Walk asked, double cutoff = 0)
+        : tracer(tracer), children(tracer.children()), walk(asked), cutoff(cutoff > 0 ? Real(cutoff) : -1)
     {
         if (walk == Walk::least)
             walk = children == 1 ? Walk::chain : Walk::stack;
         if (walk == Walk::chain && children > 1)
             throw Unsupported("a chain is for one child of each ray, here one can have " + std::to_string(children));
+        if (needs::cutoff && cutoff > 0 && walk != Walk::chain && walk != Walk::stack)  // CUT-4
+            throw Unsupported("a cutoff needs the walk chain or stack, which know the weight of a ray when it leaves");
         if (walk == Walk::stack)
             rows = 1 + std::size_t(tracer.depth) * std::size_t(children - 1);
         if (walk == Walk::table)
@@ -78,7 +81,23 @@ private:
 
     int children;
     Walk walk;
+    [[no_unique_address]] Only<needs::cutoff, Real, 'c'> cutoff;  // below any weight where nothing is cut
     std::size_t rows = 0;
+
+    // CUT-1: a ray of this weight is not traced, and is counted in the dropped weight (CUT-2).
+    bool cut(const Factor<Real>& weight, Desk<Real>& desk) const
+    {
+        if constexpr (needs::cutoff) {
+            const Real most = most_of(weight);
+            if (most <= cutoff) {
+                desk.dropped += most;
+                return true;
+            }
+        }
+        return false;
+    }
+
+    static bool keep(Real) { return false; }
 
     int table_base() const { return std::max(children, 2); }
 
@@ -111,6 +130,7 @@ private:
                     weight = weight * attenuation;
                     sum = sum + weight * light;
                 },
+                [&](Real share) { return cut(share * weight, desk); },
                 [&](int, const Branch<Real>& child, Real share) {
                     more = true;
                     next = child;
@@ -139,6 +159,7 @@ private:
                     now.weight = now.weight * attenuation;
                     sum = sum + now.weight * light;
                 },
+                [&](Real share) { return cut(share * now.weight, desk); },
                 [&](int, const Branch<Real>& child, Real share) {
                     if (more)
                         waiting[count++] = next;
@@ -169,6 +190,7 @@ private:
                     row.light = light;
                     row.attenuation = attenuation;
                 },
+                keep,
                 [&](int number, const Branch<Real>& child, Real share) {
                     Row<Real>& below = table[p * base + 1 + std::size_t(number)];
                     below.branch = child, below.share = share, below.order = row.order + 1, below.used = true;
@@ -196,6 +218,7 @@ private:
                 sum = light;
                 factor = attenuation;
             },
+            keep,
             [&](int, const Branch<Real>& child, Real share) { sum = sum + share * recursion(child, order + 1, desk); });
         return factor * sum;
     }

@@ -1,9 +1,8 @@
 """Boxes: a corner and three edges, at any angle to each other."""
 
-import math
-
 import numpy as np
 
+from .needs import FAR
 from .target import kernel
 from .vector import add, along, dot, negate, row_of, subtract
 
@@ -27,13 +26,13 @@ def box_table(boxes):
 
 @kernel
 def span_box(boxes, i, origin, direction):
-    """Where the line enters and leaves box `i`, and by which faces: t₀, t₁, face₀, face₁ (BOX-1); inf, -inf for a miss.
+    """Where the line enters and leaves box `i`, and by which faces: t₀, t₁, face₀, face₁ (BOX-1); FAR, -FAR for a miss.
 
     A face is 2 axis, plus 1 on the high side.
     """
     real = type(direction[0])
     one = real(1)
-    infinity = real(math.inf)
+    infinity = real(FAR)
     t0, t1 = -infinity, infinity
     face0, face1 = 0, 0
     from_corner = subtract(origin, row_of(boxes, i, CORNER))
@@ -60,13 +59,13 @@ def span_box(boxes, i, origin, direction):
 
 @kernel
 def hit_box(boxes, i, origin, direction):
-    """Distance to box `i`, inf for a miss, and the face (BOX-1)."""
+    """Distance to box `i`, FAR for a miss, and the face (BOX-1)."""
     t0, t1, face0, face1 = span_box(boxes, i, origin, direction)
     if t0 <= t1:
         if t0 > 0:
             return t0, face0
         return t1, face1
-    return type(t0)(math.inf), 0
+    return type(t0)(FAR), 0
 
 
 @kernel

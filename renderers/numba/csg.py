@@ -3,13 +3,11 @@
 The boundaries of one solid lie in work memory of the thread: rows of `csg_reals` and `csg_integers`.
 """
 
-import math
-
 from .box import face_of_box, span_box
 from .bvh import clip, slopes
 from .ellipsoid import ellipsoid_surface, span_ellipsoid
 from .mesh import cross_triangle, shear, triangle_surface
-from .needs import CROSSINGS, MESH, TREE
+from .needs import CROSSINGS, FAR, MESH, TREE
 from .sphere import span_sphere, sphere_surface
 from .target import called, kernel
 from .vector import along, dot, largest, negate
@@ -58,7 +56,7 @@ def put_triangles(scene, thread, count, limit, part, ray, triangles, first, last
     for k in range(first, last):
         i = triangles[k] if TREE else k
         t = cross_triangle(scene.csg_triangles, i, ray)
-        if t < math.inf:
+        if t < FAR:
             if count == limit:
                 return -1
             count = put(scene, thread, count, t, part, i)
@@ -74,7 +72,7 @@ def put_mesh(scene, thread, count, origin, direction, part, mesh):
         first = scene.csg_meshes[mesh, 0]
         return put_triangles(scene, thread, count, limit, part, ray, 0, first, first + scene.csg_meshes[mesh, 1])
     bounds, links, stack = scene.csg_bounds, scene.csg_links, scene.csg_stack
-    infinity = type(direction[0])(math.inf)
+    infinity = type(direction[0])(FAR)
     line = slopes(origin, direction, scene.tree_pad * max(largest(origin), scene.csg_reaches[mesh]))
     stack[thread, 0] = scene.csg_roots[mesh]
     height = 1
@@ -101,7 +99,7 @@ def put_parts(scene, thread, first, last, origin, direction):
     count = 0
     for part in range(first, last):
         kind, i = scene.csg_code[part, 0], scene.csg_code[part, 1]
-        t0, t1, face0, face1 = type(direction[0])(math.inf), -type(direction[0])(math.inf), 0, 0
+        t0, t1, face0, face1 = type(direction[0])(FAR), -type(direction[0])(FAR), 0, 0
         if kind == SPHERE:
             t0, t1 = span_sphere(scene.csg_spheres, i, origin, direction)
         elif kind == BOX:
@@ -194,10 +192,10 @@ def first_boundary(scene, thread, solid, origin, direction):
 
 @kernel
 def hit_csg(scene, thread, i, origin, direction):
-    """Distance to solid `i`; inf for a miss."""
+    """Distance to solid `i`; FAR for a miss."""
     k = first_boundary(scene, thread, i, origin, direction)
     if k < 0:
-        return type(direction[0])(math.inf)
+        return type(direction[0])(FAR)
     return scene.csg_reals[thread, k, DISTANCE]
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from .box import reciprocal
+from .needs import FAR
 from .target import inlined, kernel
 from .vector import add, along, dot, normalise, row_of, scale, subtract
 
@@ -38,7 +39,7 @@ def combine(ellipsoids, i, first, mu):
 
 @inlined
 def hit_ellipsoid(ellipsoids, i, origin, direction):
-    """Distance to ellipsoid `i` (ELL-1); inf for a miss. ellipsoids: (E, 7, 3)."""
+    """Distance to ellipsoid `i` (ELL-1); FAR for a miss. ellipsoids: (E, 7, 3)."""
     one = type(direction[0])(1)
     f = to_sphere(ellipsoids, i, subtract(origin, row_of(ellipsoids, i, CENTRE)))
     d = to_sphere(ellipsoids, i, direction)
@@ -56,12 +57,12 @@ def hit_ellipsoid(ellipsoids, i, origin, direction):
             return (b + s) / a
         else:
             return k / (b - s)
-    return type(b)(math.inf)
+    return type(b)(FAR)
 
 
 @kernel
 def span_ellipsoid(ellipsoids, i, origin, direction):
-    """Where the line enters and leaves ellipsoid `i` (CSG-1); inf, -inf if it does not."""
+    """Where the line enters and leaves ellipsoid `i` (CSG-1); FAR, -FAR if it does not."""
     one = type(direction[0])(1)
     f = to_sphere(ellipsoids, i, subtract(origin, row_of(ellipsoids, i, CENTRE)))
     d = to_sphere(ellipsoids, i, direction)
@@ -69,7 +70,7 @@ def span_ellipsoid(ellipsoids, i, origin, direction):
     b = -dot(f, d)
     l = along(f, b / a, d)  # noqa: E741
     delta = one - dot(l, l)
-    infinity = type(b)(math.inf)
+    infinity = type(b)(FAR)
     if not delta >= 0:
         return infinity, -infinity
     k, s = dot(f, f) - one, math.sqrt(a * delta)

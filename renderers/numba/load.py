@@ -44,6 +44,8 @@ def tables(job, real):
         "samples": job.samples,
         "levels": job.adaptive_depth,
         "threshold": real(job.adaptive_threshold),
+        "cutoff": real(job.cutoff),
+        "infinite": real(np.inf).view(np.int32 if real == np.float32 else np.int64),
     }
     shapes, sizes, low, high, skewness = _shapes(read)
     media = read("media")
@@ -58,10 +60,15 @@ def tables(job, real):
     if needs.LENS:
         values |= _lens(read("camera"), job, rounded, real)
     if needs.TREE:
-        values |= _tree(low, high, 64 * unit * skewness, rounded, real)
+        pad = 64 * unit * skewness
+        if needs.SPHERE_METHOD != "robust":  # r² errs by some u |f|², r then by the root of that
+            pad = max(pad, 16 * np.sqrt(unit))
+        values |= _tree(low, high, pad, rounded, real)
     x0, y0, x1, y1 = job.region
     if needs.ADAPTIVE:
         values["corners"] = np.zeros((y1 - y0 + 1, x1 - x0 + 1, 3), real)
+    if needs.CUTOFF:
+        values["dropped"] = np.zeros((y1 - y0, x1 - x0), real)
     return values
 
 

@@ -11,12 +11,14 @@ FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
     *("reflection", "transmission", "glossy", "attenuation", "media"),
-    *("supersampling", "adaptive", "lens", "region", "rays"),
+    *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
     "precision": ("float64", "float32"),
     "walk": ("least", "recursion", "table", "stack", "chain"),
     "accel": ("auto", "none", "bvh"),
+    "sphere": ("robust", "textbook", "stable"),
+    "floating_point": ("strict", "contract", "fast"),
     "glossy_weight": ("plain", "study"),
     "scene_memory": ("auto",),
 }
@@ -37,6 +39,10 @@ def prepare(job):
     one_child = "transmission" not in job.needs and ("glossy" not in job.needs or job.glossy_rays == 1)
     if job.walk == "chain" and not one_child:
         worker.refuse("walk chain: a ray of this scene can have several children")
+    if "cutoff" in job.needs and job.walk in ("recursion", "table"):
+        worker.refuse(f"cutoff: with the walks chain and stack, not with {job.walk}")
+    if "cutoff" in job.needs and "adaptive" in job.needs:
+        worker.refuse("cutoff: not with adaptive samples")
     walk = job.walk
     if walk == "least" or job.kind == "rays":
         walk = "chain" if one_child else "stack"
@@ -49,6 +55,9 @@ def prepare(job):
     needs.take(
         job.needs,
         **chosen,
+        single=job.precision == "float32",
+        sphere_method=job.sphere,
+        floating_point=job.floating_point,
         jittered=job.sampler == "jittered",
         study_weight=job.glossy_weight == "study",
         limited=largest_part(job) > needs.CROSSINGS,
@@ -74,11 +83,13 @@ def on_gpu(job, walk, tree, in_shared):
             worker.refuse(f"{large} adaptive samples cannot be streamed; use global")
         if not streamable(job):
             worker.refuse(f"{large} CSG solids cannot be streamed; use global")
+    simulated = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
+    if simulated and job.floating_point != "strict":
+        worker.refuse(f"floating_point {job.floating_point}: the simulator of a GPU is strict")
     return {
         "walk": "stack" if streamed else walk,
         "target": "cuda",
-        "simulated": os.environ.get("NUMBA_ENABLE_CUDASIM") == "1",
-        "single": job.precision == "float32",
+        "simulated": simulated,
         "threads": threads,
         "memory": memory,
         "strided": job.total_threads > 0 or -(-(job.region[3] - job.region[1]) // job.block_height) > needs.GRID_ROWS,

@@ -1,9 +1,8 @@
 """Meshes: their triangles, each a shape of its own."""
 
-import math
-
 import numpy as np
 
+from .needs import FAR
 from .target import inlined, kernel
 from .vector import along, dot, negate, row_of, subtract
 
@@ -55,14 +54,14 @@ def sheared(triangles, i, k, ray):
 
 @inlined
 def hit_triangle(triangles, i, ray):
-    """Distance to triangle `i` (TRI-1), which may be negative; inf for a miss. ray: of `shear`."""
+    """Distance to triangle `i` (TRI-1), which may be negative; FAR for a miss. ray: of `shear`."""
     a, b, c = sheared(triangles, i, 0, ray), sheared(triangles, i, 1, ray), sheared(triangles, i, 2, ray)
     u, v, w = c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]
     if (u >= 0 and v >= 0 and w >= 0) or (u <= 0 and v <= 0 and w <= 0):
         det = u + v + w
         if det != 0:
             return (u * a[2] + v * b[2] + w * c[2]) / det
-    return type(u)(math.inf)
+    return type(u)(FAR)
 
 
 @kernel
@@ -76,14 +75,14 @@ def positive(side, first, second):
 
 @kernel
 def cross_triangle(triangles, i, ray):
-    """Where the line crosses triangle `i` (CSG-2); inf if it does not."""
+    """Where the line crosses triangle `i` (CSG-2); FAR if it does not."""
     a, b, c = sheared(triangles, i, 0, ray), sheared(triangles, i, 1, ray), sheared(triangles, i, 2, ray)
     u, v, w = c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]
     det = u + v + w
     plus = positive(u, b, c)
     if det != 0 and plus == positive(v, c, a) and plus == positive(w, a, b):
         return (u * a[2] + v * b[2] + w * c[2]) / det
-    return type(u)(math.inf)
+    return type(u)(FAR)
 
 
 @kernel

@@ -7,7 +7,7 @@
 SPHERE = BOX = POLYGON = ELLIPSOID = MESH = CSG = False
 AMBIENT = DIFFUSE = PHONG = SHADOWS = SOFT = False
 REFLECTION = TRANSMISSION = GLOSSY = ATTENUATION = MEDIA = False
-SUPERSAMPLING = ADAPTIVE = LENS = False
+SUPERSAMPLING = ADAPTIVE = LENS = CUTOFF = False
 FEATURES = tuple(name for name in list(globals()) if name.isupper())
 
 # Where the kernel runs.
@@ -23,6 +23,8 @@ FAULT = ""  # of the exhibits: "index" or "barrier" (gpu/assemble.py)
 # Methods.
 WALK = "chain"  # of WLK-1
 TREE = False  # a bounding-volume hierarchy (HIT-6)
+SPHERE_METHOD = "robust"  # of SPH-3
+FLOATING_POINT = "strict"  # of NUM-3
 JITTERED = False  # SAM-2
 STUDY_WEIGHT = False  # GLO-1
 LIMITED = False  # a mesh in a CSG solid may be crossed too often (CSG-6)
@@ -31,6 +33,8 @@ LIMITED = False  # a mesh in a CSG solid may be crossed too often (CSG-6)
 LIT = False  # lights are asked at all
 SCATTERED = False  # rays draw random numbers of their own, by their path (RND-4)
 RANDOM = False  # so do they or the samples
+FAST = False  # fast-math
+FAR = float("inf")  # distance of a miss; of fast-math, which knows no inf, a number near the largest float32
 
 
 # Of every GPU: bytes of constant memory, of shared memory for a block (more must be asked for in another way), of local
@@ -44,13 +48,32 @@ MANY = 64  # spheres from which on, or half as many of the other shapes, the tre
 
 
 def take(features, **methods):
-    """Set the constants. features: the job's needs. methods: walk, tree, jittered, study_weight, limited."""
+    """Set the constants. features: the job's needs. methods: walk, tree, sphere_method, .. as above."""
     chosen = {name: name.lower() in features for name in FEATURES}
     chosen |= {name.upper(): value for name, value in methods.items()}
     chosen["LIT"] = chosen["DIFFUSE"] or chosen["PHONG"] or chosen["SHADOWS"]
     chosen["SCATTERED"] = chosen["SOFT"] or chosen["GLOSSY"]
     chosen["RANDOM"] = chosen["SCATTERED"] or chosen["JITTERED"] or chosen["LENS"]
+    chosen["FAST"] = chosen["FLOATING_POINT"] == "fast"
+    chosen["FAR"] = 3e38 if chosen["FAST"] else float("inf")
     globals().update(chosen)
+
+
+def methods(job):
+    """Those of `used.methods` that the job has a use for."""
+    used = {
+        "precision": job.precision,
+        "floating_point": FLOATING_POINT,
+        "walk": WALK,
+        "accel": "bvh" if TREE else "none",
+    }
+    if SPHERE:
+        used["sphere"] = SPHERE_METHOD
+    if CUTOFF:
+        used["cutoff"] = job.cutoff
+    if GLOSSY:
+        used["glossy_weight"] = job.glossy_weight
+    return used
 
 
 def constants():

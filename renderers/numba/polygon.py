@@ -1,9 +1,8 @@
 """Convex planar polygons: their vertices."""
 
-import math
-
 import numpy as np
 
+from .needs import FAR
 from .target import inlined, kernel
 from .vector import along, dot, negate, row_of, subtract
 
@@ -32,7 +31,7 @@ def polygon_table(vertices, ranges):
 
 @inlined
 def hit_polygon(corners, ranges, i, origin, direction, limit):
-    """Distance to polygon `i` if not above `limit` (POL-1, POL-2); inf for a miss.
+    """Distance to polygon `i` if not above `limit` (POL-1, POL-2); FAR for a miss.
 
     corners: (V, 3, 3). ranges: (P, 2), first corner and number of corners.
     """
@@ -40,14 +39,14 @@ def hit_polygon(corners, ranges, i, origin, direction, limit):
     normal = row_of(corners, first, NORMAL)
     w = dot(direction, normal)
     if w == 0:
-        return type(w)(math.inf)
+        return type(w)(FAR)
     t = dot(subtract(row_of(corners, first, VERTEX), origin), normal) / w
     if 0 < t <= limit:
         p = along(origin, t, direction)
         for k in range(first, first + count):
             inside = dot(row_of(corners, k, INWARD), subtract(p, row_of(corners, k, VERTEX))) >= 0
             if not inside:
-                return type(w)(math.inf)
+                return type(w)(FAR)
     return t
 
 

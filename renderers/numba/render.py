@@ -4,14 +4,14 @@ import math
 
 from numba import njit, prange
 
-from .needs import ADAPTIVE, CSG, LIMITED
+from .needs import ADAPTIVE, CSG, CUTOFF, LIMITED
 from .sample import add_counts, lattice_sample, pixel
 from .scene import OBJECT, nearest, surface
-from .target import kernel
+from .target import FASTMATH, kernel
 from .vector import normalise, row
 
 # What Python calls. No C code does: leaving out that way in saves compiling it.
-ENTRY = {"error_model": "numpy", "no_cfunc_wrapper": True}
+ENTRY = {"error_model": "numpy", "fastmath": FASTMATH, "no_cfunc_wrapper": True}
 
 
 @kernel
@@ -36,15 +36,17 @@ def render_rows(scene, width, height, region, depth, corners, first, step, pictu
         for j in range(first, len(counts), step):
             for i in range(picture.shape[1] + 1):
                 a, b = (x0 + i) << scene.levels, (y0 + j) << scene.levels
-                colour, more = lattice_sample(scene, first, width, height, a, b, depth)
+                colour, _, more = lattice_sample(scene, first, width, height, a, b, depth)
                 scene.corners[j, i, 0], scene.corners[j, i, 1], scene.corners[j, i, 2] = colour
                 note(counts, j, more)
         return
     for j in range(first, picture.shape[0], step):
         total = 0, 0, 0, 0, 0
         for i in range(picture.shape[1]):
-            colour, more = pixel(scene, first, width, height, region, x0 + i, y0 + j, depth)
+            colour, dropped, more = pixel(scene, first, width, height, region, x0 + i, y0 + j, depth)
             picture[j, i, 0], picture[j, i, 1], picture[j, i, 2] = colour
+            if CUTOFF:
+                scene.dropped[j, i] = dropped
             total = add_counts(total, more)
         note(counts, j, total)
 
@@ -59,8 +61,9 @@ def trace_rays(scene, rays, first, step, hits):
         origin = row(rays, k)
         direction = normalise((rays[k, 3], rays[k, 4], rays[k, 5]))
         t, index = nearest(scene, first, origin, direction)
-        hits[k, 0], hits[k, 7] = t, -1
+        hits[k, 0], hits[k, 7] = math.inf, -1
         if index >= 0:
+            hits[k, 0] = t
             point, normal, _ = surface(scene, first, index, origin, direction, t)
             hits[k, 1], hits[k, 2], hits[k, 3] = point
             hits[k, 4], hits[k, 5], hits[k, 6] = normal

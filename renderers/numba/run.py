@@ -65,21 +65,20 @@ def run(job):
     with worker.phase("save"):
         name = "hits.npy" if job.kind == "rays" else "image.npy"
         np.save(job.output(name), answers[0])
-        worker.say("output", file=name)
+        cut = {}
+        if needs.CUTOFF:
+            cut["dropped"] = "dropped.npy"
+            np.save(job.output(cut["dropped"]), scene.dropped)
+        worker.say("output", file=name, **cut)
         if job.kind == "image":
             primary, reflected, transmitted, shadow, non_finite = answers[1].sum(axis=0)
             worker.say_rays(primary, reflected, shadow, non_finite, transmitted)
     methods = {
-        "precision": job.precision,
-        "walk": needs.WALK,
+        **needs.methods(job),
         **work,
-        "accel": "bvh" if needs.TREE else "none",
         "threads": threads,
-        "contraction": "off",
         "threading_layer": numba.threading_layer() if parallel else "none",
         "compile_cache": ("warm" if entry.stats.cache_hits else "cold") if cached else "off",
     }
-    if needs.GLOSSY:
-        methods["glossy_weight"] = job.glossy_weight
     worker.say("used", features=job.needs, methods=methods)
     worker.say_python_versions(numba=numba.__version__, llvmlite=llvmlite.__version__, numpy=np.__version__)

@@ -3,14 +3,15 @@
 import math
 
 from .camera import eye_ray
-from .needs import ADAPTIVE, CSG, JITTERED, LENS, LIMITED, MEDIA, SUPERSAMPLING
+from .needs import ADAPTIVE, CSG, CUTOFF, JITTERED, LENS, LIMITED, MEDIA, SUPERSAMPLING
 from .random import draw
 from .target import inlined, kernel
 from .trace import finite
 from .vector import add, scale
 from .walk import walk
 
-# Counts are tuples: primary, reflected, transmitted, shadow, non-finite (CNT-1, CNT-2).
+# A sample, or a pixel, is linear RGB, the weight that was cut off (CUT-2; 0 without a cut-off) and counts: a tuple of
+# primary, reflected, transmitted, shadow, non-finite (CNT-1, CNT-2).
 
 
 @kernel
@@ -20,15 +21,16 @@ def add_counts(a, b):
 
 @kernel
 def take(scene, thread, width, height, x, y, place, u, depth):
-    """Linear RGB of the sample at (x, y), in pixels from the top left, and its counts. u: numbers for the lens."""
+    """The sample at (x, y), in pixels from the top left. u: numbers for the lens."""
     origin, direction = eye_ray(scene, width, height, x, y, u)
     members = scene.eye_media if MEDIA else 0
-    colour, reflected, transmitted, feelers = walk(scene, thread, place, (origin, direction, members, 0), depth)
+    ray = origin, direction, members, 0
+    colour, dropped, reflected, transmitted, feelers = walk(scene, thread, place, ray, depth)
     if CSG and LIMITED and scene.csg_overflow[thread, 0] != 0:  # CSG-6
         scene.csg_overflow[thread, 0] = 0
         nan = type(x)(math.nan)
         colour = nan, nan, nan
-    return colour, (1, reflected, transmitted, feelers, 0 if finite(colour) else 1)
+    return colour, dropped, (1, reflected, transmitted, feelers, 0 if finite(scene, colour) else 1)
 
 
 @kernel
@@ -54,7 +56,7 @@ def grid(scene, thread, width, height, region, i, j, depth):
     """The mean of n × n samples (SAM-1 to SAM-3)."""
     real = type(scene.epsilon)
     n, zero, half = scene.samples, real(0), real(0.5)
-    colour, counts = (zero, zero, zero), (0, 0, 0, 0, 0)
+    colour, dropped, counts = (zero, zero, zero), zero, (0, 0, 0, 0, 0)
     for s in range(n * n):
         place = j * width + i, s
         u = numbers(scene, place)
@@ -63,10 +65,12 @@ def grid(scene, thread, width, height, region, i, j, depth):
             a, b = u[0], u[1]
         a, b = (real(s % n) + a) / real(n), (real(s // n) + b) / real(n)
         x, y = real(i) + (a + (scene.sample[0] - half)), real(j) + (b + (scene.sample[1] - half))
-        more, counted = take(scene, thread, width, height, x, y, place, u, depth)
+        more, cut, counted = take(scene, thread, width, height, x, y, place, u, depth)
         colour, counts = add(colour, more), add_counts(counts, counted)
+        if CUTOFF:
+            dropped += cut
     share = real(n * n)
-    return (colour[0] / share, colour[1] / share, colour[2] / share), counts
+    return (colour[0] / share, colour[1] / share, colour[2] / share), dropped / share, counts
 
 
 @inlined
@@ -95,7 +99,7 @@ def lattice_point(scene, thread, width, height, region, i, j, a, b, depth):
     k = b * (cells + 1) + a
     if marks[thread, 1 + k] != marks[thread, 0]:
         marks[thread, 1 + k] = marks[thread, 0]
-        colour, counts = lattice_sample(scene, thread, width, height, cells * i + a, cells * j + b, depth)
+        colour, _, counts = lattice_sample(scene, thread, width, height, cells * i + a, cells * j + b, depth)
         lattice[thread, k, 0], lattice[thread, k, 1], lattice[thread, k, 2] = colour
     return (lattice[thread, k, 0], lattice[thread, k, 1], lattice[thread, k, 2]), counts
 
@@ -163,8 +167,8 @@ def adaptive(scene, thread, width, height, region, i, j, depth):
             side <<= 1
             colour = mean(scene, thread, level)
         if level == 0:
-            return colour, counts
+            return colour, type(scene.epsilon)(0), counts
 
 
-# Linear RGB of pixel (i, j), and its counts.
+# Pixel (i, j).
 pixel = adaptive if ADAPTIVE else grid if SUPERSAMPLING else one_sample

@@ -1,6 +1,5 @@
 """The scene as the kernel reads it, and the questions asked of all its shapes together."""
 
-import math
 from collections import namedtuple
 
 from . import needs
@@ -9,7 +8,7 @@ from .bvh import enter, slopes
 from .csg import any_csg, csg_surface, hit_csg, nearest_csg
 from .ellipsoid import any_ellipsoid, ellipsoid_surface, hit_ellipsoid, nearest_ellipsoid
 from .mesh import any_triangle, hit_triangle, nearest_triangle, shear, triangle_surface
-from .needs import BOX, CSG, ELLIPSOID, MESH, POLYGON, SPHERE, STREAMED, TREE
+from .needs import BOX, CSG, ELLIPSOID, FAR, MESH, POLYGON, SPHERE, STREAMED, TREE
 from .polygon import any_polygon, hit_polygon, nearest_polygon, polygon_surface
 from .sphere import any_sphere, hit_sphere, nearest_sphere, sphere_surface
 from .target import kernel
@@ -49,6 +48,8 @@ FIELDS = {
     "sliver": CSG,  # 8 u of CSG-4
     "media": needs.MEDIA,  # int32 (n,): row of materials for each rank
     "eye_media": needs.MEDIA,  # the set that eye rays begin in, bit r for rank r
+    "cutoff": needs.CUTOFF,  # of CUT-1
+    "infinite": needs.FAST,  # the bits of inf, as an integer
     "lens": needs.LENS,  # (2, 3): the lens's radius along u and along v
     "focus": needs.LENS,  # δ of LEN-1
     "feelers": needs.SOFT,  # F of SOF-1
@@ -78,6 +79,7 @@ FIELDS = {
     "lattice_marks": needs.ADAPTIVE,
     "quarters": needs.ADAPTIVE,
     "squares": needs.ADAPTIVE,
+    "dropped": needs.CUTOFF,  # (h, w): of each of the picture's pixels, for all threads (CUT-2)
     # Tiles of the tables of shapes, in the shared memory of a block: see gpu/tiles.py.
     "sphere_tile": STREAMED and SPHERE,
     "box_tile": STREAMED and BOX,
@@ -107,7 +109,7 @@ AMBIENT, BACKGROUND = 0, 1
 
 @kernel
 def hit_shape(scene, thread, index, origin, direction, sheared, limit):
-    """Distance to shape `index`, which may be negative; inf for a miss. sheared: of `shear`, if there are meshes."""
+    """Distance to shape `index`, which may be negative; FAR for a miss. sheared: of `shear`, if there are meshes."""
     i = index
     if SPHERE:
         if LAST_IS_SPHERE or i < len(scene.spheres):
@@ -131,7 +133,7 @@ def hit_shape(scene, thread, index, origin, direction, sheared, limit):
         i -= len(scene.triangles)
     if CSG:
         return hit_csg(scene, thread, i, origin, direction)
-    return type(limit)(math.inf)
+    return type(limit)(FAR)
 
 
 @kernel
@@ -189,8 +191,8 @@ if STREAMED:
 
 @kernel
 def nearest(scene, thread, origin, direction):
-    """Distance to the nearest shape and its number; inf and -1 for a miss (HIT-1, HIT-2)."""
-    best, index, first = type(direction[0])(math.inf), -1, 0
+    """Distance to the nearest shape and its number; FAR and -1 for a miss (HIT-1, HIT-2)."""
+    best, index, first = type(direction[0])(FAR), -1, 0
     if TREE:
         return search(scene, thread, origin, direction, best, False)
     if STREAMED:

@@ -2,8 +2,10 @@
 
 import math
 
+import numpy as np
+
 from .media import sides
-from .needs import ATTENUATION, GLOSSY, REFLECTION, SCATTERED, STREAMED, TRANSMISSION
+from .needs import ATTENUATION, FAST, GLOSSY, REFLECTION, SCATTERED, SINGLE, STREAMED, TRANSMISSION
 from .reflect import fresnel, glossy, mirrored, refracted
 from .scene import ATTENUATED, BACKGROUND, CLEAR, FLAT, MATERIAL, SPECULAR, nearest, surface
 from .shade import local_light
@@ -12,6 +14,9 @@ from .vector import add, along, dot, largest, multiply, row, scale
 
 # A ray is (origin, direction, set of clear solids it is in, path of RND-4). A weight is a number, or three where
 # anything is attenuated.
+
+# The number, and an integer of as many bits.
+REAL, BITS = (np.float32, np.int32) if SINGLE else (np.float64, np.int64)
 
 
 @kernel
@@ -28,6 +33,14 @@ def weigh(weight, factor):
     if ATTENUATION:
         return scale(factor, weight)
     return factor * weight
+
+
+@kernel
+def greatest(weight):
+    """A weight as one number: the largest of three (CUT-1)."""
+    if ATTENUATION:
+        return largest(weight)
+    return weight
 
 
 @kernel
@@ -130,5 +143,12 @@ def leave_through(scene, ray, surroundings):
 
 
 @kernel
-def finite(colour):
-    return math.isfinite(colour[0]) and math.isfinite(colour[1]) and math.isfinite(colour[2])
+def is_finite(scene, x):
+    if FAST:  # takes that for granted, of its bits too, unless it cannot know which are looked at
+        return REAL(x).view(BITS) & scene.infinite != scene.infinite
+    return math.isfinite(x)
+
+
+@kernel
+def finite(scene, colour):
+    return is_finite(scene, colour[0]) and is_finite(scene, colour[1]) and is_finite(scene, colour[2])

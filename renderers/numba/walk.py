@@ -1,13 +1,14 @@
 """Walks over the tree of rays below an eye ray (WLK).
 
-Each gives a colour and the numbers of reflected rays, transmitted rays and feelers (CNT-1).
+Each gives a colour, the weight that was cut off (CUT-2), and the numbers of reflected rays, transmitted rays and
+feelers (CNT-1).
 """
 
 import numpy as np
 
-from .needs import ATTENUATION, GLOSSY, MEDIA, SCATTERED, STREAMED, TRANSMISSION, WALK
+from .needs import ATTENUATION, CUTOFF, GLOSSY, MEDIA, SCATTERED, STREAMED, TRANSMISSION, WALK
 from .target import called, kernel
-from .trace import gather, leave_mirrored, leave_through, meet, unit_weight, weigh
+from .trace import gather, greatest, leave_mirrored, leave_through, meet, unit_weight, weigh
 from .vector import add, scale
 
 if STREAMED:
@@ -80,13 +81,15 @@ def walk_chain(scene, thread, place, ray, depth):
         colour = gather(colour, weight, light)
         feelers += more
         if mirror == 0:
-            return colour, order, 0, feelers
+            return colour, zero, order, 0, feelers
         ray, lobe = leave_mirrored(scene, place, ray, surroundings, 0)
         if GLOSSY:
             mirror *= lobe
             if mirror == 0:
-                return colour, order, 0, feelers
+                return colour, zero, order, 0, feelers
         weight = weigh(weight, mirror)
+        if CUTOFF and greatest(weight) <= scene.cutoff:
+            return colour, greatest(weight), order, 0, feelers
         order = np.int32(order + 1)
 
 
@@ -102,7 +105,7 @@ def unfinished(height):
 def walk_stack(scene, thread, place, ray, depth):
     """Rays that wait, on a stack."""
     zero = type(scene.epsilon)(0)
-    colour = zero, zero, zero
+    colour, dropped = (zero, zero, zero), zero
     reflected, transmitted, feelers = 0, 0, 0
     keep(scene, thread, 0, unit_weight(scene), ray, 0)
     height = 1
@@ -116,15 +119,24 @@ def walk_stack(scene, thread, place, ray, depth):
         colour = gather(colour, weight, light)
         feelers += more
         if TRANSMISSION and through != 0:
-            keep(scene, thread, height, weigh(weight, through), leave_through(scene, ray, surroundings), order + 1)
-            height, transmitted = height + 1, transmitted + 1
+            onward = weigh(weight, through)
+            if CUTOFF and greatest(onward) <= scene.cutoff:
+                dropped += greatest(onward)
+            else:
+                keep(scene, thread, height, onward, leave_through(scene, ray, surroundings), order + 1)
+                height, transmitted = height + 1, transmitted + 1
         if mirror != 0:
             for g in range(reflections(scene)):
                 leaving, lobe = leave_mirrored(scene, place, ray, surroundings, g)
-                if mirror * lobe != 0:
-                    keep(scene, thread, height, weigh(weight, mirror * lobe), leaving, order + 1)
+                if mirror * lobe == 0:
+                    continue
+                onward = weigh(weight, mirror * lobe)
+                if CUTOFF and greatest(onward) <= scene.cutoff:
+                    dropped += greatest(onward)
+                else:
+                    keep(scene, thread, height, onward, leaving, order + 1)
                     height, reflected = height + 1, reflected + 1
-    return colour, reflected, transmitted, feelers
+    return colour, dropped, reflected, transmitted, feelers
 
 
 @kernel
@@ -161,7 +173,7 @@ def walk_table(scene, thread, place, ray, depth):
                         keep(scene, thread, children + g, weigh(weight, mirror * lobe), leaving, 1)
                         reflected += 1
         first, count = first + count, count * branching
-    return colour, reflected, transmitted, feelers
+    return colour, zero, reflected, transmitted, feelers
 
 
 @called
@@ -192,7 +204,8 @@ def recurse(scene, thread, place, ray, order, depth):
 @kernel
 def walk_recursion(scene, thread, place, ray, depth):
     """A function that calls itself."""
-    return recurse(scene, thread, place, ray, 0, depth)
+    colour, reflected, transmitted, feelers = recurse(scene, thread, place, ray, 0, depth)
+    return colour, type(scene.epsilon)(0), reflected, transmitted, feelers
 
 
 walk = {"chain": walk_chain, "stack": walk_stack, "table": walk_table, "recursion": walk_recursion}[WALK]

@@ -5,12 +5,14 @@ from renderers import worker
 FEATURES = [
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft", "reflection", "glossy"),
-    *("transmission", "attenuation", "media", "supersampling", "adaptive", "lens", "region", "rays"),
+    *("transmission", "attenuation", "media", "supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
 ]
 METHODS = {
     "precision": ("float64", "float32"),
     "walk": ("least",),
     "accel": ("auto", "none"),
+    "sphere": ("robust", "textbook", "stable"),
+    "floating_point": ("strict",),
     "glossy_weight": ("plain", "study"),
 }
 
@@ -42,18 +44,26 @@ def main():
         else:
             rays = np.load(job.array("rays")).T.astype(job.precision)
     if job.kind == "image":
-        answer, counts = worker.render(job, lambda: render(scene, camera, job))
+        answer, counts, dropped = worker.render(job, lambda: render(scene, camera, job))
     else:
         answer = worker.render(job, lambda: first_hits(scene, rays))
-    file = "image.npy" if job.kind == "image" else "hits.npy"
+    output = {"file": "image.npy" if job.kind == "image" else "hits.npy"}
     with worker.phase("save"):
-        np.save(job.output(file), answer)
+        np.save(job.output(output["file"]), answer)
         if job.kind == "image":
+            if scene.cuts:
+                output["dropped"] = "dropped.npy"
+                np.save(job.output(output["dropped"]), dropped)
             worker.say_rays(
                 counts.primary, counts.reflected, counts.shadow, counts.non_finite, transmitted=counts.transmitted
             )
-    worker.say("output", file=file)
-    methods = {"precision": job.precision, "threads": 1, "contraction": "off", "walk": "wavefront", "accel": "none"}
+    worker.say("output", **output)
+    methods = {"precision": job.precision, "threads": 1, "floating_point": job.floating_point}
+    methods |= {"walk": "wavefront", "accel": "none"}
+    if "sphere" in job.needs:
+        methods["sphere"] = job.sphere
+    if scene.cuts:
+        methods["cutoff"] = job.cutoff
     worker.say("used", features=job.needs, methods=methods)
     worker.say_python_versions(numpy=np.__version__)
 

@@ -77,19 +77,22 @@ class Surfaces(NamedTuple):
     media: Any  # i, t and the sets of solids in front and beyond (MED-3)
 
 
-def leaving(scene, rays, surfaces, streams, counts):
-    """The rays that leave `surfaces`, hit by `rays`: each ray's follow each other, the transmitted one last (REF-4)."""
+def leaving(scene, rays, surfaces, streams, layer, counts):
+    """The rays that leave `surfaces`, hit by `rays`: each ray's follow each other, the transmitted one last (REF-4).
+
+    The weights of reflected and of transmitted rays that are cut off are added to the two arrays of `layer` (CUT-2).
+    """
     points, normals, offsets, d_dot_n, shapes, (i, t, here, beyond) = surfaces
     n, s, r, matched = fresnel(scene, i, t, d_dot_n)
     k_s, inward = scene.k_s[shapes], d_dot_n <= 0
     shares = k_s * r
-    alive = np.flatnonzero(shares != 0)
     starts = points + np.where(inward, offsets, -offsets)
     mirrored = reflect(rays.directions, normals, d_dot_n)
     reflected = Rays(starts, mirrored, rays.weights, rays.targets, here, rays.paths)
     if scene.glossy_rays:
-        alive, reflected = glossy(scene, reflected, alive, shares, normals, shapes, streams)
+        alive, reflected = glossy(scene, reflected, shares, normals, shapes, streams, layer[0])
     else:
+        alive = traced(scene, rays, shares, layer[0])
         reflected = reflected.take(alive)
         reflected = reflected._replace(weights=reflected.weights * shares[alive], paths=child(scene, reflected, 0))
     counts.reflected += len(alive)
@@ -97,7 +100,7 @@ def leaving(scene, rays, surfaces, streams, counts):
         return reflected
 
     shares = k_s * (1 - r)
-    through = np.flatnonzero(scene.clear[shapes] & (shares != 0))
+    through = traced(scene, rays, np.where(scene.clear[shapes], shares, 0), layer[1])
     starts = points - np.where(inward, offsets, -offsets)
     straight = matched | scene.flat[shapes]
     refracted = np.where(straight, rays.directions, transmit(rays.directions, normals, d_dot_n, n, s))
@@ -108,8 +111,19 @@ def leaving(scene, rays, surfaces, streams, counts):
     return join([reflected, transmitted]).take(order)
 
 
-def glossy(scene, mirrored, alive, shares, normals, shapes, streams):
-    """Numbers of the hits that rays leave, and glossy rays in place of the mirrored ones `alive` (GLO-1)."""
+def traced(scene, rays, shares, light):
+    """Numbers of `rays` that send one on: whose share of it is not 0 (REF-4), and that is not cut off (CUT-1)."""
+    if not scene.cuts:
+        return np.flatnonzero(shares != 0)
+    weights = shares * (rays.weights if rays.weights.ndim == 1 else rays.weights.max(axis=0))
+    cut = weights <= scene.cutoff
+    np.add.at(light[3], rays.targets[cut], weights[cut])  # adds 0 where the share is 0
+    return np.flatnonzero((shares != 0) & ~cut)
+
+
+def glossy(scene, mirrored, shares, normals, shapes, streams, light):
+    """Numbers of the hits that rays leave, and glossy rays in place of the mirrored ones (GLO-1)."""
+    alive = np.flatnonzero(shares != 0)
     parents = np.repeat(alive, scene.glossy_rays)
     numbers = np.tile(np.arange(scene.glossy_rays), len(alive))
     rays = mirrored.take(parents)
@@ -119,8 +133,8 @@ def glossy(scene, mirrored, alive, shares, normals, shapes, streams):
     if scene.glossy_study:
         shares *= falloff
     shares /= scene.glossy_rays
+    some = traced(scene, rays, shares, light)
     rays = rays._replace(directions=directions, weights=rays.weights * shares, paths=child(scene, rays, numbers))
-    some = np.flatnonzero(shares != 0)
     return parents[some], rays.take(some)
 
 

@@ -9,24 +9,29 @@ SQUARES = 1 << 16  # of adaptive sampling at once: bounds the memory
 
 
 def render(scene, camera, job):
-    """One frame: the picture (rows, columns, 3) of the job's region, and the counts."""
+    """One frame: the picture (rows, columns, 3) of the job's region, the counts, and where rays are cut off the dropped
+    weights (rows, columns), else None.
+    """
     x0, y0, x1, y1 = job.region
     counts = Counts()
     picture = (adaptive if job.sampler == "adaptive" else even)(scene, camera, job, counts)
-    return np.ascontiguousarray(picture.T).reshape(y1 - y0, x1 - x0, 3), counts
+    rows, columns = y1 - y0, x1 - x0
+    dropped = picture[3].reshape(rows, columns) if scene.cuts else None
+    return np.ascontiguousarray(picture[:3].T).reshape(rows, columns, 3), counts, dropped
 
 
 def even(scene, camera, job, counts):
-    """The picture (3, pixels) of as many samples in each pixel (SAM-3)."""
+    """The picture (3, pixels) of as many samples in each pixel (SAM-3); (4, pixels) with dropped weights (CUT-2)."""
     grid = Grid(scene, camera, job)
-    picture = np.zeros((3, grid.pixels), scene.precision)
+    channels = 4 if scene.cuts else 3
+    picture = np.zeros((channels, grid.pixels), scene.precision)
     size = wave_size(scene)
     for first in range(0, grid.pixels * grid.each, size):
         end = min(first + size, grid.pixels * grid.each)
         if grid.each == 1:
             trace(scene, grid, first, picture[:, first:end], counts)
             continue
-        light = np.empty((3, end - first), scene.precision)
+        light = np.empty((channels, end - first), scene.precision)
         trace(scene, grid, first, light, counts)
         for total, values in zip(picture, light, strict=True):
             np.add.at(total, np.arange(first, end) // grid.each, values)  # one after the other, in this order

@@ -30,6 +30,7 @@ class Scene:
         self.glossy_study = job.glossy_weight == "study"
         self.branches = max(job.glossy_rays, 1) + 1  # B (RND-4)
         self.chain = not self.transmits and self.glossy_rays <= 1
+        self.cuts, self.cutoff = "cutoff" in job.needs, job.cutoff
         self.draws = self.glossy_rays > 0 or self.soft  # on the way, beyond the eye
 
         self.ambient, self.background = (_load(job, name).astype(precision)[:, np.newaxis] for name in LIGHTING)
@@ -101,7 +102,7 @@ def _load(job, name):
 
 
 def _spheres(job, precision):
-    return Spheres(_load(job, "spheres"), precision)
+    return Spheres(_load(job, "spheres"), precision, job.sphere)
 
 
 def _boxes(job, precision):

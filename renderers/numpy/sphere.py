@@ -1,4 +1,4 @@
-"""Spheres (SPH-1, SPH-2)."""
+"""Spheres (SPH-1 to SPH-3)."""
 
 import numpy as np
 
@@ -7,17 +7,20 @@ from .vector import dot, normalise, of_rays
 
 
 class Spheres(Shapes):
-    """The spheres of a scene: centres (3, S) and radii (S,)."""
+    """The spheres of a scene: centres (3, S) and radii (S,). `method` is that of SPH-3."""
 
-    def __init__(self, rows, precision):
+    def __init__(self, rows, precision, method="robust"):
         rows = rows.T.astype(precision)
         self.centres, self.radii = rows[:3], rows[3]
+        self.root = {"robust": None, "textbook": textbook, "stable": stable}[method]
 
     def __len__(self):
         return len(self.radii)
 
     def hits(self, shape, origins, directions):
         """The rays that hit sphere number `shape`: their indices, and the distances t (SPH-1)."""
+        if self.root:
+            return self._solve(shape, origins, directions)
         rays, *roots = self._meet(shape, origins, directions)
         return rays, first_root(*roots)
 
@@ -42,6 +45,29 @@ class Spheres(Shapes):
         rays = np.flatnonzero(l2 <= r2)
         f = of_rays(f, rays)
         return rays, dot(f, f) - r2, -h[rays], np.sqrt(r2 - l2[rays])
+
+    def _solve(self, shape, origins, directions):
+        """As `hits`, from the coefficients of the equation (SPH-3)."""
+        f = origins - self.centres[:, shape, np.newaxis]
+        a, h = dot(directions, directions), 2 * dot(f, directions)
+        k = dot(f, f) - self.radii[shape] * self.radii[shape]
+        discriminant = h * h - 4 * a * k
+        rays = np.flatnonzero(discriminant >= 0)
+        k = np.broadcast_to(k, h.shape)  # eye rays share their origin
+        return rays, self.root(a[rays], h[rays], k[rays], np.sqrt(discriminant[rays]))
+
+
+def textbook(a, h, k, s):
+    """The smaller of the two distances with t > 0, if there is one, where s is √D (SPH-3)."""
+    near = (-h - s) / (2 * a)
+    return np.where(near > 0, near, (-h + s) / (2 * a))
+
+
+def stable(a, h, k, s):
+    """The same without subtracting √D from a number close to it (SPH-3)."""
+    q = -(h + np.where(h >= 0, s, -s)) / 2
+    x, y = q / a, k / q
+    return np.where((x > 0) & ~((y > 0) & (y < x)), x, y)
 
 
 def first_root(k, b, s, a=1):

@@ -26,6 +26,7 @@ def wave_size(scene):
 def trace(scene, samples, first, light, counts):
     """Set `light` (3, n) to the colours of n samples, from number `first` on.
 
+    Where rays are cut off it is (4, n), and its last row becomes the dropped weights (CUT-2).
     The rays of each order wait in a queue. Whenever the deepest full chunk is next, no queue is ever longer than a
     chunk and its children. A sample's rays of one order are added up apart, in the order of the queue, so that how
     they fell into chunks changes nothing; without branches there is one of each, and no need to.
@@ -53,7 +54,7 @@ def trace(scene, samples, first, light, counts):
         for layer in layers:
             light += layer[0]
             light += layer[1]
-    counts.non_finite += light.shape[1] - np.count_nonzero(np.isfinite(light).all(axis=0))
+    counts.non_finite += light.shape[1] - np.count_nonzero(np.isfinite(light[:3]).all(axis=0))
 
 
 def eye_rays(scene, samples, first, count, size):
@@ -73,7 +74,7 @@ def see(scene, rays, samples, first, layer, last, counts):
     background = scene.background
     if scene.may_fail:
         background = np.where(np.isnan(t[missed]), t[missed], background)
-    add(layer[0], rays.targets[missed], rays.weights.take(missed, axis=-1) * background)
+    add(layer[0][:3], rays.targets[missed], rays.weights.take(missed, axis=-1) * background)
 
     t, shapes = t[hit], shapes[hit]
     rays = rays.take(hit)
@@ -88,11 +89,11 @@ def see(scene, rays, samples, first, layer, last, counts):
     if scene.draws:
         streams = Streams(scene.seed, scene.precision, *samples.words(first + rays.targets), rays.paths)
     colours, feelers = local(scene, rays.directions, points, points + off, normals, d_dot_n, shapes, streams)
-    add(layer[1], rays.targets, rays.weights * colours)
+    add(layer[1][:3], rays.targets, rays.weights * colours)
     counts.shadow += feelers
     if last:
         return None
-    return leaving(scene, rays, Surfaces(points, normals, off, d_dot_n, shapes, media), streams, counts)
+    return leaving(scene, rays, Surfaces(points, normals, off, d_dot_n, shapes, media), streams, layer, counts)
 
 
 def add(light, targets, colours):

@@ -20,7 +20,7 @@ WORTH = 64  # from so many on a tree pays
 
 
 def weight(searches):
-    return sum(1 if search is sphere.nearest else 8 for search in searches)
+    return sum(1 if search in sphere.SEARCHES.values() else 8 for search in searches)
 
 
 def pays(accel, searches):

@@ -9,12 +9,12 @@ with worker.importing():
     from itertools import chain
 
     from . import npy
-    from .camera import Camera, Lens
     from .csg import TooManyCrossings
+    from .eye import Eye
     from .number import number
     from .sample import SAMPLERS
     from .scene import Scene, first_hit
-    from .trace import Counts, Tracer
+    from .trace import Counts
     from .vector import normalise
     from .walk import CannotWalk
 
@@ -22,63 +22,29 @@ FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
     *("reflection", "transmission", "attenuation", "media", "glossy"),
-    *("supersampling", "adaptive", "lens", "region", "rays"),
+    *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
     "sampler": SAMPLERS,
     "walk": ("least", "recursion", "table", "stack", "chain"),
     "accel": ("auto", "none", "bvh"),
+    "sphere": ("robust", "textbook", "stable"),
+    "floating_point": ("strict",),
     "glossy_weight": ("plain", "study"),
 }
-NOT_FINITE = math.nan, math.nan, math.nan
-
-
-class Eye:
-    """Looks at places of the picture: `look(x, y, pixel, sample)` is the colour there."""
-
-    def __init__(self, scene, job):
-        self.tracer = Tracer(scene, job)
-        if "lens" in job.needs:
-            real = scene.number.real
-            self.camera = Lens(
-                *scene.camera,
-                *(job.width, job.height, scene.number),
-                radius=real(job.lens_radius),
-                focal_distance=real(job.focal_distance),
-            )
-            self.look = self.through_lens
-        else:
-            self.camera = Camera(*scene.camera, job.width, job.height, scene.number)
-            self.look = self.through_pinhole
-
-    def through_pinhole(self, x, y, pixel, sample):
-        return self.follow(*self.camera.ray(x, y), pixel, sample)
-
-    def through_lens(self, x, y, pixel, sample):
-        _, _, u2, u3 = self.tracer.random.numbers(pixel, sample, 0, 0)
-        return self.follow(*self.camera.ray(x, y, u2, u3), pixel, sample)
-
-    def follow(self, origin, direction, pixel, sample):
-        """The colour of an eye ray, counted (CNT-1, CNT-2)."""
-        counts = self.tracer.counts
-        counts.primary += 1
-        try:
-            colour = self.tracer.colour(origin, direction, pixel, sample)
-        except TooManyCrossings:
-            colour = NOT_FINITE
-        red, green, blue = colour
-        if not (math.isfinite(red) and math.isfinite(green) and math.isfinite(blue)):
-            counts.non_finite += 1
-        return colour
 
 
 def picture(eye, job, number):
-    """One frame: the pixels of the region as floats in C order, and the ray counts."""
+    """One frame: the pixels of the region as floats in C order, the ray counts, and the dropped weights if any."""
     counts = eye.tracer.counts = Counts()
-    pixels = array("d")
+    pixels, dropped = array("d"), array("d")
+    samples = 1 if job.sampler == "one" else job.samples**2
     for colour in SAMPLERS[job.sampler](eye.look, job, number, eye.tracer.random):
         pixels.extend(map(float, colour))
-    return pixels, counts
+        if eye.tracer.cuts:  # CUT-2
+            dropped.append(float(eye.dropped / samples))
+            eye.dropped = 0
+    return pixels, counts, dropped
 
 
 def hits(scene, rays):
@@ -98,7 +64,8 @@ def hits(scene, rays):
     return rows
 
 
-def main(arguments):
+def accept(arguments):
+    """The job and its Number, unless it is refused."""
     job = worker.Job(arguments)
     worker.require(job, FEATURES)
     for method, choices in METHODS.items():
@@ -106,31 +73,46 @@ def main(arguments):
         if chosen not in choices:
             worker.refuse(f'no {method} "{chosen}": {", ".join(choices)}')
     try:
-        kind_of_number = number(job.precision)
+        return job, number(job.precision)
     except ValueError as error:
         worker.refuse(str(error))
+
+
+def eye_of(scene, job):
+    """The Eye of a job, unless its walk is refused."""
+    try:
+        return Eye(scene, job)
+    except CannotWalk as error:
+        worker.refuse(str(error))
+
+
+def main(arguments):
+    job, kind_of_number = accept(arguments)
     with worker.phase("load"):
         scene = Scene(job, kind_of_number)
         if job.kind == "rays":
             rays = [tuple(map(kind_of_number.real, row)) for row in npy.read(job.array("rays"))]
         else:
-            try:
-                eye = Eye(scene, job)
-            except CannotWalk as error:
-                worker.refuse(str(error))
-    methods = {"precision": job.precision, "threads": 1, "contraction": "off", "accel": scene.accel}
+            eye = eye_of(scene, job)
+    methods = {"precision": job.precision, "threads": 1, "floating_point": job.floating_point, "accel": scene.accel}
+    if "sphere" in job.needs:
+        methods["sphere"] = job.sphere
     if job.kind == "rays":
         rows = worker.render(job, lambda: hits(scene, rays))
         with worker.phase("save"):
             npy.write(job.output("hits.npy"), chain.from_iterable(rows), (len(rows), 8))
             worker.say("output", file="hits.npy")
     else:
-        pixels, counts = worker.render(job, lambda: picture(eye, job, kind_of_number))
+        pixels, counts, dropped = worker.render(job, lambda: picture(eye, job, kind_of_number))
         with worker.phase("save"):
             x0, y0, x1, y1 = job.region
             npy.write(job.output("image.npy"), pixels, (y1 - y0, x1 - x0, 3))
             worker.say_rays(counts.primary, counts.reflected, counts.shadow, counts.non_finite, counts.transmitted)
-            worker.say("output", file="image.npy")
+            outputs = {"file": "image.npy"}
+            if eye.tracer.cuts:
+                outputs["dropped"] = "dropped.npy"
+                npy.write(job.output("dropped.npy"), dropped, (y1 - y0, x1 - x0))
+            worker.say("output", **outputs)
         methods |= eye.tracer.methods(job)
     worker.say("used", features=job.needs, methods=methods)
     worker.say_python_versions()

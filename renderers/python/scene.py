@@ -1,5 +1,6 @@
 """The scene of a job, as objects made of the job's type of number."""
 
+from functools import partial
 from itertools import groupby
 
 from . import box, bvh, csg, ellipsoid, mesh, npy, polygon, sphere
@@ -90,7 +91,9 @@ def shapes(read, materials, accel):
 
     vertices = read.rows("polygon_vertices")
     polygons = [(vertices[first : first + count],) for first, count in read.integers("polygon_ranges")]
-    put(sphere.nearest, "sphere", sphere.Sphere, [(row[0:3], row[3]) for row in read.rows("spheres")])
+    method = read.job.sphere
+    make = partial(sphere.Sphere, method=method)
+    put(sphere.SEARCHES[method], "sphere", make, [(row[0:3], row[3]) for row in read.rows("spheres")])
     put(box.nearest, "box", box.Box, map(point_and_three, read.rows("boxes")))
     put(polygon.nearest, "polygon", polygon.Polygon, polygons)
     put(ellipsoid.nearest, "ellipsoid", ellipsoid.Ellipsoid, map(point_and_three, read.rows("ellipsoids")))

@@ -1,4 +1,6 @@
-"""Spheres (SPH-1, SPH-2)."""
+"""Spheres (SPH-1 to SPH-3)."""
+
+from functools import partial
 
 from .shape import Shape
 
@@ -8,8 +10,10 @@ class Sphere(Shape):
 
     row = None
 
-    def __init__(self, centre, radius, material, identity, number):
+    def __init__(self, centre, radius, material, identity, number, method="robust"):
         super().__init__(material, identity)
+        if method != "robust":  # D is off by some u |f|², which moves a hit by some √u |f|
+            self.condition = 1 / number.sqrt(number.roundoff)
         self.centre, self.radius = centre, radius
         self.size = radius
         self.sqrt = number.sqrt
@@ -77,3 +81,42 @@ def nearest(rows, origin, direction, best, sqrt):
                 limit = t
                 best = t, sphere, None
     return best
+
+
+def solving(root, rows, origin, direction, best, sqrt):
+    """As `nearest`, from the equation of a hit; root(a, h, k, √D) is t, if that is above 0 (SPH-3)."""
+    ox, oy, oz = origin
+    dx, dy, dz = direction
+    limit = best[0]
+    a = dx * dx + dy * dy + dz * dz
+    for cx, cy, cz, r2, sphere in rows:
+        fx = ox - cx
+        fy = oy - cy
+        fz = oz - cz
+        h = 2 * (fx * dx + fy * dy + fz * dz)
+        k = fx * fx + fy * fy + fz * fz - r2
+        discriminant = h * h - 4 * a * k
+        if discriminant >= 0:
+            t = root(a, h, k, sqrt(discriminant))
+            if 0 < t < limit:
+                limit = t
+                best = t, sphere, None
+    return best
+
+
+def textbook(a, h, k, s):
+    """The smaller root above 0 by the formula as it is taught."""
+    near = (-h - s) / (2 * a)
+    return near if near > 0 else (-h + s) / (2 * a)
+
+
+def stable(a, h, k, s):
+    """The same without subtracting √D from a number close to it."""
+    q = -(h + s) / 2 if h >= 0 else -(h - s) / 2
+    if q == 0:  # so is k
+        return q
+    x, y = q / a, k / q
+    return x if x > 0 and not 0 < y < x else y
+
+
+SEARCHES = {"robust": nearest, "textbook": partial(solving, textbook), "stable": partial(solving, stable)}

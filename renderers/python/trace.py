@@ -20,7 +20,7 @@ class Counts:
 class Tracer:
     """Gives eye rays their colour, by the functions that this job needs and no others.
 
-    `colour(origin, direction, pixel, sample)` is (red, green, blue).
+    `colour(origin, direction, pixel, sample)` is (red, green, blue). `dropped` grows by the weights that it cuts.
     """
 
     def __init__(self, scene, job):
@@ -32,6 +32,9 @@ class Tracer:
         self.attenuates = "attenuation" in job.needs
         self.feelers = job.feelers if "soft" in job.needs else 0
         self.glossy_rays = job.glossy_rays if "glossy" in job.needs else 0
+        self.cuts = "cutoff" in job.needs
+        self.cutoff = scene.number.real(job.cutoff if self.cuts else -1)  # no weight is so small
+        self.dropped = 0
         self.weigh = WEIGHTS[job.glossy_weight]
         self.random = Random(job.seed, scene.number.real)
         # of RND-4; WLK-1 counts the transmitted child only where there is one
@@ -39,7 +42,7 @@ class Tracer:
         children = max(self.glossy_rays, 1) + self.transmits
         example = (scene.number.real(1) / 3,) * 3
         row = example, 0, (example, example, scene.media.eye, 0)
-        self.walk = walk.Walk(job.walk, job.depth, children, row)
+        self.walk = walk.Walk(job.walk, job.depth, children, row, self.cuts)
         special = self.transmits or self.attenuates or self.feelers or self.glossy_rays or "media" in job.needs
         self.colour = self.tree if special or self.walk.name != "chain" else self.mirrors
 
@@ -50,6 +53,8 @@ class Tracer:
             chosen |= {"walk_rows": self.walk.rows, "walk_bytes": self.walk.bytes}
         if self.glossy_rays:
             chosen["glossy_weight"] = job.glossy_weight
+        if self.cuts:
+            chosen["cutoff"] = job.cutoff
         return chosen
 
     def mirrors(self, origin, direction, _pixel, _sample):
@@ -74,6 +79,9 @@ class Tracer:
             if share == 0:
                 break
             weight *= share
+            if weight <= self.cutoff:
+                self.dropped += weight
+                break
             counts.reflected += 1
             origin = leave(point, normal, shape.size, side, scene.epsilon)
             direction = reflect(direction, normal, d_dot_n, scene.number.sqrt)
@@ -84,10 +92,11 @@ class Tracer:
         self.numbers = partial(self.random.numbers, pixel, sample)
         return self.walk.colour(self.visit, (origin, direction, self.scene.media.eye, 0))
 
-    def visit(self, ray, order):
+    def visit(self, ray, order, weight=None):
         """The colour that a ray brings by itself, and the rays it sends on: pairs (weight by channel, ray) (REF-4).
 
-        A ray is origin, direction, the set of solids that it is in, and its path (RND-4).
+        A ray is origin, direction, the set of solids that it is in, and its path (RND-4). `weight` is what it counts
+        for in its sample, by channel; only a cut-off asks for it.
         """
         scene = self.scene
         origin, direction, inside, path = ray
@@ -104,19 +113,24 @@ class Tracer:
             return colour, ()
         d_dot_n = dot(direction, normal)
         here, beyond, i, o = scene.media.sides(inside, shape, d_dot_n <= 0)
-        children = () if last else self.children(ray, point, normal, d_dot_n, shape, here, beyond, i, o)
         if i.attenuation is not None:  # ATT-1
             ar, ag, ab = (a**t for a in i.attenuation)
             colour = colour[0] * ar, colour[1] * ag, colour[2] * ab
-            children = [((weight * ar, weight * ag, weight * ab), child) for weight, child in children]
-        else:
-            children = [((weight, weight, weight), child) for weight, child in children]
-        return colour, children
+            if self.cuts:
+                weight = weight[0] * ar, weight[1] * ag, weight[2] * ab
+        if last:
+            return colour, ()
+        most = max(weight) if self.cuts else None
+        children = self.children(ray, point, normal, d_dot_n, shape, here, beyond, i, o, most)
+        if i.attenuation is not None:
+            return colour, [((share * ar, share * ag, share * ab), child) for share, child in children]
+        return colour, [((share, share, share), child) for share, child in children]
 
-    def children(self, ray, point, normal, d_dot_n, shape, here, beyond, i, o):
+    def children(self, ray, point, normal, d_dot_n, shape, here, beyond, i, o, weight):
         """The reflected and transmitted rays of a hit, as pairs (weight, ray) (REF-4, MED-5).
 
         The ray was in the set `here` and its medium `i`; on the other side are the set `beyond` and the medium `o`.
+        `weight` is what the hit counts for in the sample, in the channel where that is most; None without a cut-off.
         """
         sqrt, counts = self.number.sqrt, self.counts
         material, epsilon = shape.material, self.scene.epsilon
@@ -127,24 +141,31 @@ class Tracer:
         first_child = path * self.children_of_path + 1
         children = []
         share = material.k_s * r
-        if share != 0:
+        if share != 0 and (self.glossy_rays or not self.cut(weight, share)):
             start = leave(point, normal, shape.size, side, epsilon)
             mirrored = reflect(direction, normal, d_dot_n, sqrt)
             if self.glossy_rays:
                 rays, numbers = self.glossy_rays, partial(self.numbers, path)
                 lobe = gloss(mirrored, normal, material.exponent, rays, self.weigh, numbers, self.number)
                 for child, (away, w) in enumerate(lobe):
-                    weight = share * w / rays
-                    if weight != 0:
-                        children.append((weight, (start, away, here, first_child + child)))
+                    part = share * w / rays
+                    if part != 0 and not self.cut(weight, part):
+                        children.append((part, (start, away, here, first_child + child)))
             else:
                 children.append((share, (start, mirrored, here, first_child)))
             counts.reflected += len(children)
         if material.clear:
             share = material.k_s * (1 - r)
-            if share != 0:
+            if share != 0 and not self.cut(weight, share):
                 counts.transmitted += 1
                 start = leave(point, normal, shape.size, -side, epsilon)
                 onward = direction if shape.flat else transmit(direction, normal, d_dot_n, n, m, sqrt)
                 children.append((share, (start, onward, beyond, first_child + self.children_of_path - 1)))
         return children
+
+    def cut(self, weight, share):
+        """Whether a ray of this share of a hit of this weight is cut off, and if so its weight noted (CUT-1, CUT-2)."""
+        if not self.cuts or not weight * share <= self.cutoff:
+            return False
+        self.dropped += weight * share
+        return True

@@ -1,6 +1,7 @@
 """Ways to walk the tree of rays (WLK-1, WLK-2).
 
 `visit(ray, order)` gives the colour that a ray brings by itself and the rays it sends on, as pairs (weight, ray).
+Walks that know what the ray counts for in its sample say it too: `visit(ray, order, weight)`.
 """
 
 import sys
@@ -15,14 +16,16 @@ class CannotWalk(ValueError):
 class Walk:
     """The walk of a job: its name, the rows that one pixel takes and their bytes.
 
-    children: how many a ray can have. row: one row of a table or stack, as large as any.
+    children: how many a ray can have. row: one row of a table or stack, as large as any. cuts: rays may be cut off.
     """
 
-    def __init__(self, name, depth, children, row):
+    def __init__(self, name, depth, children, row, cuts):
         if name == "least":
             name = "chain" if children == 1 else "stack"
         if name == "chain" and children > 1:
             raise CannotWalk(f"cannot walk this scene as a chain: a ray can have {children} children")
+        if cuts and name not in ("chain", "stack"):  # CUT-4
+            raise CannotWalk(f"a cutoff needs the walk chain or stack: a {name} does not know the weights of rays")
         self.name, self.depth, self.children = name, depth, children
         self.rows = self.bytes = None
         if name == "table":
@@ -76,7 +79,7 @@ class Walk:
         waiting = [((1, 1, 1), 0, ray)]
         while waiting:
             (wr, wg, wb), order, ray = waiting.pop()
-            (r, g, b), children = visit(ray, order)
+            (r, g, b), children = visit(ray, order, (wr, wg, wb))
             red, green, blue = red + wr * r, green + wg * g, blue + wb * b
             for (sr, sg, sb), child in children:
                 waiting.append(((wr * sr, wg * sg, wb * sb), order + 1, child))
@@ -87,7 +90,7 @@ class Walk:
         red = green = blue = 0
         wr = wg = wb = 1
         for order in range(self.depth + 1):
-            (r, g, b), children = visit(ray, order)
+            (r, g, b), children = visit(ray, order, (wr, wg, wb))
             red, green, blue = red + wr * r, green + wg * g, blue + wb * b
             if not children:
                 break

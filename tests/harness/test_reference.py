@@ -31,12 +31,12 @@ def test_never_by_its_own_folder(known, scene):
         assert maker.renderer.folder != known[name].renderer.folder
     if known["cpp"].renderer.unavailable is None:
         assert found["python"].name == "cpp"
-        assert found["cpp"].name == found["cpp-threads"].name == "numba"
+        assert found["cpp"].name == found["cpp-threads"].name == "numpy"
 
 
 def test_the_first_that_can(known, scene):
     needed = wants(scene, SMALL)
-    for gone, expected in ((("cpp",), "numba"), (("cpp", "numba"), "numpy"), (("cpp", "numba", "numpy"), None)):
+    for gone, expected in ((("cpp",), "numpy"), (("cpp", "numpy"), "numba"), (("cpp", "numba", "numpy"), None)):
         left = {name: entry for name, entry in known.items() if name not in gone}
         found = reference.choose(known["python"], left, SMALL, needed)
         assert (found and found.name) == expected
@@ -49,7 +49,7 @@ def test_one_whose_build_fails_is_passed_over(known, scene, bad_folder):
     broken = registry.Renderer(folder, manifest.load(folder))
     assert broken.unavailable is None
     found = reference.choose(known["python"], {**known, "cpp": Entry(broken, broken.manifest.variant[0])}, SMALL, ())
-    assert found.name == "numba"
+    assert found.name == "numpy"
 
 
 def test_a_maker_that_fails_is_no_reference(known, scene, bad_folder, tmp_path):

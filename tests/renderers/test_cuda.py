@@ -36,6 +36,8 @@ def compare(bench, source, **jobs):
     here = bench.result("numba", source, exact=False, **{**TINY, **jobs, "scene_memory": "auto"})
     np.testing.assert_allclose(on_gpu.array, here.array, rtol=0, atol=TOLERANCE)
     assert on_gpu.said.rays == here.said.rays
+    if here.dropped is not None:
+        np.testing.assert_allclose(on_gpu.dropped, here.dropped, rtol=0, atol=TOLERANCE)
     return on_gpu
 
 
@@ -129,6 +131,25 @@ def test_walks_of_glass(bench, walk):
     assert used["walk"] == walk and used["local_bytes"] > 0
 
 
+@pytest.mark.parametrize("launch", [{}, {"total_threads": 16}, {"sampler": "uniform", "samples": 2}])
+@pytest.mark.parametrize("glass", ["", "SPHERE (0,0,0) 1.4 (0.1,0.1,0.1) 0.9 40 (0.9,0.8,1) 2.25 1\n"])
+def test_rays_are_cut_off(bench, glass, launch):
+    result = compare(bench, crowd(39, **MIXED) + glass, depth=3, cutoff=0.2, **launch)
+    assert result.dropped.max() > 0 and result.said.used["methods"]["cutoff"] == 0.2
+
+
+def test_rays_are_cut_off_while_tiles_are_streamed(bench):
+    jobs = {"width": 5, "height": 5, "accel": "none", "scene_memory": "shared", "block_width": 2}
+    result = compare(bench, crowd(40, sphere=850), cutoff=2.0**-4, **jobs)
+    assert result.dropped.max() > 0 and result.said.used["methods"]["streamed"]
+
+
+@pytest.mark.parametrize("method", ["textbook", "stable"])
+def test_methods_of_spheres(bench, method):
+    used = compare(bench, crowd(41, **MIXED), sphere=method).said.used["methods"]
+    assert used["sphere"] == method and used["floating_point"] == "strict"
+
+
 def test_single_precision_is_near(bench):
     source = crowd(37, sphere=4, box=2)
     pictures = [bench.picture(name, source, **TINY, precision="float32") for name in ("numba-cuda", "numba")]
@@ -144,6 +165,8 @@ REFUSED = {
     "registers": ({"sphere": 1}, {"max_registers": 128, "block_width": 32, "block_height": 32}, "max_registers 128"),
     "corners": ({"sphere": 1100}, {"scene_memory": "shared", "polygon": 70}, "70 vertices, and a tile holds 56"),
     "solids": ({"solids": 500}, {"scene_memory": "shared"}, "CSG solids cannot be streamed"),
+    "cut-off": ({"sphere": 2}, {"walk": "table", "cutoff": 0.1}, "cutoff: with the walks chain and stack"),
+    "fast": ({"sphere": 2}, {"floating_point": "fast"}, "the simulator of a GPU is strict"),
     "table": ({"sphere": 2}, {"walk": "table", "depth": 15, "glass": True}, "work memory takes"),
 }  # fmt: skip
 

@@ -62,13 +62,18 @@ def test_no_memory_makes_the_mirrors_spill(inspect, memory):
         assert (kernel["float64_instructions"] == 0) == (precision == "float32")
 
 
-def test_nothing_is_contracted(inspect):
+def test_nothing_is_contracted_unless_the_job_asks_for_it(inspect):
     """Without pow, whose own code rounds as it likes, there is no fused multiply-add at all (NUM-3)."""
     matte = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,5)\nLIGHT (3,4,5) (1,1,1) 0\n"
     matte += "SPHERE (0,0,0) 1 (0.5,0.4,0.3) 0 1 (0,0,0) 1 1\n"
     matte += "BOX (1,0,0) (1,0,0) (0,1,0) (0,0,1) (0.5,0.4,0.3) 0 1 (0,0,0) 1 1\n"
-    for kernel in inspect(matte, depth=0, precision="float64"):
-        assert kernel["contracted"] == 0
+    for precision in ("float64", "float32"):
+        strict, contract, fast = (
+            inspect(matte, depth=0, precision=precision, floating_point=method)[0]
+            for method in ("strict", "contract", "fast")
+        )
+        assert strict["contracted"] == 0 < min(contract["contracted"], fast["contracted"])
+        assert fast["ptx_bytes"] != contract["ptx_bytes"]
 
 
 def test_a_cap_on_registers_is_kept(inspect):

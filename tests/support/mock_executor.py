@@ -58,6 +58,8 @@ class Mock:
         self.now = 0.0
         self.started: list[str] = []
 
+    references = None
+
     def exclusive(self):
         return contextlib.nullcontext()
 

@@ -60,7 +60,7 @@ class Layout:
         arrays = {
             name: value for name, value in tables.items() if name in Scene._fields and isinstance(value, np.ndarray)
         }
-        inside = {name: array for name, array in arrays.items() if array.size and name != "corners"}
+        inside = {name: array for name, array in arrays.items() if array.size and name not in ("corners", "dropped")}
         if needs.MEMORY == "constant":
             self.constant = inside
             self._limit("constant", needs.CONSTANT_BYTES, sum(array.nbytes for array in inside.values()))

@@ -81,13 +81,15 @@ def compile_ptx(function, arguments, target, bounds):
 
     from . import compiler
 
-    compiler.forbid_contraction()
+    if needs.FLOATING_POINT == "strict":
+        compiler.forbid_contraction()
     capability = capability_of(target)
     # Numba asks the GPU for its capability when it compiles what a kernel calls.
     dispatcher.get_current_device = lambda: SimpleNamespace(compute_capability=capability)
     signature = types.void(*map(typeof, arguments))
     try:
-        ptx, _ = cuda.compile(function, signature, device=False, abi="numba", cc=capability, launch_bounds=bounds)
+        options = {"device": False, "abi": "numba", "fastmath": needs.FAST, "launch_bounds": bounds}
+        ptx, _ = cuda.compile(function, signature, cc=capability, **options)
     except Exception as error:
         compiler.refuse_if_missing(error)
         raise

@@ -1,8 +1,10 @@
 """The kernels: each block takes one tile of the picture after the other, each thread a pixel of it."""
 
+import math
+
 import numpy as np
 
-from ..needs import ADAPTIVE, CSG, LIMITED, REFLECTION, SHADOWS, STREAMED, STRIDED, THREADS, TRANSMISSION
+from ..needs import ADAPTIVE, CSG, CUTOFF, LIMITED, REFLECTION, SHADOWS, STREAMED, STRIDED, THREADS, TRANSMISSION
 from ..sample import add_counts, lattice_sample, pixel
 from ..scene import OBJECT, nearest, surface
 from ..target import inlined, kernel
@@ -60,9 +62,11 @@ def one_pixel(scene, width, height, region, depth, picture, i, j):
     total = 0, 0, 0, 0, 0
     there = i < picture.shape[1] and j < picture.shape[0]
     if there or STREAMED:
-        colour, more = pixel(scene, 0, width, height, region, region[0] + i, region[1] + j, depth)
+        colour, dropped, more = pixel(scene, 0, width, height, region, region[0] + i, region[1] + j, depth)
         if there:
             picture[j, i, 0], picture[j, i, 1], picture[j, i, 2] = colour
+            if CUTOFF:
+                scene.dropped[j, i] = dropped
             total = more
     return total
 
@@ -102,7 +106,7 @@ def corners_kernel(assemble):
         i, j = place()
         if i < scene.corners.shape[1] and j < scene.corners.shape[0]:
             a, b = (region[0] + i) << scene.levels, (region[1] + j) << scene.levels
-            colour, total = lattice_sample(scene, 0, width, height, a, b, depth)
+            colour, _, total = lattice_sample(scene, 0, width, height, a, b, depth)
             scene.corners[j, i, 0], scene.corners[j, i, 1], scene.corners[j, i, 2] = colour
         note(counts, total, scratch)
 
@@ -125,14 +129,15 @@ def rays_kernel(assemble):
             t, index = nearest(scene, 0, origin, direction)
             if there:
                 zero = type(t)(0)
-                object_number, point, normal = -1, (zero, zero, zero), (zero, zero, zero)
+                distance, object_number, point, normal = type(t)(math.inf), -1, (zero, zero, zero), (zero, zero, zero)
                 if index >= 0:
+                    distance = t
                     point, normal, _ = surface(scene, 0, index, origin, direction, t)
                     object_number = scene.ids[index, OBJECT]
                 if CSG and LIMITED and scene.csg_overflow[0, 0] != 0:  # CSG-6
                     scene.csg_overflow[0, 0] = 0
-                    t = zero / zero
-                hits[k, 0], hits[k, 7] = t, object_number
+                    distance = type(t)(math.nan)
+                hits[k, 0], hits[k, 7] = distance, object_number
                 hits[k, 1], hits[k, 2], hits[k, 3] = point
                 hits[k, 4], hits[k, 5], hits[k, 6] = normal
 

@@ -21,6 +21,7 @@ from .occupancy import occupancy  # noqa: E402
 BOUNDS = needs.THREADS, 1  # threads of a block, and blocks that must fit: without the second, ptxas spills registers
 # In the simulator, kernels read arrays in tuples faster as they are.
 upload = np.ascontiguousarray if needs.SIMULATED else cuda.to_device
+download = np.asarray if needs.SIMULATED else lambda array: array.copy_to_host()
 
 
 class Launch:
@@ -40,7 +41,8 @@ class Launch:
         self.arguments = arguments
         # ptxas takes no cap on registers beside bounds.
         options = {"max_registers": job.max_registers} if job.max_registers else {"launch_bounds": BOUNDS}
-        self.kernel = cuda.jit(function, **({} if needs.SIMULATED else {"lto": False, **options}))
+        options |= {"fastmath": needs.FAST, "lto": False}
+        self.kernel = cuda.jit(function, **({} if needs.SIMULATED else options))
 
     def start(self, grid=None):
         self.kernel[grid or self.grid, self.block](*self.arguments)
@@ -76,7 +78,7 @@ def check_local_memory(layout):
 
 
 def run(job):
-    if not needs.SIMULATED:
+    if not needs.SIMULATED and needs.FLOATING_POINT == "strict":
         compiler.forbid_contraction()
     real = np.dtype(job.precision).type
     walked = work_of_walk(job, real)
@@ -142,20 +144,23 @@ def run(job):
 
     with worker.phase("download"):
         total = counts.copy_to_host()
+        dropped = download(given.dropped) if needs.CUTOFF else None
     with worker.phase("save"):
         name = "hits.npy" if job.kind == "rays" else "image.npy"
         np.save(job.output(name), host.astype(np.float64) if job.kind == "rays" else host)
-        worker.say("output", file=name)
+        cut = {}
+        if needs.CUTOFF:
+            cut["dropped"] = "dropped.npy"
+            np.save(job.output(cut["dropped"]), dropped)
+        worker.say("output", file=name, **cut)
         if job.kind == "image":
             primary, reflected, transmitted, shadow, non_finite = total
             if not needs.ADAPTIVE:
                 primary = shape[0] * shape[1] * (job.samples**2 if needs.SUPERSAMPLING else 1)
             worker.say_rays(primary, reflected, shadow, non_finite, transmitted)
     methods = {
-        "precision": job.precision,
-        "walk": needs.WALK,
+        **needs.methods(job),
         **walked,
-        "accel": "bvh" if needs.TREE else "none",
         "scene_memory": needs.MEMORY,
         "streamed": needs.STREAMED,
         "block": f"{job.block_width}x{job.block_height}",
@@ -166,11 +171,8 @@ def run(job):
         "shared_bytes": layout.shared_bytes,
         "constant_bytes": layout.constant_bytes,
         **launches[-1].resources(),
-        "contraction": "off",
         "compile_cache": "off",
     }
-    if needs.GLOSSY:
-        methods["glossy_weight"] = job.glossy_weight
     worker.say("used", features=job.needs, methods=methods)
     versions = {} if needs.SIMULATED else {"numba_cuda": numba_cuda_version()}
     worker.say_python_versions(numba=numba.__version__, numpy=np.__version__, **versions)
