@@ -42,7 +42,7 @@ def _label(cells: list[Cell], free: tuple[str, ...]) -> str:
 
 def _names(cell: Cell) -> tuple[str, ...]:
     case = cell.swept.get("case")
-    return (*([str(case)] if case else []), Path(cell.scene).stem)
+    return tuple(dict.fromkeys([*([str(case)] if case else []), Path(cell.scene).stem]))
 
 
 def differing(cells: list[Cell], keys: tuple[str, ...]) -> tuple[str, ...]:

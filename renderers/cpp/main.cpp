@@ -11,8 +11,8 @@ constexpr bool fast_math = true;
 #else
 constexpr bool fast_math = false;
 #endif
-constexpr bool asked_for_it = needs::floating_point == FloatingPoint::fast;
-static_assert(fast_math == asked_for_it, "NUM-3: fast-math is for -DFLOATING_POINT_FAST, and that for fast-math");
+static_assert(fast_math == (needs::floating_point == FloatingPoint::fast),
+              "NUM-3: floating point is strict here; fast-math goes with -DFLOATING_POINT_FAST");
 static_assert(FLT_EVAL_METHOD == 0 || fast_math, "NUM-1: arithmetic must be in the type that it is written in");
 
 #ifndef FLAGS

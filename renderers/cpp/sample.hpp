@@ -4,6 +4,8 @@
 #include "rows.hpp"
 #include "walk.hpp"
 
+#include <utility>
+
 // A point of the lattice inside a pixel, and the last pixel that asked for it (SAM-5).
 template<typename Real>
 struct Point {
