@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness import judge, reference, registry, repetition, row
+from harness import bound, judge, reference, registry, repetition, row
 from harness.builder import BuildError
 from harness.check_scenes import FURTHER, full_parameters, full_scene_text, scene_text
 from harness.errors import UserError
@@ -23,6 +23,8 @@ SIZE = 16
 TIMEOUT = 120.0  # s
 SIMULATED_TIMEOUT = 1800.0
 LEAST_FRAME = 0.02  # s
+CUTOFF = 0.5  # above what a second reflection of the check's scene weighs, 0.36 at most
+ROUNDING = 1e-12
 HIT_TOLERANCE = 1e-11  # of t, point and normal of rays in general position, relative to their size
 
 
@@ -111,6 +113,12 @@ class Examination:
         for precision in self.entry.methods.get("precision", ("float64",))[1:]:
             other = replace(self.parameters, precision=precision, frames=0)
             yield from self._judged(self.run(other), other)
+        for method in ("sphere", "floating_point"):
+            for value in self.entry.methods.get(method, ("",))[1:]:
+                other = replace(self.parameters, **{method: value}, frames=0)
+                yield from self._judged(self.run(other), other, what=f"{method} {value} agrees with another renderer")
+        if {"cutoff", "reflection"} <= set(self.features):
+            yield self._cut_off(first)
         if "rays" in self.features:
             yield self._rays()
         yield self._refuses()
@@ -178,6 +186,21 @@ class Examination:
             if result.status != "ok" or not np.array_equal(result.array, first.array):
                 return Check("other blocks and memories give the same bytes", False, f"{other}: {result.reason}")
         return Check("other blocks and memories give the same bytes", True)
+
+    def _cut_off(self, first: repetition.Result) -> Check:
+        """No pixel may be further from the picture without a cut-off than what was dropped allows (CUT-3)."""
+        what = "a cut-off keeps to its bound, and saves rays"
+        result = self.run(replace(self.parameters, cutoff=CUTOFF, frames=0), (*self.needs, "cutoff"))
+        if result.status != "ok":
+            return Check(what, False, f"{result.status}: {result.reason}")
+        off = np.abs(result.array.astype(np.float64) - first.array).max(axis=-1)
+        limit = bound.bound(self.arrays, self.parameters.depth, result.dropped)
+        beyond = int(np.count_nonzero(~(off <= limit + ROUNDING)))
+        if beyond:
+            return Check(what, False, f"{beyond} pixels beyond it, the worst off by {off.max():.2g}")
+        if result.said.rays and result.said.rays["reflected"] >= first.said.rays["reflected"]:
+            return Check(what, False, f"as many rays as without: {result.said.rays['reflected']} reflected")
+        return Check(what, True, f"off by {off.max():.2g} at most, allowed {limit.max():.2g}")
 
     def _phases(self, result: repetition.Result) -> Check:
         if result.status != "ok":
