@@ -53,11 +53,14 @@ class Grid:
         self.each = self.n * self.n
         b, a = np.divmod(np.arange(self.each), self.n)
         self.corner_x, self.corner_y = a.astype(scene.precision), b.astype(scene.precision)
+        moved = np.array([job.sample]).T - 0.5  # SAM-6
         if job.sampler == "one":
-            self.shift_x, self.shift_y = np.array(job.sample, scene.precision)[:, np.newaxis]
+            places = moved + 0.5
+        elif self.jittered:
+            places = np.repeat(moved, self.each, axis=1)
         else:
-            middles = (np.stack([a, b]) + 0.5) / self.n
-            self.shift_x, self.shift_y = (middles + (np.array([job.sample]).T - 0.5)).astype(scene.precision)
+            places = (np.stack([a, b]) + 0.5) / self.n + moved
+        self.shift_x, self.shift_y = places.astype(scene.precision)
 
     def rays(self, numbers):
         """Eye rays of the samples `numbers` (N,): origins and directions."""
@@ -67,7 +70,8 @@ class Grid:
         if not self.jittered:
             return self.camera.rays(x + self.shift_x[s], y + self.shift_y[s], lambda: self._draw(numbers))
         u = self._draw(numbers)
-        x, y = x + (self.corner_x[s] + u[0]) / self.n, y + (self.corner_y[s] + u[1]) / self.n
+        x += (self.corner_x[s] + u[0]) / self.n + self.shift_x[s]
+        y += (self.corner_y[s] + u[1]) / self.n + self.shift_y[s]
         return self.camera.rays(x, y, lambda: u)
 
     def words(self, numbers):

@@ -65,6 +65,28 @@ def test_jittered_samples_are_those_of_the_specification(bench, serial, seed):
     assert not np.array_equal(again, picture)
 
 
+@pytest.mark.parametrize("sampler", ["one", "uniform", "jittered"])
+def test_samples_that_are_moved(bench, serial, sampler):
+    """SAM-6, and the one sample's own place (CAM-4)."""
+    n, moved, seed = (1 if sampler == "one" else 3), (0.3125, 0.8125), 8
+
+    def places(i, j):
+        cells = np.array([(s % n, s // n) for s in range(n * n)])
+        within = np.full((n * n, 2), 0.5)
+        if sampler == "jittered":
+            within = np.array([draw.uniforms(j * SIDE + i, s, 0, 0, seed)[:2] for s in range(n * n)])
+        return (cells + within) / n + np.array(moved) - 0.5
+
+    expected = expected_coverage(places, SIDE, SIDE, SLOPE, SHIFT)
+    wanted = {"sampler": sampler, "samples": n, "sample_x": moved[0], "sample_y": moved[1], "seed": seed}
+    picture = bench.picture(serial, half_plane(SLOPE, SHIFT), width=SIDE, height=SIDE, **wanted)
+    close(picture[..., 1], expected)
+    still = bench.picture(
+        serial, half_plane(SLOPE, SHIFT), width=SIDE, height=SIDE, **wanted | {"sample_x": 0.5, "sample_y": 0.5}
+    )
+    assert not np.array_equal(still, picture)
+
+
 def adaptive(above, width, height, levels, threshold, region):
     """The picture and number of points that SAM-4 and SAM-5 make of a function of the place in pixels."""
     x0, y0, x1, y1 = region
