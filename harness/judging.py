@@ -153,7 +153,11 @@ class Judging:
         found, files = self._once(key, make, pack, unpack)
         if isinstance(found, Truth):
             files = {"truth_file": files["truth_file"], "standard_error_file": files.get("standard_error_file")}
-            files["certificate"] = self._certificate(key, cell, found, mask)
+            certified = self._certificate(key, cell, found, mask)
+            if certified.get("wrong"):
+                told = f"{certified['wrong']} of {certified['spots']} spots, by {certified['largest']:.2g} at the most"
+                return NoReference(f"the truth by {maker.name} is not what 60 digits make in {told}"), {}
+            files["certificate"] = certified
         return found, files
 
     def _certificate(self, key: str, cell: Cell, found: Truth, mask: np.ndarray | None) -> dict:

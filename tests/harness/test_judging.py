@@ -21,8 +21,8 @@ SPHERE (0.5,-0.1,-0.3) 0.4 (0.3,0.5,0.7) 0.8 20 (1,1,1) 2.25 1
 class Counting(Local):
     """Runs here, keeps references in a folder of its own, and tells which jobs were no cell's."""
 
-    def __init__(self, folder, change=lambda result: result):
-        self.folder, self.change, self.jobs = folder, change, []
+    def __init__(self, folder, change=lambda result: result, spoil=lambda result: result):
+        self.folder, self.change, self.spoil, self.jobs = folder, change, spoil, []
 
     @property
     def references(self):
@@ -31,7 +31,7 @@ class Counting(Local):
     def run(self, entry, arrays, parameters, needs, series=None, **more):
         if series is None:
             self.jobs.append((entry.name, parameters))
-            return repetition.run(entry, arrays, parameters, needs, **more)
+            return self.spoil(repetition.run(entry, arrays, parameters, needs, **more))
         return self.change(repetition.run(entry, arrays, parameters, needs, series=series, **more))
 
 
@@ -39,10 +39,10 @@ class Counting(Local):
 def run(experiment, known, tmp_path):
     """A function that runs an experiment on SCENE: rows, and the executor."""
 
-    def go(more, name="run", change=lambda result: result, renderers=("python",)):
+    def go(more, name="run", change=lambda result: result, renderers=("python",), spoil=lambda result: result):
         file = experiment(renderers, more, scene=SCENE, size=14)
         asked = experiments.load(file)
-        executor = Counting(tmp_path / "kept", change)
+        executor = Counting(tmp_path / "kept", change, spoil)
         records = race.run(asked, plan.make(asked, file, known), known, tmp_path / name, executor=executor)
         return records, executor
 
@@ -57,6 +57,11 @@ def test_without_samples_the_truth_is_the_reference(run):
     certificate = error["certificate"]
     assert (certificate["spots"], certificate["wrong"]) == (7, 0) and certificate["largest"] < 1e-12
     assert len(executor.jobs) == 1 + 8 + 1  # the reference, its mask, the truth
+
+
+def test_a_truth_that_60_digits_refute_is_none(run):
+    (row,), _ = run("[reference]\n", spoil=lambda result: replace(result, array=result.array + 1e-9))
+    assert "is not what 60 digits make in" in row["error"]["unavailable"]
 
 
 def test_a_run_takes_what_another_has_made(run, tmp_path):
