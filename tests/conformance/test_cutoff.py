@@ -15,7 +15,7 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs
 
 NAMES = [
-    *("attenuation", "media", "csg mesh", "glossy", "glossy, the study's weight", "mix: glass, mirrors, shadows"),
+    *("attenuation", "media", "glossy", "glossy, the study's weight", "mix: glass, mirrors, shadows"),
     *("mix: soft shadows and gloss through a lens", "mix: jittered glass, soft shadows", "mirrors 31", "mirrors 32"),
     "uniform mirrors 33",
 ]
