@@ -2,7 +2,7 @@
 
 Light that is reflected between spheres of radius r at spacing 1 is chaotic (as in problem 2 of the SIAM 100-Digit
 Challenge, Trefethen 2002), so it tells arithmetics apart. The eye and the tilt of the screen are general: nothing lies
-along an axis, and no row of pixels on an edge.
+along an axis, and no row of pixels on an edge. What a ray that leaves sees is black: only what it hits brings light.
 """
 
 import itertools
@@ -41,7 +41,6 @@ def lattice(material="perfect", radius=0.4):
         "",
         _camera(),
         "AMBIENT (0.3,0.3,0.3)",
-        "BACKGROUND (0.05,0.07,0.1)",
         *(f"LIGHT {_vector(place)} (0.7,0.7,0.7) 0" for place in LIGHTS),
         "",
     ]
