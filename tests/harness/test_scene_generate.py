@@ -8,6 +8,7 @@ from harness.job import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.generate import comparison
+from harness.scene.generate_lattice import MATERIALS, lattice
 from harness.scene.needs import needs
 
 COMMITTED = Path(__file__).parents[2] / "experiments" / "scenes" / "comparison.txt"
@@ -76,3 +77,23 @@ def test_the_knot_is_closed_and_outward(rayrace, tmp_path):
     assert closed and len(triangles) == 2 * 144 * 16
     a, b, c = (vertices[corner] for corner in triangles.T)
     assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6 > 30
+
+
+@pytest.mark.parametrize("material", MATERIALS)
+def test_the_lattices_of_the_experiments(material):
+    file = COMMITTED.with_name("lattice") / f"{material}.txt"
+    assert file.read_text(encoding="utf-8") == lattice(material)
+    found = text.read(lattice(material, 0.3))
+    assert len(found.objects) == 48 and {thing.radius for thing in found.objects} == {0.3}
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("lattice", "--material", "wood"), "--material wood: expected one of matte, mirror, perfect, glass"),
+        (("lattice", "--radius", "0.5"), "--radius 0.5: expected more than 0 and less than 0.5"),
+        (("comparison", "--radius", "0.3"), "--radius is no option of comparison"),
+    ],
+)
+def test_a_lattice_that_cannot_be(rayrace, words, told):
+    assert told in rayrace("generate", *words, code=2).stderr
