@@ -10,7 +10,6 @@ START = _phase_start = time.monotonic()  # of the process, nearly
 
 import json  # noqa: E402
 import os  # noqa: E402
-import platform  # noqa: E402
 import sys  # noqa: E402
 from contextlib import contextmanager  # noqa: E402
 
@@ -47,6 +46,14 @@ class Job:
         self.walk = flags.get("walk", "least")
         self.accel = flags.get("accel", "auto")
         self.sphere = flags.get("sphere", "robust")
+        self.triangle = flags.get("triangle", "watertight")
+        self.slab = flags.get("slab", "branch")
+        self.merge = flags.get("merge", "tolerant")
+        self.offset = flags.get("offset", "bounded")
+        self.fresnel = flags.get("fresnel", "clamped")
+        self.phong = flags.get("phong", "clamped")
+        self.renormalise = flags.get("renormalise", "on")
+        self.vector = flags.get("vector", "off")
         self.floating_point = flags.get("floating_point", "strict")
         self.cutoff = float(flags.get("cutoff", 0))
         self.sample = float(flags.get("sample_x", 0.5)), float(flags.get("sample_y", 0.5))
@@ -61,6 +68,9 @@ class Job:
         self.total_threads = int(flags.get("total_threads", 0))
         self.max_registers = int(flags.get("max_registers", 0))
         self.needs = tuple(name for name in flags.get("needs", "").split(",") if name)
+        kernel = flags.get("kernel", "needed")
+        # Of the needs, those that the job may not use.
+        self.carried = self.needs if kernel == "general" else tuple(kernel.split("+")[1:])
         self.cache = flags.get("cache", "")
         self.seconds = float(flags.get("seconds", "inf"))
 
@@ -167,6 +177,8 @@ def say_device(name, simulated, **facts):
 
 
 def say_python_versions(**more):
+    import platform  # which no frame needs
+
     say("versions", python=platform.python_version(), implementation=platform.python_implementation(), **more)
 
 

@@ -1,5 +1,6 @@
 #pragma once
 #include "bounds.hpp"
+#include "methods.hpp"
 #include "ray.hpp"
 
 // Six sides, in pairs that are parallel: a corner and three edges at any angle.
@@ -54,9 +55,31 @@ struct Box {
         return span;
     }
 
+    // BOX-3, as it is often written. 0 * infinity is NaN, which sets a bound or none by the order of the arguments.
+    Span plain_span(const Ray<Real>& ray) const
+    {
+        constexpr Real infinity = std::numeric_limits<Real>::infinity();
+        const Vec3<Real> f = ray.origin - corner;
+        Span span{-infinity, infinity, {}, {}};
+        for (int a = 0; a < 3; a++) {
+            const Real s = dot(g[a], f), w = dot(g[a], ray.direction), i = 1 / w;
+            const Real x = (0 - s) * i, y = (1 - s) * i;
+            const Real near = std::min(x, y), far = std::max(x, y);
+            const bool high = w < 0;
+            if (span.t0 < near)
+                span.t0 = near, span.in = {a, high};
+            if (far < span.t1)
+                span.t1 = far, span.out = {a, !high};
+        }
+        return span;
+    }
+
+    // Parts of solids keep BOX-1 (BOX-3).
+    Span own_span(const Ray<Real>& ray) const { return methods::plain_slabs ? plain_span(ray) : span(ray); }
+
     Real distance(const Ray<Real>& ray) const
     {
-        const Span s = span(ray);
+        const Span s = own_span(ray);
         if (!(s.t0 <= s.t1))
             return 0;
         return s.t0 > 0 ? s.t0 : s.t1;
@@ -65,7 +88,7 @@ struct Box {
     // BOX-2
     Surface<Real> surface(const Ray<Real>& ray, Real t) const
     {
-        const Span s = span(ray);
+        const Span s = own_span(ray);
         return surface(ray, t, s.t0 > 0 ? s.in : s.out);
     }
 

@@ -70,6 +70,8 @@ public:
     }
 
 private:
+    template<typename> friend class LaneBvh;
+
     static constexpr Real infinity = std::numeric_limits<Real>::infinity();
     static constexpr int bins = 16, leaf_size = 8;
     static constexpr int depth_limit = 64;  // from half of it on nodes are halved, so 2^31 boxes end before it

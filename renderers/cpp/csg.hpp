@@ -24,7 +24,7 @@ template<typename Real>
 struct Boundary {
     Crossing<Real> crossing;
     bool leaves;           // the solid, with growing t
-    Real d_n, coordinate;  // for CSG-4: |d·n|, and max(|o + t d|∞, size)
+    Real d_n, coordinate;  // for CSG-4: |d·n|, and max(|o|∞, |o + t d|∞, size)
 };
 
 // Where a thread works out the boundaries of a solid; as large as the largest solid needs (CSG-6).
@@ -102,7 +102,7 @@ public:
     {
         return std::any_of(operands.begin(), operands.end(), [&](const Operand& operand) {
             return (operand.kind == Parts<Real>::box && parts->boxes[operand.row].always_tried()) ||
-                   (operand.kind == Parts<Real>::ellipsoid && parts->ellipsoids[operand.row].always_tried());
+                   (operand.kind == Parts<Real>::ellipsoid && parts->ellipsoids[operand.row].skewed());
         });
     }
 
@@ -224,11 +224,14 @@ private:
             if (evaluate(scratch) == value)
                 continue;
             value = !value;
-
+            if constexpr (!methods::merges) {
+                scratch.boundaries[kept++] = {crossing, !value, 0, 0};
+                continue;
+            }
             const Surface<Real> at = face(probe, crossing);
             const Vec3<Real> p = probe.origin + crossing.t * probe.direction;
             const Boundary<Real> next{crossing, !value, std::abs(dot(probe.direction, at.normal)),
-                                      std::max(largest(p), at.size)};
+                                      std::max({largest(probe.origin), largest(p), at.size})};
             if (kept && same_place(scratch.boundaries[kept - 1], next, at.size))
                 kept--;
             else
@@ -242,7 +245,7 @@ private:
     {
         constexpr Real u = std::numeric_limits<Real>::epsilon() / 2;
         return (next.crossing.t - last.crossing.t) * std::min(last.d_n, next.d_n) <=
-               8 * u * std::max(last.coordinate, next_size);
+               16 * u * std::max(last.coordinate, next_size);
     }
 
     bool evaluate(Scratch<Real>& scratch) const

@@ -1,5 +1,6 @@
 #pragma once
 #include "bounds.hpp"
+#include "quadratic.hpp"
 #include "ray.hpp"
 
 // The unit sphere, mapped by three semi-axes at any angle.
@@ -20,10 +21,12 @@ struct Ellipsoid {
 
     Vec3<Real> to_unit_sphere(Vec3<Real> a) const { return {dot(g[0], a), dot(g[1], a), dot(g[2], a)}; }
 
-    // ELL-1
+    // ELL-1, ELL-3
     Real distance(const Ray<Real>& ray) const
     {
         const Vec3<Real> f = to_unit_sphere(ray.origin - centre), d = to_unit_sphere(ray.direction);
+        if constexpr (roots_of_formula)
+            return first_root<Real>(dot(d, d), 2 * dot(f, d), dot(f, f) - 1);
         const Real a = dot(d, d), b = -dot(f, d);
         const Vec3<Real> l = f + (b / a) * d;
         const Real delta = 1 - dot(l, l);
@@ -64,7 +67,8 @@ struct Ellipsoid {
     }
 
     // HIT-6: rounding moves its hits further than the bounds of a hierarchy are padded for.
-    bool always_tried() const { return !(skewness(axis, g) < 16); }
+    bool skewed() const { return !(skewness(axis, g) < 16); }
+    bool always_tried() const { return roots_of_formula || skewed(); }
 
     Bounds<Real> bounds() const
     {

@@ -1,7 +1,8 @@
 // The parameters of a job, from flags of the form --key=value. Unknown keys are ignored.
 #pragma once
-#include "needs.hpp"
+#include "methods.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 // A job that this program cannot do, in contrast to one that failed.
@@ -128,8 +130,6 @@ enum class Weight { plain, study };
 enum class Walk { least, recursion, table, stack, chain };
 enum class Accel { automatic, none, bvh };
 
-constexpr const char* sphere_forms[] = {"robust", "textbook", "stable"};
-constexpr const char* floating_points[] = {"strict", "contract", "fast"};
 constexpr const char* kinds[] = {"image", "rays"};
 constexpr const char* precisions[] = {"float64", "float32"};
 constexpr const char* samplings[] = {"one", "uniform", "jittered", "adaptive"};
@@ -166,13 +166,16 @@ struct Job {
           shadows(flags.integer("shadows", 0, 0) != 0), sample_x(flags.fraction("sample_x", 0.5)),
           sample_y(flags.fraction("sample_y", 0.5)), adaptive_threshold(flags.number("adaptive_threshold", 0.1)),
           lens_radius(flags.number("lens_radius", 0)), focal_distance(flags.number("focal_distance", 1)),
-          epsilon(flags.fraction("epsilon", 0x1p-48)), cutoff(flags.fraction("cutoff", 0)),
+          epsilon(flags.number("epsilon", 0x1p-48)), cutoff(flags.fraction("cutoff", 0)),
           least_frame(flags.number("least_frame", 0)), needs(flags.list("needs"))
     {
-        require_method(flags, "sphere", sphere_forms, int(needs::sphere_form));
-        require_method(flags, "floating_point", floating_points, int(needs::floating_point));
+        for (const methods::Method& method : methods::all)
+            require_method(flags, method);
         for (const std::string& need : needs)
             require(need);
+        if (methods::in_lanes && accel == Accel::none && !not_in_lanes().empty())
+            throw Unsupported("has lanes for " + not_in_lanes() +
+                              " only in a hierarchy: leave vector off, or accel as by default");
         if (kind == Kind::image) {
             read_size(flags);
             const bool grid = sampling == Sampling::uniform || sampling == Sampling::jittered;
@@ -191,7 +194,35 @@ struct Job {
         require("PRECISION_FLOAT32", precision != Precision::float32 || needs::float32);
     }
 
+    // VEC-1: does a picture of so many spheres go with its rays in lanes, or else (VEC-3) through a hierarchy in lanes?
+    bool has_rays_in_lanes(std::size_t spheres) const
+    {
+        constexpr std::size_t many = 1500;  // NOTES.md has the times
+        const bool few = accel == Accel::none || (accel == Accel::automatic && spheres < many);
+        return few && not_in_lanes().empty();
+    }
+
 private:
+    // VEC-1: something of the job that rays in lanes cannot do; "" if they can do all.
+    std::string not_in_lanes() const
+    {
+        constexpr std::string_view known[] = {"sphere",  "ambient",    "diffuse", "phong",
+                                              "shadows", "reflection", "region"};
+        constexpr std::string_view usual[] = {"sphere", "offset", "fresnel", "phong", "renormalise"};
+        const auto among = [](const auto& names, std::string_view name) {
+            return std::find(std::begin(names), std::end(names), name) != std::end(names);
+        };
+        for (const std::string& need : needs)
+            if (!among(known, need))
+                return need;
+        for (const methods::Method& method : methods::all)
+            if (method.built != 0 && among(usual, method.key))
+                return std::string(method.key) + " " + method.value();
+        if (walk != Walk::least && walk != Walk::chain)
+            return std::string("the walk ") + walks[int(walk)];
+        return kind == Kind::image ? "" : "rays jobs";
+    }
+
     static void require(const std::string& need)
     {
         if (need == "region" || need == "rays")
@@ -210,12 +241,13 @@ private:
     }
 
     // A method that is chosen when the program is built.
-    static void require_method(const Flags& flags, const char* key, std::span<const char* const> names, int built)
+    static void require_method(const Flags& flags, const methods::Method& method)
     {
-        const int asked = flags.method(key, names);
-        if (asked != built)
-            throw std::runtime_error("this program was built for --" + (key + ("=" + std::string(names[built]))) +
-                                     ": build it with what renderer.toml has for " + names[asked]);
+        const int asked = flags.method(method.key, method.values);
+        if (asked != method.built)
+            throw std::runtime_error(std::string("this program was built for --") + method.key + "=" + method.value() +
+                                     ": build it with what renderer.toml has for " +
+                                     method.values[std::size_t(asked)]);
     }
 
     void read_size(const Flags& flags)

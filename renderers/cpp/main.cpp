@@ -2,6 +2,9 @@
 #include "events.hpp"
 #include "job.hpp"
 #include "sample.hpp"
+#ifdef VECTOR_ON
+#include "lane_image.hpp"
+#endif
 
 #include <atomic>
 #include <cfloat>
@@ -11,7 +14,7 @@ constexpr bool fast_math = true;
 #else
 constexpr bool fast_math = false;
 #endif
-static_assert(fast_math == (needs::floating_point == FloatingPoint::fast),
+static_assert(fast_math == (methods::floating_point == FloatingPoint::fast),
               "NUM-3: floating point is strict here; fast-math goes with -DFLOATING_POINT_FAST");
 static_assert(FLT_EVAL_METHOD == 0 || fast_math, "NUM-1: arithmetic must be in the type that it is written in");
 
@@ -83,9 +86,32 @@ std::string names(const std::vector<std::string>& list)
     return "[" + text + "]";
 }
 
+// The methods that the program is built for, of those that the job can depend on, as JSON entries.
+inline std::string built_methods(const Job& job, const Scene& scene)
+{
+    const bool image = job.kind == Kind::image, bounces = image && needs::reflection && job.depth > 0;
+    const std::pair<std::string, bool> asked[] = {
+        {"floating_point", true},
+        {"sphere", scene.spheres.rows() + scene.ellipsoids.rows() > 0},
+        {"offset", bounces || (image && needs::shadows && job.shadows)},
+        {"triangle", scene.mesh_ranges.rows() > 0},
+        {"slab", scene.boxes.rows() > 0},
+        {"merge", scene.csg_ranges.rows() > 0},
+        {"fresnel", bounces},
+        {"phong", image && needs::phong},
+        {"renormalise", bounces},
+        {"vector", true},
+    };
+    std::string text;
+    for (const auto& [key, matters] : asked)
+        for (const methods::Method& method : methods::all)
+            if (matters && key == method.key)
+                text += ", " + json(key) + ": " + json(std::string(method.value()));
+    return text;
+}
+
 // What the program was built with, and what it chose (`more`, JSON entries).
-template<typename Real>
-void say_used(const Job& job, const Shapes<Real>& shapes, const std::string& more)
+inline void say_used(const Job& job, const Scene& scene, bool accelerated, const std::string& more)
 {
     std::vector<std::string> features;
     for (const needs::Need& need : needs::all)
@@ -94,20 +120,57 @@ void say_used(const Job& job, const Shapes<Real>& shapes, const std::string& mor
     if (needs::rays)
         features.push_back("rays");
     std::string methods = "{\"precision\": " + json(std::string(precisions[int(job.precision)]));
-    methods += ", \"threads\": " + json(job.threads) + ", \"floating_point\": " +
-               json(std::string(floating_points[int(needs::floating_point)]));
-    if (shapes.has_spheres())
-        methods += ", \"sphere\": " + json(std::string(sphere_forms[int(needs::sphere_form)]));
-    methods += std::string(", \"accel\": ") + (shapes.accelerated() ? "\"bvh\"" : "\"none\"") + more + "}";
+    methods += ", \"threads\": " + json(job.threads) + built_methods(job, scene);
+    methods += std::string(", \"accel\": ") + (accelerated ? "\"bvh\"" : "\"none\"") + more + "}";
     say("versions", {{"compiler", json(compiler)}, {"standard", json(__cplusplus)}, {"flags", json(FLAGS OPTIONS)}});
     say("used", {{"features", names(features)}, {"methods", methods}});
 }
+
+void say_rays(const Counts& counts)
+{
+    say("rays", {{"primary", json(counts.primary)}, {"reflected", json(counts.reflected)},
+                 {"transmitted", json(counts.transmitted)}, {"shadow", json(counts.shadow)},
+                 {"non_finite", json(counts.non_finite)}});
+}
+
+#ifdef VECTOR_ON
+// VEC-1
+template<typename Real>
+void make_image_in_lanes(const Job& job, const Scene& scene)
+{
+    const LaneImage<Real> image(scene, job);
+    std::vector<LaneWorker<Real>> workers(std::size_t(job.threads), LaneWorker<Real>(LaneImage<Real>::tile_room));
+    const std::size_t rows = std::size_t(job.y1 - job.y0), columns = std::size_t(job.x1 - job.x0);
+    std::vector<Real> picture(rows * columns * 3);
+    say_phase("load");
+
+    Counts counts;
+    render(job, [&] {
+        for (LaneWorker<Real>& worker : workers)
+            worker.counts = {};
+        image.render(workers, picture);
+        counts = {};
+        for (const LaneWorker<Real>& worker : workers)
+            counts += worker.counts;
+    });
+    say_rays(counts);
+
+    write_npy(job.out + "/image.npy", {rows, columns, 3}, picture);
+    say_phase("save");
+    say("output", {{"file", "\"image.npy\""}, {"dropped", "null"}});
+    say_used(job, scene, false, ", \"walk\": \"chain\", \"lanes\": " + json(lane_count<Real>));
+}
+#endif
 
 template<typename Real>
 void make_image(const Job& job)
 {
     Scene scene;
     read_scene(job.folder, scene);
+#ifdef VECTOR_ON
+    if (job.has_rays_in_lanes(scene.spheres.rows()))
+        return make_image_in_lanes<Real>(job, scene);
+#endif
     const Tracer<Real> tracer(scene, job);
     const Walker<Real> walker(tracer, job.walk, job.cutoff);
     Sampler<Real> sampler(scene, job, walker);
@@ -130,9 +193,7 @@ void make_image(const Job& job)
         for (const Worker<Real>& worker : workers)
             counts += worker.desk.counts;
     });
-    say("rays", {{"primary", json(counts.primary)}, {"reflected", json(counts.reflected)},
-                 {"transmitted", json(counts.transmitted)}, {"shadow", json(counts.shadow)},
-                 {"non_finite", json(counts.non_finite)}});
+    say_rays(counts);
 
     write_npy(job.out + "/image.npy", {rows, columns, 3}, picture);
     const bool cuts = needs::cutoff && job.cutoff > 0;
@@ -149,7 +210,7 @@ void make_image(const Job& job)
         more += ", \"glossy_weight\": " + json(std::string(weights[int(job.weight)]));
     if (cuts)
         more += ", \"cutoff\": " + exact(job.cutoff);
-    say_used(job, tracer.shapes, more);
+    say_used(job, scene, tracer.shapes.accelerated(), more);
 }
 
 // t, point, normal and object of a ray's first hit.
@@ -174,6 +235,16 @@ void answer_ray(const Shapes<Real>& shapes, const Ray<Real>& ray, Desk<Real>& de
     answer[7] = shapes.roles[std::size_t(hit.shape)].object;
 }
 
+// A given direction, as it is if it has unit length to rounding: to turn it by some u is to miss by u of the distance.
+template<typename Real>
+Vec3<Real> unit(Vec3<double> given)
+{
+    const Vec3<Real> d = rounded<Real>(given);
+    if (std::abs(dot(d, d) - 1) <= 2 * std::numeric_limits<Real>::epsilon())  // 4 u
+        return d;
+    return rounded<Real>(given / std::hypot(given.x, given.y, given.z));
+}
+
 template<typename Real>
 void answer_rays(const Job& job)
 {
@@ -189,8 +260,7 @@ void answer_rays(const Job& job)
     Array<double> table;
     read_table(job.folder, "rays", 6, table);
     for (std::size_t i = 0; i < table.rows(); i++) {
-        const Vec3<double> d = vec(table.row(i) + 3);
-        rays.push_back({rounded<Real>(vec(table.row(i))), rounded<Real>(d / std::hypot(d.x, d.y, d.z))});
+        rays.push_back({rounded<Real>(vec(table.row(i))), unit<Real>(vec(table.row(i) + 3))});
     }
     std::vector<double> hits(rays.size() * 8);
     say_phase("load");
@@ -206,7 +276,7 @@ void answer_rays(const Job& job)
     write_npy(job.out + "/hits.npy", {rays.size(), 8}, hits);
     say_phase("save");
     say("output", {{"file", "\"hits.npy\""}});
-    say_used(job, shapes, "");
+    say_used(job, scene, shapes.accelerated(), "");
 }
 
 // Compiles what the program is built for, and nothing else.

@@ -1,7 +1,6 @@
 // What this program is built for. The compiler is given -DNEED_SPHERE, -DNEED_SHADOWS, .. for what the job uses, and
 // one of -DKIND_IMAGE, -DKIND_RAYS and of -DPRECISION_FLOAT64, -DPRECISION_FLOAT32; what is not named is not compiled.
-// Without any of them everything is. The methods of SPH-3 and NUM-3 are the first of their names unless a word such as
-// -DSPHERE_TEXTBOOK or -DFLOATING_POINT_FAST tells another.
+// Without any of them everything is.
 #pragma once
 #include <type_traits>
 #include <vector>
@@ -16,9 +15,6 @@
     use(reflection, REFLECTION) use(transmission, TRANSMISSION) use(attenuation, ATTENUATION) use(media, MEDIA)        \
     use(glossy, GLOSSY) use(supersampling, SUPERSAMPLING) use(adaptive, ADAPTIVE) use(lens, LENS)               \
     use(cutoff, CUTOFF)
-
-enum class SphereForm { robust, textbook, stable };
-enum class FloatingPoint { strict, contract, fast };
 
 namespace needs {
 
@@ -36,13 +32,6 @@ constexpr bool rays = !one_kind || BUILT(KIND_RAYS);
 constexpr bool float64 = BUILT(PRECISION_FLOAT64) || !BUILT(PRECISION_FLOAT32);
 constexpr bool float32 = BUILT(PRECISION_FLOAT32) || !BUILT(PRECISION_FLOAT64);
 constexpr bool random = soft || glossy || supersampling || lens;
-
-constexpr SphereForm sphere_form = BUILT(SPHERE_TEXTBOOK) ? SphereForm::textbook
-                                   : BUILT(SPHERE_STABLE) ? SphereForm::stable
-                                                          : SphereForm::robust;
-constexpr FloatingPoint floating_point = BUILT(FLOATING_POINT_FAST)       ? FloatingPoint::fast
-                                         : BUILT(FLOATING_POINT_CONTRACT) ? FloatingPoint::contract
-                                                                          : FloatingPoint::strict;
 
 struct Need {
     const char *name, *macro;

@@ -1,5 +1,6 @@
 // A ray, and the place where it ends.
 #pragma once
+#include "methods.hpp"
 #include "vector.hpp"
 
 template<typename Real>
@@ -17,6 +18,20 @@ struct Surface {
     // OFF-1: where a ray starts that leaves on the side the normal points to (+1) or on the other (-1).
     Vec3<Real> leave(Real side, Real epsilon) const
     {
-        return point + side * epsilon * std::max(largest(point), size) * normal;
+        if constexpr (methods::offset == Offset::none)
+            return point;
+        return point + side * distance(epsilon) * normal;
+    }
+
+private:
+    Real distance(Real epsilon) const
+    {
+        if constexpr (methods::offset == Offset::relative)
+            return epsilon * std::max(largest(point), size);
+        else if constexpr (methods::offset == Offset::fixed)
+            return epsilon;
+        else
+            return epsilon * (size + (std::abs(normal.x * point.x) + std::abs(normal.y * point.y) +
+                                      std::abs(normal.z * point.z)) / 8);
     }
 };

@@ -1,5 +1,6 @@
 // What a surface does with light: Phong's highlight, and how much of a ray it reflects and transmits, and to where.
 #pragma once
+#include "methods.hpp"
 #include "random.hpp"
 #include "ray.hpp"
 
@@ -46,6 +47,8 @@ template<typename Real>
 Real highlight(const Material<Real>& material, Vec3<Real> d, Vec3<Real> n, Vec3<Real> l, Real n_l)
 {
     const Real c = -dot(2 * n_l * n - l, d);
+    if constexpr (!methods::clamps_phong)
+        return material.specular * std::pow(c, material.exponent);
     return c > 0 ? material.specular * std::pow(std::min(c, Real(1)), material.exponent) : 0;
 }
 
@@ -60,9 +63,9 @@ Fresnel<Real> fresnel(Interface<Real> side, Real cosine)
 {
     if (side.matched())
         return {0, 0};
-    const Real c = std::min(Real(1), cosine);
+    const Real c = methods::clamps_fresnel ? std::min(Real(1), cosine) : cosine;
     const Real x = 1 - side.n * side.n * (1 - c * c);
-    if (x <= 0)
+    if (methods::clamps_fresnel && x <= 0)
         return {1, 0};
     const Real s = std::sqrt(x);
     const Real a = (side.n * c - side.m * s) / (side.n * c + side.m * s);
@@ -70,11 +73,18 @@ Fresnel<Real> fresnel(Interface<Real> side, Real cosine)
     return {(a * a + b * b) / 2, s};
 }
 
+// NUM-4: of a direction that a surface made.
+template<typename Real>
+Vec3<Real> renormalise(Vec3<Real> d)
+{
+    return methods::renormalises ? normalise(d) : d;
+}
+
 // REF-3
 template<typename Real>
 Vec3<Real> reflect(Vec3<Real> d, Vec3<Real> n, Real d_n)
 {
-    return normalise(d - 2 * d_n * n);
+    return renormalise(d - 2 * d_n * n);
 }
 
 // TRA-1, at a surface that bounds a solid.
@@ -84,7 +94,7 @@ Vec3<Real> transmit(Interface<Real> side, Real s, Vec3<Real> d, Vec3<Real> n, Re
     if (side.matched())
         return d;
     const Real g = d_n <= 0 ? -s : s;
-    return normalise(side.n * d + (g - side.n * d_n) * n);
+    return renormalise(side.n * d + (g - side.n * d_n) * n);
 }
 
 // SOF-2
@@ -110,8 +120,8 @@ Lobe<Real> glossy(Vec3<Real> r, Vec3<Real> n, Real exponent, const std::array<Re
 
     const Real z = std::pow(1 - u[0], 1 / (exponent + 1)), w = std::sqrt(std::max(Real(0), 1 - z * z));
     const Real phi = Real(2 * pi) * u[1], x = w * std::cos(phi), y = w * std::sin(phi);
-    const Vec3<Real> direction = normalise(x * p + y * q + z * r);
+    const Vec3<Real> direction = renormalise(x * p + y * q + z * r);
     if ((dot(direction, n) > 0) == (dot(r, n) > 0))
         return {direction, z};
-    return {normalise(z * r - x * p - y * q), z};
+    return {renormalise(z * r - x * p - y * q), z};
 }

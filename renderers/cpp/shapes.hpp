@@ -4,6 +4,9 @@
 #include "csg.hpp"
 #include "ellipsoid.hpp"
 #include "job.hpp"
+#ifdef VECTOR_ON
+#include "lane_bvh.hpp"
+#endif
 #include "polygon.hpp"
 #include "scene.hpp"
 #include "sphere.hpp"
@@ -62,15 +65,9 @@ public:
             }
         if constexpr (needs::csg)
             add_solids(scene, accel);
-        if (is_wanted(accel, 2 * roles.size() - (needs::sphere ? scene.spheres.rows() : 0)))
+        const bool in_lanes = methods::in_lanes && accel != Accel::none;
+        if (in_lanes || is_wanted(accel, 2 * roles.size() - (needs::sphere ? scene.spheres.rows() : 0)))
             build_hierarchy();
-    }
-
-    bool has_spheres() const
-    {
-        if constexpr (needs::sphere)
-            return !spheres.empty();
-        return false;
     }
 
     bool accelerated() const { return !hierarchy.empty(); }
@@ -135,6 +132,9 @@ private:
     [[no_unique_address]] Only<needs::csg, Parts<Real>, 'c'> parts;
     [[no_unique_address]] List<needs::csg, Solid<Real>, 'C'> solids;
     Bvh<Real> hierarchy;
+#ifdef VECTOR_ON
+    LaneBvh<Real> wide;
+#endif
     std::vector<int> outside;  // shapes that the hierarchy has not, and that are always tried
 
     static bool is_wanted(Accel accel, std::size_t work)
@@ -195,6 +195,47 @@ private:
         });
         if (!numbers.empty())
             hierarchy = Bvh<Real>(bounds, std::move(numbers));
+#ifdef VECTOR_ON
+        wide.build(hierarchy, [&](int number, SphereGroup<Real>& some_spheres, TriangleGroup<Real>& some_triangles) {
+            bool added = false;
+            with_shape(number, [&](const auto& shape) {
+                using Shape = std::remove_cvref_t<decltype(shape)>;
+                if constexpr (std::is_same_v<Shape, Sphere<Real>> && SphereGroup<Real>::possible)
+                    some_spheres.add(shape, number), added = true;
+                if constexpr (std::is_same_v<Shape, Triangle<Real>> && TriangleGroup<Real>::possible)
+                    some_triangles.add(shape, number), added = true;
+            });
+            return added;
+        });
+#endif
+    }
+
+    // Calls visit(number, t) for the shapes that a ray may hit before `most`; t not greater than 0 is a miss.
+    template<typename Visit>
+    bool search(const Probe<Real>& probe, const Real& most, const Visit& visit) const
+    {
+        const auto look_at = [&](int number) { return visit(number, distance(number, probe)); };
+        bool found;
+#ifdef VECTOR_ON
+        found = wide.search(probe, 0, most, look_at, [&](const auto& group) {
+            unsigned unsure = 0;
+            const Lanes<Real> t = group.distance(probe, unsure);
+            for (unsigned met = bits<Real>((t > 0) & (t <= most)) & ~unsure; met != 0; met &= met - 1) {
+                const int k = std::countr_zero(met);
+                if (visit(group.numbers[k], t[k]))
+                    return true;
+            }
+            for (; unsure != 0; unsure &= unsure - 1)
+                if (look_at(group.numbers[std::countr_zero(unsure)]))
+                    return true;
+            return false;
+        });
+#else
+        found = hierarchy.search(probe, 0, most, look_at);
+#endif
+        for (const int number : outside)
+            found = look_at(number) || found;
+        return found;
     }
 
     // Calls visit(list of shapes) for every kind that there can be, in the order of HIT-2, until it answers true.
@@ -242,27 +283,16 @@ private:
     [[gnu::noinline]] Hit<Real> nearest_of_hierarchy(const Probe<Real>& probe) const
     {
         Hit<Real> hit;
-        const auto look_at = [&](int number) {
-            const Real t = distance(number, probe);
+        search(probe, hit.t, [&](int number, Real t) {
             if (t > 0 && (t < hit.t || (t == hit.t && number < hit.shape)))
                 hit = {t, number};
             return false;
-        };
-        hierarchy.search(probe, 0, hit.t, look_at);
-        for (const int number : outside)
-            look_at(number);
+        });
         return hit;
     }
 
     [[gnu::noinline]] bool blocked_in_hierarchy(const Probe<Real>& feeler, Real distance_to_light) const
     {
-        const auto look_at = [&](int number) {
-            const Real t = distance(number, feeler);
-            return t > 0 && t < distance_to_light;
-        };
-        bool found = hierarchy.search(feeler, 0, distance_to_light, look_at);
-        for (const int number : outside)
-            found = look_at(number) || found;
-        return found;
+        return search(feeler, distance_to_light, [&](int, Real t) { return t > 0 && t < distance_to_light; });
     }
 };

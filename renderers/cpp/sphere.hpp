@@ -1,10 +1,13 @@
 #pragma once
 #include "bounds.hpp"
-#include "needs.hpp"
+#include "quadratic.hpp"
 #include "ray.hpp"
+#include "twofold.hpp"
 
 template<typename Real>
 struct Sphere {
+    static constexpr bool narrow = sizeof(Real) < sizeof(double);
+
     Vec3<Real> centre;
     Real radius, square;  // square: of the radius
 
@@ -16,10 +19,10 @@ struct Sphere {
     // SPH-3: by the form that the program is built with.
     Real distance(const Ray<Real>& ray) const
     {
-        if constexpr (needs::sphere_form == SphereForm::textbook)
-            return textbook(ray);
-        else if constexpr (needs::sphere_form == SphereForm::stable)
-            return stable(ray);
+        if constexpr (roots_of_formula)
+            return formula(ray);
+        else if constexpr (methods::sphere == SphereForm::wide)
+            return wide(ray);
         else
             return robust(ray);
     }
@@ -30,46 +33,79 @@ struct Sphere {
     {
         const Vec3<Real> f = centre - ray.origin;
         const Real b = dot(f, ray.direction);
-        const Vec3<Real> l = f - b * ray.direction;
+        const Vec3<Real> l = from(f, b, ray.direction);
         const Real delta = square - dot(l, l);
-        if (delta < 0)
+        if constexpr (narrow) {
+            const Real unsure = 4 * std::numeric_limits<Real>::epsilon() * radius * (std::abs(b) + radius);
+            if (delta < -unsure)
+                return 0;
+            if (delta < unsure) [[unlikely]]
+                return wide(ray);
+        } else if (delta < 0)
             return 0;
 
-        const Real k = dot(f, f) - square, root = std::sqrt(delta);
+        return nearest(b, dot(f, f) - square, std::sqrt(delta));
+    }
+
+    // f - b d; of float32 rounded once, which pays for asking whether that was enough.
+    static Vec3<Real> from(Vec3<Real> f, Real b, Vec3<Real> d)
+    {
+        if constexpr (narrow)
+            return {std::fma(-b, d.x, f.x), std::fma(-b, d.y, f.y), std::fma(-b, d.z, f.z)};
+        else
+            return f - b * d;
+    }
+
+    // SPH-1, the end of it.
+    static Real nearest(Real b, Real k, Real root)
+    {
         if (k > 0)
             return b > 0 ? k / (b + root) : 0;
         return b >= 0 ? b + root : k / (b - root);
     }
 
-    // SPH-3, the study's.
-    Real textbook(const Ray<Real>& ray) const
+    // SPH-3, textbook and stable.
+    Real formula(const Ray<Real>& ray) const
     {
         const Vec3<Real> f = ray.origin - centre;
-        const Real a = dot(ray.direction, ray.direction), h = 2 * dot(f, ray.direction), k = dot(f, f) - square;
-        const Real delta = h * h - 4 * a * k;
+        return first_root<Real>(dot(ray.direction, ray.direction), 2 * dot(f, ray.direction), dot(f, f) - square);
+    }
+
+    // SPH-3: f, l and k in twice the digits; f and l of the other sign, as in SPH-1. Most spheres are missed by so much
+    // that SPH-1 proves it: its l·l is off by less than 32 u f·f, since each term of l and of the sum is by some u of |f|.
+    [[gnu::noinline]] Real wide(const Ray<Real>& ray) const
+    {
+        const Vec3<Real>& d = ray.direction;
+        const Vec3<Real> rounded_f = centre - ray.origin;
+        const Real b = dot(rounded_f, d);
+        const Vec3<Real> rounded_l = rounded_f - b * d;
+        const Real slack = 16 * std::numeric_limits<Real>::epsilon() * dot(rounded_f, rounded_f);
+        if (square - dot(rounded_l, rounded_l) < -slack)
+            return 0;
+
+        const Twofold<Real> f[] = {twosum(centre.x, -ray.origin.x), twosum(centre.y, -ray.origin.y),
+                                   twosum(centre.z, -ray.origin.z)};
+        const auto from_centre = [&](const Twofold<Real>& f, Real d) {
+            const Twofold<Real> p = twoproduct(b, d), s = twosum(f.value, -p.value);
+            return s.value + (s.error - p.error + f.error);
+        };
+        const Vec3<Real> m{from_centre(f[0], d.x), from_centre(f[1], d.y), from_centre(f[2], d.z)};
+        const Vec3<Real> l = m - dot(m, d) * d;
+        const Real delta = square - dot(l, l);
         if (delta < 0)
             return 0;
 
-        const Real root = std::sqrt(delta), near = (-h - root) / (2 * a);
-        return near > 0 ? near : (-h + root) / (2 * a);
+        Real k = 0, error = 0;
+        for (const Twofold<Real>& part : f) {
+            const Twofold<Real> h = twoproduct(part.value, part.value), s = twosum(k, h.value);
+            k = s.value, error += s.error + h.error + 2 * part.value * part.error;
+        }
+        const Twofold<Real> h = twoproduct(radius, radius), s = twosum(k, -h.value);
+        return nearest(b, s.value + (error + (s.error - h.error)), std::sqrt(delta));
     }
 
-    // SPH-3, of Numerical Recipes.
-    Real stable(const Ray<Real>& ray) const
-    {
-        const Vec3<Real> f = ray.origin - centre;
-        const Real a = dot(ray.direction, ray.direction), h = 2 * dot(f, ray.direction), k = dot(f, f) - square;
-        const Real delta = h * h - 4 * a * k;
-        if (delta < 0)
-            return 0;
-
-        const Real root = std::sqrt(delta), q = (h >= 0 ? h + root : h - root) / -2;
-        const Real t0 = q / a, t1 = k / q, near = std::min(t0, t1);
-        return near > 0 ? near : std::max(t0, t1);
-    }
-
-    // HIT-6: only the error of SPH-1 is known to stay within what the bounds are padded by.
-    static constexpr bool always_tried() { return needs::sphere_form != SphereForm::robust; }
+    // HIT-6
+    static constexpr bool always_tried() { return roots_of_formula; }
 
     // CSG-1: where the line goes in and out.
     bool crossed(const Ray<Real>& ray, Real& in, Real& out) const
@@ -92,7 +128,8 @@ struct Sphere {
     // SPH-2
     Surface<Real> surface(const Ray<Real>& ray, Real t) const
     {
-        const Vec3<Real> n = normalise(ray.origin + t * ray.direction - centre);
+        const Vec3<Real> a = ray.origin + t * ray.direction - centre;
+        const Vec3<Real> n = methods::renormalises ? normalise(a) : a / radius;  // NUM-4
         return {centre + radius * n, n, radius};
     }
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .needs import FAR
+from .needs import FAR, SLAB
 from .target import kernel
 from .vector import add, along, dot, negate, row_of, subtract
 
@@ -58,9 +58,36 @@ def span_box(boxes, i, origin, direction):
 
 
 @kernel
+def span_plain(boxes, i, origin, direction):
+    """The same without a branch, as it is often written: a ray in the plane of a face may get lost (BOX-3)."""
+    real = type(direction[0])
+    one, infinity = real(1), real(FAR)
+    t0, t1 = -infinity, infinity
+    face0, face1 = 0, 0
+    from_corner = subtract(origin, row_of(boxes, i, CORNER))
+    for axis in range(3):
+        g = row_of(boxes, i, RECIPROCAL + axis)
+        s = dot(g, from_corner)
+        w = dot(g, direction)
+        inverse = one / w
+        x, y = (real(0) - s) * inverse, (one - s) * inverse
+        enter = y if y < x else x
+        leave = y if x < y else x
+        high = 0 if w > 0 else 1  # whether it is entered on the high side
+        if t0 < enter:
+            t0, face0 = enter, 2 * axis + high
+        if leave < t1:
+            t1, face1 = leave, 2 * axis + 1 - high
+    return t0, t1, face0, face1
+
+
+span_of_hit = span_plain if SLAB == "plain" else span_box
+
+
+@kernel
 def hit_box(boxes, i, origin, direction):
     """Distance to box `i`, FAR for a miss, and the face (BOX-1)."""
-    t0, t1, face0, face1 = span_box(boxes, i, origin, direction)
+    t0, t1, face0, face1 = span_of_hit(boxes, i, origin, direction)
     if t0 <= t1:
         if t0 > 0:
             return t0, face0

@@ -2,7 +2,7 @@
 
 import math
 
-from .needs import LENS
+from .needs import ASK_LENS, LENS
 from .random import turn
 from .target import kernel
 from .vector import add, along, normalise, row, scale, subtract
@@ -21,7 +21,7 @@ def eye_ray(scene, width, height, x, y, numbers):
     u, v, e = row(camera, 1), row(camera, 2), row(camera, 3)
     origin = add(row(camera, 0), e)
     direction = subtract(along(scale(x, u), y, v), e)
-    if LENS:  # LEN-1
+    if LENS and (not ASK_LENS or scene.lensed):  # LEN-1
         rho, (cos, sin) = math.sqrt(numbers[2]), turn(numbers[3])
         h = along(scale(rho * cos, row(scene.lens, 0)), rho * sin, row(scene.lens, 1))
         origin = add(origin, h)

@@ -26,6 +26,12 @@ def largest_part(job):
     return int(np.load(job.array("csg_meshes"))[:, 1].max(initial=0))
 
 
+def transmits(job):
+    """Whether a material is clear and lets light through."""
+    materials = np.load(job.array("materials"))
+    return bool((materials[:, 5:8].any(axis=1) & (materials[:, 3] > 0)).any())
+
+
 # Numbers of the job's precision, and int32, that the kernel keeps for a row of each array (scene.py).
 ROWS = {
     **{"lights": (7, 0), "materials": (11, 0), "spheres": (4, 0), "boxes": (30, 0), "polygon_vertices": (9, 0)},

@@ -7,7 +7,7 @@ from .box import face_of_box, span_box
 from .bvh import clip, slopes
 from .ellipsoid import ellipsoid_surface, span_ellipsoid
 from .mesh import cross_triangle, shear, triangle_surface
-from .needs import CROSSINGS, FAR, MESH, TREE
+from .needs import CROSSINGS, FAR, MERGE, MESH, TREE
 from .sphere import span_sphere, sphere_surface
 from .target import called, kernel
 from .vector import along, dot, largest, negate
@@ -18,6 +18,8 @@ SPHERE, BOX, ELLIPSOID, SURFACE, OR, AND = range(6)
 # Columns of csg_reals and of csg_integers.
 DISTANCE, COSINE, SIZE = 0, 1, 2
 PART, FACE, ENTERS = 0, 1, 2
+
+KEEPS_ALL = MERGE == "none"
 
 
 @kernel
@@ -172,11 +174,18 @@ def first_boundary(scene, thread, solid, origin, direction):
         if value(scene, thread, first, last) == inside:
             continue
         inside ^= 1
+        if KEEPS_ALL:  # CSG-4
+            reals[thread, kept, DISTANCE] = t
+            integers[thread, kept, PART], integers[thread, kept, FACE] = part, face
+            integers[thread, kept, ENTERS] = inside
+            kept += 1
+            continue
         _, normal, size = part_surface(scene, part, face, origin, direction, t)
         cosine = abs(dot(direction, normal))
         if kept > 0:
             before = reals[thread, kept - 1, DISTANCE]
             scale = max(largest(along(origin, before, direction)), max(reals[thread, kept - 1, SIZE], size))
+            scale = max(scale, largest(origin))
             if t - before <= scene.sliver * scale / min(reals[thread, kept - 1, COSINE], cosine):
                 kept -= 1
                 continue

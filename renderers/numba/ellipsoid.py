@@ -6,6 +6,7 @@ import numpy as np
 
 from .box import reciprocal
 from .needs import FAR
+from .quadratic import QUADRATIC, root
 from .target import inlined, kernel
 from .vector import add, along, dot, normalise, row_of, scale, subtract
 
@@ -38,7 +39,7 @@ def combine(ellipsoids, i, first, mu):
 
 
 @inlined
-def hit_ellipsoid(ellipsoids, i, origin, direction):
+def hit_robust(ellipsoids, i, origin, direction):
     """Distance to ellipsoid `i` (ELL-1); FAR for a miss. ellipsoids: (E, 7, 3)."""
     one = type(direction[0])(1)
     f = to_sphere(ellipsoids, i, subtract(origin, row_of(ellipsoids, i, CENTRE)))
@@ -58,6 +59,18 @@ def hit_ellipsoid(ellipsoids, i, origin, direction):
         else:
             return k / (b - s)
     return type(b)(FAR)
+
+
+@inlined
+def hit_quadratic(ellipsoids, i, origin, direction):
+    """The same from the roots of the quadratic equation (ELL-3)."""
+    f = to_sphere(ellipsoids, i, subtract(origin, row_of(ellipsoids, i, CENTRE)))
+    d = to_sphere(ellipsoids, i, direction)
+    real = type(direction[0])
+    return root(dot(d, d), real(2) * dot(f, d), dot(f, f) - real(1))
+
+
+hit_ellipsoid = hit_quadratic if QUADRATIC else hit_robust
 
 
 @kernel

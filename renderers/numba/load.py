@@ -4,7 +4,7 @@ import numpy as np
 
 from renderers import worker
 
-from . import bounds, bvh, needs, walk
+from . import bounds, bvh, needs, quadratic, walk
 from .box import box_table
 from .ellipsoid import ellipsoid_table
 from .mesh import rows_of, triangle_table
@@ -30,21 +30,31 @@ def tables(job, real):
     def rounded(array):
         return np.ascontiguousarray(array, dtype=real)
 
+    lights = read("lights")
+    if not (job.shadows and job.feelers > 0):  # SOF-1: every light is a point
+        lights[:, 6] = 0
     unit = np.finfo(real).eps / 2  # u of NUM-2
     values = {
         "camera": rounded(read("camera")),
         "sample": rounded(job.sample),
         "colours": rounded([read("ambient"), read("background")]),
         "epsilon": real(job.epsilon),
-        "lights": rounded(read("lights")),
+        "lights": rounded(lights),
         "materials": rounded(_materials(read("materials"), read("air"))),
         "feelers": job.feelers,
-        "glossy_rays": job.glossy_rays,
+        "glossy_rays": max(1, job.glossy_rays),
         "seed": job.seed,
-        "samples": job.samples,
+        "samples": 1 if job.sampler == "one" else job.samples,
         "levels": job.adaptive_depth,
         "threshold": real(job.adaptive_threshold),
-        "cutoff": real(job.cutoff),
+        "cutoff": real(job.cutoff if job.cutoff > 0 else -1),  # below any weight where nothing is cut off
+        "shadows": job.shadows,
+        "lobed": job.glossy_rays > 0,
+        "lensed": job.lens_radius > 0,
+        "adapted": job.sampler == "adaptive",
+        "single": job.sampler == "one",
+        "jittered": job.sampler == "jittered",
+        "numbered": job.lens_radius > 0 or job.sampler == "jittered",
         "infinite": real(np.inf).view(np.int32 if real == np.float32 else np.int64),
     }
     shapes, sizes, low, high, skewness = _shapes(read)
@@ -53,20 +63,22 @@ def tables(job, real):
     values |= {
         "ids": _ids(read, media),
         "sizes": rounded(sizes),
-        "sliver": real(8 * unit),
+        "sliver": real(16 * unit),
         "media": np.ascontiguousarray(media[:, 1]),
         "eye_media": sum(1 << rank for rank, (_, _, holds) in enumerate(media.tolist()) if holds),
     }
     if needs.LENS:
         values |= _lens(read("camera"), job, rounded, real)
     if needs.TREE:
-        pad = 64 * unit * skewness
-        if needs.SPHERE_METHOD != "robust":  # r² errs by some u |f|², r then by the root of that
-            pad = max(pad, 16 * np.sqrt(unit))
+        pad = 64 * unit
+        if quadratic.QUADRATIC:  # r² errs by some u |f|², r then by the root of that
+            pad = 16 * np.sqrt(unit)
+        pad *= skewness
         values |= _tree(low, high, pad, rounded, real)
     x0, y0, x1, y1 = job.region
     if needs.ADAPTIVE:
-        values["corners"] = np.zeros((y1 - y0 + 1, x1 - x0 + 1, 3), real)
+        asked = job.sampler == "adaptive"
+        values["corners"] = np.zeros((y1 - y0 + 1, x1 - x0 + 1, 3) if asked else (1, 1, 3), real)
     if needs.CUTOFF:
         values["dropped"] = np.zeros((y1 - y0, x1 - x0), real)
     return values
@@ -225,7 +237,7 @@ def work(job, real, values):
     code, ranges, meshes = values["csg_code"], values["csg_ranges"], values["csg_meshes"]
     crossings = np.where(code[:, 0] < 3, 2, 0)
     crossings[code[:, 0] == 3] = np.minimum(meshes[code[code[:, 0] == 3, 1], 1], needs.CROSSINGS)
-    boundaries = max((int(crossings[first : first + count].sum()) for first, count in ranges), default=0)
+    boundaries = max((int(crossings[first : first + count].sum()) for first, count in ranges), default=1)
     cells = 1 << (job.adaptive_depth if needs.ADAPTIVE else 0)
     points = (cells + 1) ** 2 if needs.ADAPTIVE else 0
     blocks = {
@@ -233,7 +245,7 @@ def work(job, real, values):
         "walk_integers": ((rows, walk.INTEGERS), np.int64),
         "csg_reals": ((boundaries, 3), real),
         "csg_integers": ((boundaries, 3), np.int32),
-        "csg_values": ((2 * int(ranges[:, 1].max(initial=0)),), np.int32),
+        "csg_values": ((2 * int(ranges[:, 1].max(initial=1)),), np.int32),
         "csg_stack": ((bvh.LEVELS + 1,), np.int32),
         "csg_overflow": ((1,), np.int64),
         "tree_stack": ((bvh.LEVELS,), np.int32),

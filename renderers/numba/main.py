@@ -17,14 +17,31 @@ METHODS = {
     "precision": ("float64", "float32"),
     "walk": ("least", "recursion", "table", "stack", "chain"),
     "accel": ("auto", "none", "bvh"),
-    "sphere": ("robust", "textbook", "stable"),
+    "sphere": ("robust", "textbook", "stable", "wide"),
+    "offset": ("bounded", "relative", "fixed", "none"),
+    "triangle": ("watertight", "moller-trumbore", "watertight-kahan"),
+    "slab": ("branch", "plain"),
+    "merge": ("tolerant", "none"),
+    "fresnel": ("clamped", "unclamped"),
+    "phong": ("clamped", "unclamped"),
+    "renormalise": ("on", "off"),
+    "vector": ("off", "on"),
     "floating_point": ("strict", "contract", "fast"),
     "glossy_weight": ("plain", "study"),
     "scene_memory": ("auto",),
 }
 CUDA_METHODS = METHODS | {
     "walk": ("least", "table", "stack", "chain"),
+    "vector": ("off",),
     "scene_memory": ("auto", "global", "constant", "shared"),
+}
+# What there is in lanes (VEC-1); of methods that are not named here, the first.
+LANES = ("sphere", "ambient", "diffuse", "phong", "shadows", "reflection")
+LANE_METHODS = {
+    "precision": METHODS["precision"],
+    "walk": ("least", "chain"),
+    "accel": ("auto", "none"),
+    "vector": ("on",),
 }
 FAULTS = {"numba-cuda-index-fault": "index", "numba-cuda-barrier-fault": "barrier"}
 
@@ -36,32 +53,59 @@ def prepare(job):
     for name, known in (CUDA_METHODS if cuda else METHODS).items():
         if getattr(job, name) not in known:
             worker.refuse(f"does not support {name} {getattr(job, name)}")
-    one_child = "transmission" not in job.needs and ("glossy" not in job.needs or job.glossy_rays == 1)
-    if job.walk == "chain" and not one_child:
+    if job.vector == "on":
+        require_lanes(job)
+    from .count import count_shapes, largest_part, transmits
+
+    several = "glossy" in job.needs and job.glossy_rays > 1
+    if job.walk == "chain" and (several or ("transmission" in job.needs and transmits(job))):
         worker.refuse("walk chain: a ray of this scene can have several children")
-    if "cutoff" in job.needs and job.walk in ("recursion", "table"):
+    cuts = "cutoff" in job.needs and job.cutoff > 0
+    if cuts and job.walk in ("recursion", "table"):
         worker.refuse(f"cutoff: with the walks chain and stack, not with {job.walk}")
-    if "cutoff" in job.needs and "adaptive" in job.needs:
+    if cuts and job.sampler == "adaptive":
         worker.refuse("cutoff: not with adaptive samples")
     walk = job.walk
-    if walk == "least" or job.kind == "rays":
-        walk = "chain" if one_child else "stack"
+    if walk == "least" or job.kind == "rays":  # of what the kernel has, not of what the job uses
+        walk = "stack" if several or "transmission" in job.needs or "glossy" in job.carried else "chain"
 
-    from .count import count_shapes, largest_part
-
+    vector = job.vector == "on"
     in_shared = cuda and (job.scene_memory == "shared" or job.variant in FAULTS)
-    tree = job.accel == "bvh" or (job.accel == "auto" and not in_shared and count_shapes(job) >= needs.MANY)
+    tree = job.accel == "bvh" or (
+        job.accel == "auto" and not in_shared and not vector and count_shapes(job) >= needs.MANY
+    )
     chosen = {"walk": walk, "tree": tree} | (on_gpu(job, walk, tree, in_shared) if cuda else {})
     needs.take(
         job.needs,
+        job.carried,
         **chosen,
         single=job.precision == "float32",
         sphere_method=job.sphere,
+        offset=job.offset,
+        triangle=job.triangle,
+        slab=job.slab,
+        merge=job.merge,
+        fresnel=job.fresnel,
+        phong_method=job.phong,
+        renormalise=job.renormalise,
+        vector=vector,
         floating_point=job.floating_point,
-        jittered=job.sampler == "jittered",
+        jittered=job.sampler == "jittered" or "supersampling" in job.carried,
         study_weight=job.glossy_weight == "study",
         limited=largest_part(job) > needs.CROSSINGS,
     )
+
+
+def require_lanes(job):
+    """Refuse a job that has more than there is in lanes."""
+    if job.kind == "rays":
+        worker.refuse("vector on: pictures alone, no rays")
+    missing = [name for name in job.needs if name not in LANES]
+    if missing:
+        worker.refuse("vector on: does not support " + ", ".join(missing))
+    for name, known in METHODS.items():
+        if getattr(job, name) not in LANE_METHODS.get(name, known[:1]):
+            worker.refuse(f"vector on: does not support {name} {getattr(job, name)}")
 
 
 def on_gpu(job, walk, tree, in_shared):
@@ -79,7 +123,7 @@ def on_gpu(job, walk, tree, in_shared):
         large = "scene_memory shared: the scene is too large for it at once, and"
         if walk == "table":
             worker.refuse(f"{large} walk table cannot be streamed; use global")
-        if "adaptive" in job.needs:
+        if job.sampler == "adaptive":
             worker.refuse(f"{large} adaptive samples cannot be streamed; use global")
         if not streamable(job):
             worker.refuse(f"{large} CSG solids cannot be streamed; use global")

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from .needs import FAR
+from .fused import difference_of_products
+from .needs import FAR, TRIANGLE
 from .target import inlined, kernel
-from .vector import along, dot, negate, row_of, subtract
+from .vector import along, cross, dot, negate, row_of, subtract
 
 # What a row of the table holds, three of each: three vertices and the normal.
 VERTEX, NORMAL = 0, 3
@@ -53,7 +54,7 @@ def sheared(triangles, i, k, ray):
 
 
 @inlined
-def hit_triangle(triangles, i, ray):
+def hit_watertight(triangles, i, ray):
     """Distance to triangle `i` (TRI-1), which may be negative; FAR for a miss. ray: of `shear`."""
     a, b, c = sheared(triangles, i, 0, ray), sheared(triangles, i, 1, ray), sheared(triangles, i, 2, ray)
     u, v, w = c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]
@@ -62,6 +63,52 @@ def hit_triangle(triangles, i, ray):
         if det != 0:
             return (u * a[2] + v * b[2] + w * c[2]) / det
     return type(u)(FAR)
+
+
+@inlined
+def hit_kahan(triangles, i, ray):
+    """The same with U, V and W such that the two triangles of an edge agree, fused or not (TRI-3)."""
+    a, b, c = sheared(triangles, i, 0, ray), sheared(triangles, i, 1, ray), sheared(triangles, i, 2, ray)
+    u = difference_of_products(c[0], b[1], c[1], b[0])
+    v = difference_of_products(a[0], c[1], a[1], c[0])
+    w = difference_of_products(b[0], a[1], b[1], a[0])
+    if (u >= 0 and v >= 0 and w >= 0) or (u <= 0 and v <= 0 and w <= 0):
+        det = u + v + w
+        if det != 0:
+            return (u * a[2] + v * b[2] + w * c[2]) / det
+    return type(u)(FAR)
+
+
+@kernel
+def as_it_is(origin, direction):
+    return origin, direction
+
+
+@inlined
+def hit_trumbore(triangles, i, ray):
+    """The same by Möller and Trumbore (TRI-3). ray: origin, direction."""
+    origin, direction = ray
+    v0 = row_of(triangles, i, VERTEX)
+    e1, e2 = subtract(row_of(triangles, i, VERTEX + 1), v0), subtract(row_of(triangles, i, VERTEX + 2), v0)
+    p = cross(direction, e2)
+    det = dot(e1, p)
+    if det != 0:
+        aside = subtract(origin, v0)
+        u = dot(aside, p) / det
+        if u >= 0:
+            q = cross(aside, e1)
+            v = dot(direction, q) / det
+            if v >= 0 and u + v <= 1:
+                return dot(e2, q) / det
+    return type(det)(FAR)
+
+
+# What is made of a ray once for all triangles, and the distance to one of them.
+aimed, hit_triangle = {
+    "watertight": (shear, hit_watertight),
+    "watertight-kahan": (shear, hit_kahan),
+    "moller-trumbore": (as_it_is, hit_trumbore),
+}[TRIANGLE]
 
 
 @kernel
@@ -88,7 +135,7 @@ def cross_triangle(triangles, i, ray):
 @kernel
 def nearest_triangle(triangles, origin, direction, best, index, first):
     """The nearer of the hit (`best`, `index`) so far and the triangles', numbered from `first` (HIT-2)."""
-    ray = shear(origin, direction)
+    ray = aimed(origin, direction)
     for i in range(len(triangles)):
         t = hit_triangle(triangles, i, ray)
         if t < best and t > 0:
@@ -99,7 +146,7 @@ def nearest_triangle(triangles, origin, direction, best, index, first):
 @kernel
 def any_triangle(triangles, origin, direction, limit):
     """HIT-5."""
-    ray = shear(origin, direction)
+    ray = aimed(origin, direction)
     for i in range(len(triangles)):
         t = hit_triangle(triangles, i, ray)
         if t < limit and t > 0:

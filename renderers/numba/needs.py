@@ -10,6 +10,9 @@ REFLECTION = TRANSMISSION = GLOSSY = ATTENUATION = MEDIA = False
 SUPERSAMPLING = ADAPTIVE = LENS = CUTOFF = False
 FEATURES = tuple(name for name in list(globals()) if name.isupper())
 
+# Carried, though this job may not use it (`kernel` of the contract): the kernel asks the scene.
+ASK_SHADOWS = ASK_GLOSSY = ASK_LENS = ASK_SAMPLER = ASK_NUMBERS = False
+
 # Where the kernel runs.
 TARGET = "cpu"  # or "cuda"
 SIMULATED = False  # by Numba's simulator of a GPU
@@ -23,7 +26,15 @@ FAULT = ""  # of the exhibits: "index" or "barrier" (gpu/assemble.py)
 # Methods.
 WALK = "chain"  # of WLK-1
 TREE = False  # a bounding-volume hierarchy (HIT-6)
-SPHERE_METHOD = "robust"  # of SPH-3
+SPHERE_METHOD = "robust"  # of SPH-3 and ELL-3
+OFFSET = "bounded"  # of OFF-1
+TRIANGLE = "watertight"  # of TRI-3
+SLAB = "branch"  # of BOX-3
+MERGE = "tolerant"  # of CSG-4
+FRESNEL = "clamped"  # of REF-2
+PHONG_METHOD = "clamped"  # of LOC-4
+RENORMALISE = "on"  # of NUM-4
+VECTOR = False  # rays in lanes (VEC-1)
 FLOATING_POINT = "strict"  # of NUM-3
 JITTERED = False  # SAM-2
 STUDY_WEIGHT = False  # GLO-1
@@ -47,9 +58,12 @@ CROSSINGS = 64  # of a line with one mesh (CSG-6)
 MANY = 64  # spheres from which on, or half as many of the other shapes, the tree is surely the faster way
 
 
-def take(features, **methods):
-    """Set the constants. features: the job's needs. methods: walk, tree, sphere_method, .. as above."""
+def take(features, carried, **methods):
+    """Set the constants. features: what the kernel has; carried: what of it the job may not use. methods: as above."""
     chosen = {name: name.lower() in features for name in FEATURES}
+    chosen |= {f"ASK_{name}": name.lower() in carried for name in ("SHADOWS", "GLOSSY", "LENS")}
+    chosen["ASK_SAMPLER"] = "supersampling" in carried or "adaptive" in carried
+    chosen["ASK_NUMBERS"] = chosen["ASK_LENS"] or chosen["ASK_SAMPLER"]
     chosen |= {name.upper(): value for name, value in methods.items()}
     chosen["LIT"] = chosen["DIFFUSE"] or chosen["PHONG"] or chosen["SHADOWS"]
     chosen["SCATTERED"] = chosen["SOFT"] or chosen["GLOSSY"]
@@ -66,12 +80,22 @@ def methods(job):
         "floating_point": FLOATING_POINT,
         "walk": WALK,
         "accel": "bvh" if TREE else "none",
+        "vector": "on" if VECTOR else "off",
     }
-    if SPHERE:
-        used["sphere"] = SPHERE_METHOD
-    if CUTOFF:
+    dependent = {
+        "sphere": (SPHERE or ELLIPSOID, SPHERE_METHOD),
+        "offset": (REFLECTION or TRANSMISSION or SHADOWS, OFFSET),
+        "triangle": (MESH, TRIANGLE),
+        "slab": (BOX, SLAB),
+        "merge": (CSG, MERGE),
+        "fresnel": (REFLECTION or TRANSMISSION, FRESNEL),
+        "phong": (PHONG, PHONG_METHOD),
+        "renormalise": (REFLECTION and job.kind == "image", RENORMALISE),
+    }
+    used |= {name: method for name, (depends, method) in dependent.items() if depends}
+    if CUTOFF and job.cutoff > 0:
         used["cutoff"] = job.cutoff
-    if GLOSSY:
+    if GLOSSY and job.glossy_rays > 0:
         used["glossy_weight"] = job.glossy_weight
     return used
 

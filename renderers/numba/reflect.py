@@ -4,14 +4,16 @@ import math
 
 import numpy as np
 
-from .needs import STUDY_WEIGHT
+from .needs import FRESNEL, STUDY_WEIGHT
 from .random import draw, turn
 from .scene import EXPONENT, INDEX, PERMEABILITY
 from .target import kernel
-from .vector import add, along, dot, normalise, scale
+from .vector import add, along, dot, renormalise, scale
 
 # Of the use of a random number (GLO-2).
 FIRST_GLOSSY = np.int64(2**31)
+
+CLAMPED = FRESNEL == "clamped"
 
 
 @kernel
@@ -26,11 +28,16 @@ def fresnel(materials, i, t, cosine):
     m = materials[i, PERMEABILITY] / materials[t, PERMEABILITY]
     if n == 1 and m == 1:
         return zero, one, n, False
-    c = min(one, abs(cosine))
-    x = one - n * n * (one - c * c)
-    if x <= 0:
-        return one, zero, n, True
-    s = math.sqrt(x)
+    if CLAMPED:
+        c = min(one, abs(cosine))
+        x = one - n * n * (one - c * c)
+        if x <= 0:
+            return one, zero, n, True
+        s = math.sqrt(x)
+    else:
+        c = abs(cosine)
+        x = one - n * n * (one - c * c)
+        s = math.sqrt(x) if x >= 0 else real(math.nan)  # Python raises
     r1 = (n * c - m * s) / (n * c + m * s)
     r2 = (m * c - n * s) / (m * c + n * s)
     return half * (r1 * r1 + r2 * r2), s, n, True
@@ -39,14 +46,14 @@ def fresnel(materials, i, t, cosine):
 @kernel
 def mirrored(direction, normal, cosine):
     """REF-3. cosine: d·n."""
-    return normalise(along(direction, type(cosine)(-2) * cosine, normal))
+    return renormalise(along(direction, type(cosine)(-2) * cosine, normal))
 
 
 @kernel
 def refracted(direction, normal, cosine, n, s):
     """TRA-1."""
     g = -s if cosine <= 0 else s
-    return normalise(along(scale(n, direction), g - n * cosine, normal))
+    return renormalise(along(scale(n, direction), g - n * cosine, normal))
 
 
 @kernel
@@ -68,4 +75,4 @@ def glossy(scene, place, path, material, normal, r, g):
     if (dot(direction, normal) > 0) != (dot(r, normal) > 0):
         direction = along(ahead, -one, aside)
     weight = z**exponent if STUDY_WEIGHT else one
-    return normalise(direction), weight
+    return renormalise(direction), weight

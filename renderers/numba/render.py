@@ -8,7 +8,7 @@ from .needs import ADAPTIVE, CSG, CUTOFF, LIMITED
 from .sample import add_counts, lattice_sample, pixel
 from .scene import OBJECT, nearest, surface
 from .target import FASTMATH, kernel
-from .vector import normalise, row
+from .vector import row, unit
 
 # What Python calls. No C code does: leaving out that way in saves compiling it.
 ENTRY = {"error_model": "numpy", "fastmath": FASTMATH, "no_cfunc_wrapper": True}
@@ -59,7 +59,7 @@ def trace_rays(scene, rays, first, step, hits):
     """
     for k in range(first, len(hits), step):
         origin = row(rays, k)
-        direction = normalise((rays[k, 3], rays[k, 4], rays[k, 5]))
+        direction = unit((rays[k, 3], rays[k, 4], rays[k, 5]))
         t, index = nearest(scene, first, origin, direction)
         hits[k, 0], hits[k, 7] = math.inf, -1
         if index >= 0:

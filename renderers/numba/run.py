@@ -13,8 +13,14 @@ import llvmlite.binding  # noqa: E402
 import numba  # noqa: E402
 import numpy as np  # noqa: E402
 
-from . import needs, render  # noqa: E402
-from .load import load, work_of_walk  # noqa: E402
+from . import needs  # noqa: E402
+
+if needs.VECTOR:
+    from .lanes.render import render_tiles, render_tiles_parallel
+    from .lanes.scene import load, tiles
+else:
+    from .load import load, work_of_walk
+    from .render import render_rows, render_rows_parallel, trace_rays, trace_rays_parallel
 
 
 def cache_folder(job):
@@ -34,19 +40,23 @@ def run(job):
     threads = job.threads if parallel else 1
     numba.config.NUMBA_NUM_THREADS = threads  # how many the first parallel call starts
     real = np.dtype(job.precision).type
-    work = work_of_walk(job, real)
+    work = {} if needs.VECTOR else work_of_walk(job, real)
     cached = job.cache and needs.WALK != "recursion"  # Numba's cache breaks functions that call themselves
 
     with worker.phase("load"):
         x0, y0, x1, y1 = job.region
         scene = load(job, real, threads)
         if job.kind == "rays":
-            entry = render.trace_rays_parallel if parallel else render.trace_rays
+            entry = trace_rays_parallel if parallel else trace_rays
             questions = [(scene, np.load(job.array("rays")).astype(real))]
             answers = [np.zeros((len(questions[0][1]), 8))]
+        elif needs.VECTOR:
+            entry = render_tiles_parallel if parallel else render_tiles
+            questions = [(scene, job.width, job.height, job.region, job.depth)]
+            answers = [np.zeros((y1 - y0, x1 - x0, 3), real), np.zeros((tiles(job.region), 5), np.int64)]
         else:
-            entry = render.render_rows_parallel if parallel else render.render_rows
-            passes = (True, False) if needs.ADAPTIVE else (False,)  # corners of pixels, pixels
+            entry = render_rows_parallel if parallel else render_rows
+            passes = (True, False) if job.sampler == "adaptive" else (False,)  # corners of pixels, pixels
             questions = [(scene, job.width, job.height, job.region, job.depth, corners) for corners in passes]
             answers = [np.zeros((y1 - y0, x1 - x0, 3), real), np.zeros((y1 - y0 + 1, 5), np.int64)]
     with worker.phase("compile"):

@@ -3,7 +3,7 @@
 import math
 
 from .camera import eye_ray
-from .needs import ADAPTIVE, CSG, CUTOFF, JITTERED, LENS, LIMITED, MEDIA, SUPERSAMPLING
+from .needs import ADAPTIVE, ASK_NUMBERS, ASK_SAMPLER, CSG, CUTOFF, JITTERED, LENS, LIMITED, MEDIA, SUPERSAMPLING
 from .random import draw
 from .target import inlined, kernel
 from .trace import finite
@@ -36,7 +36,7 @@ def take(scene, thread, width, height, x, y, place, u, depth):
 @kernel
 def numbers(scene, place):
     """The sample's own random numbers, if it needs any."""
-    if LENS or JITTERED:
+    if (LENS or JITTERED) and (not ASK_NUMBERS or scene.numbered):
         return draw(scene, place, 0, 0)
     zero = type(scene.epsilon)(0)
     return zero, zero, zero, zero
@@ -61,10 +61,12 @@ def grid(scene, thread, width, height, region, i, j, depth):
         place = j * width + i, s
         u = numbers(scene, place)
         a, b = half, half
-        if JITTERED:
+        if JITTERED and (not ASK_SAMPLER or scene.jittered):
             a, b = u[0], u[1]
         a, b = (real(s % n) + a) / real(n), (real(s // n) + b) / real(n)
         x, y = real(i) + (a + (scene.sample[0] - half)), real(j) + (b + (scene.sample[1] - half))
+        if ASK_SAMPLER and scene.single:  # CAM-4
+            x, y = real(i) + scene.sample[0], real(j) + scene.sample[1]
         more, cut, counted = take(scene, thread, width, height, x, y, place, u, depth)
         colour, counts = add(colour, more), add_counts(counts, counted)
         if CUTOFF:
@@ -170,5 +172,17 @@ def adaptive(scene, thread, width, height, region, i, j, depth):
             return colour, type(scene.epsilon)(0), counts
 
 
+without_lattice = grid if SUPERSAMPLING else one_sample
+
+
+@kernel
+def adaptive_or_not(scene, thread, width, height, region, i, j, depth):
+    if scene.adapted:
+        return adaptive(scene, thread, width, height, region, i, j, depth)
+    return without_lattice(scene, thread, width, height, region, i, j, depth)
+
+
 # Pixel (i, j).
-pixel = adaptive if ADAPTIVE else grid if SUPERSAMPLING else one_sample
+pixel = without_lattice
+if ADAPTIVE:
+    pixel = adaptive_or_not if ASK_SAMPLER else adaptive

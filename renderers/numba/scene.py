@@ -7,7 +7,7 @@ from .box import any_box, box_surface, hit_box, nearest_box
 from .bvh import enter, slopes
 from .csg import any_csg, csg_surface, hit_csg, nearest_csg
 from .ellipsoid import any_ellipsoid, ellipsoid_surface, hit_ellipsoid, nearest_ellipsoid
-from .mesh import any_triangle, hit_triangle, nearest_triangle, shear, triangle_surface
+from .mesh import aimed, any_triangle, hit_triangle, nearest_triangle, triangle_surface
 from .needs import BOX, CSG, ELLIPSOID, FAR, MESH, POLYGON, SPHERE, STREAMED, TREE
 from .polygon import any_polygon, hit_polygon, nearest_polygon, polygon_surface
 from .sphere import any_sphere, hit_sphere, nearest_sphere, sphere_surface
@@ -45,11 +45,18 @@ FIELDS = {
     "csg_ranges": CSG,  # int32 (C, 2): first row of csg_code, number
     "csg_sizes": CSG,  # (K,): size of the part, if it is none of a mesh
     "csg_triangle_sizes": CSG and MESH,
-    "sliver": CSG,  # 8 u of CSG-4
+    "sliver": CSG,  # 16 u of CSG-4
     "media": needs.MEDIA,  # int32 (n,): row of materials for each rank
     "eye_media": needs.MEDIA,  # the set that eye rays begin in, bit r for rank r
     "cutoff": needs.CUTOFF,  # of CUT-1
     "infinite": needs.FAST,  # the bits of inf, as an integer
+    "shadows": needs.ASK_SHADOWS,  # whether there are any; the next six are such answers too
+    "lobed": needs.ASK_GLOSSY,
+    "lensed": needs.ASK_LENS,
+    "adapted": needs.ASK_SAMPLER,
+    "single": needs.ASK_SAMPLER,
+    "jittered": needs.ASK_SAMPLER,
+    "numbered": needs.ASK_NUMBERS,
     "lens": needs.LENS,  # (2, 3): the lens's radius along u and along v
     "focus": needs.LENS,  # δ of LEN-1
     "feelers": needs.SOFT,  # F of SOF-1
@@ -108,8 +115,8 @@ AMBIENT, BACKGROUND = 0, 1
 
 
 @kernel
-def hit_shape(scene, thread, index, origin, direction, sheared, limit):
-    """Distance to shape `index`, which may be negative; FAR for a miss. sheared: of `shear`, if there are meshes."""
+def hit_shape(scene, thread, index, origin, direction, aim, limit):
+    """Distance to shape `index`, which may be negative; FAR for a miss. aim: of `aimed`, if there are meshes."""
     i = index
     if SPHERE:
         if LAST_IS_SPHERE or i < len(scene.spheres):
@@ -129,7 +136,7 @@ def hit_shape(scene, thread, index, origin, direction, sheared, limit):
         i -= len(scene.ellipsoids)
     if MESH:
         if LAST_IS_MESH or i < len(scene.triangles):
-            return hit_triangle(scene.triangles, i, sheared)
+            return hit_triangle(scene.triangles, i, aim)
         i -= len(scene.triangles)
     if CSG:
         return hit_csg(scene, thread, i, origin, direction)
@@ -145,12 +152,12 @@ def search(scene, thread, origin, direction, best, any_will_do):
     stack, entries = scene.tree_stack, scene.tree_entries
     bounds = scene.tree_bounds
     ray = slopes(origin, direction, scene.tree_pad * max(largest(origin), scene.tree_reach))
-    sheared = shear(origin, direction) if MESH else 0
+    aim = aimed(origin, direction) if MESH else 0
     index, node, height = -1, 0, 0
     if CSG:
         for k in range(len(scene.tree_loose)):
             i = scene.tree_loose[k]
-            t = hit_shape(scene, thread, i, origin, direction, sheared, best)
+            t = hit_shape(scene, thread, i, origin, direction, aim, best)
             if t > 0 and t < best:
                 if any_will_do:
                     return t, i
@@ -172,7 +179,7 @@ def search(scene, thread, origin, direction, best, any_will_do):
                 continue
         for k in range(first, first + count):
             i = scene.tree_items[k]
-            t = hit_shape(scene, thread, i, origin, direction, sheared, best)
+            t = hit_shape(scene, thread, i, origin, direction, aim, best)
             if t > 0 and t <= best and (t < best or i < index):
                 if any_will_do:
                     return t, i

@@ -2,7 +2,7 @@
 
 import math
 
-from .needs import AMBIENT, DIFFUSE, LIT, PHONG, SHADOWS, SOFT, STREAMED
+from .needs import AMBIENT, ASK_SHADOWS, DIFFUSE, LIT, PHONG, PHONG_METHOD, SHADOWS, SOFT, STREAMED
 from .random import draw, turn
 from .scene import AMBIENT as AMBIENT_ROW
 from .scene import EXPONENT, SPECULAR, occluded
@@ -11,6 +11,8 @@ from .vector import add, along, dot, multiply, row, scale, subtract
 
 # Columns of the table of lights, after the three of the position.
 COLOUR, RADIUS = 3, 6
+
+UNCLAMPED = PHONG_METHOD == "unclamped"
 
 
 @kernel
@@ -55,7 +57,7 @@ def local_light(scene, thread, place, path, material, point, normal, direction, 
             lit = there and cosine > 0
             if not (lit or STREAMED):
                 continue
-            if SHADOWS:
+            if SHADOWS and (not ASK_SHADOWS or scene.shadows):
                 if lit:
                     feelers += 1
                 if occluded(scene, thread, outside, l, distance if lit else zero):
@@ -66,7 +68,9 @@ def local_light(scene, thread, place, path, material, point, normal, direction, 
             if PHONG:
                 r = subtract(scale(two * cosine, normal), l)
                 c = -dot(r, direction)
-                if c > 0:
+                if UNCLAMPED:
+                    highlight = specular * c ** scene.materials[material, EXPONENT]
+                elif c > 0:
                     highlight = specular * min(c, one) ** scene.materials[material, EXPONENT]
             if DIFFUSE:
                 received = scale(cosine, diffuse)

@@ -2,9 +2,43 @@
 
 import math
 
-from .needs import FAR, SPHERE_METHOD
-from .target import inlined, kernel
-from .vector import along, dot, normalise, row, subtract
+import numpy as np
+
+from .fused import along_in_full, fma, outside_in_full, subtract_in_full
+from .needs import FAR, RENORMALISE, SINGLE, SPHERE_METHOD, TARGET
+from .quadratic import root
+from .target import called, inlined, kernel
+from .vector import UNIT_ROUNDOFF, along, dot, normalise, row, subtract
+
+RENORMALISED = RENORMALISE == "on"
+ASKS_AGAIN = SINGLE and TARGET != "cuda"  # SPH-1: on a GPU every ray would pay for it with registers
+UNSURE = np.float32(8 * UNIT_ROUNDOFF)
+
+
+@inlined
+def hit_wide(spheres, i, origin, direction):
+    """Distance to sphere `i` with f, l and k in twice the digits (SPH-3); FAR for a miss. spheres: (S, 4)."""
+    f, rest = subtract_in_full(origin, row(spheres, i))
+    b = -dot(f, direction)
+    m = along_in_full(f, rest, b, direction)
+    l = along(m, -dot(m, direction), direction)  # noqa: E741
+    delta = spheres[i, 3] * spheres[i, 3] - dot(l, l)
+    if delta >= 0:
+        k = outside_in_full(f, rest, spheres[i, 3])
+        if k > 0:
+            if b > 0:
+                return k / (b + math.sqrt(delta))
+        elif b >= 0:
+            return b + math.sqrt(delta)
+        else:
+            return k / (b - math.sqrt(delta))
+    return type(b)(FAR)
+
+
+@called
+def called_wide(spheres, i, origin, direction):
+    """The same, apart from the code around it: few rays come here."""
+    return hit_wide(spheres, i, origin, direction)
 
 
 @inlined
@@ -13,8 +47,17 @@ def hit_robust(spheres, i, origin, direction):
     f = subtract(origin, row(spheres, i))
     radius_squared = spheres[i, 3] * spheres[i, 3]
     b = -dot(f, direction)
-    l = along(f, b, direction)  # noqa: E741
+    if ASKS_AGAIN:  # rounded once, which pays for asking whether that was enough
+        l = fma(b, direction[0], f[0]), fma(b, direction[1], f[1]), fma(b, direction[2], f[2])  # noqa: E741
+    else:
+        l = along(f, b, direction)  # noqa: E741
     delta = radius_squared - dot(l, l)
+    if ASKS_AGAIN:
+        unsure = UNSURE * spheres[i, 3] * (abs(b) + spheres[i, 3])
+        if delta < -unsure:
+            return type(b)(FAR)
+        if delta < unsure:
+            return called_wide(spheres, i, origin, direction)
     if delta >= 0:
         k = dot(f, f) - radius_squared
         if k > 0:
@@ -28,43 +71,14 @@ def hit_robust(spheres, i, origin, direction):
 
 
 @inlined
-def hit_textbook(spheres, i, origin, direction):
+def hit_quadratic(spheres, i, origin, direction):
     """The same from the roots of the quadratic equation (SPH-3)."""
-    real = type(direction[0])
-    two, four = real(2), real(4)
     f = subtract(origin, row(spheres, i))
-    a, h, k = dot(direction, direction), two * dot(f, direction), dot(f, f) - spheres[i, 3] * spheres[i, 3]
-    discriminant = h * h - four * a * k
-    if discriminant >= 0:
-        root = math.sqrt(discriminant)
-        t = (-h - root) / (two * a)
-        if t > 0:
-            return t
-        return (-h + root) / (two * a)
-    return real(FAR)
+    k = dot(f, f) - spheres[i, 3] * spheres[i, 3]
+    return root(dot(direction, direction), type(k)(2) * dot(f, direction), k)
 
 
-@inlined
-def hit_stable(spheres, i, origin, direction):
-    """The same from roots that do not cancel, of a discriminant that still does (SPH-3)."""
-    real = type(direction[0])
-    two, four = real(2), real(4)
-    f = subtract(origin, row(spheres, i))
-    a, h, k = dot(direction, direction), two * dot(f, direction), dot(f, f) - spheres[i, 3] * spheres[i, 3]
-    discriminant = h * h - four * a * k
-    if discriminant >= 0:
-        root = math.sqrt(discriminant)
-        q = -(h + root) / two if h >= 0 else -(h - root) / two
-        t, other = q / a, k / q
-        if other < t:
-            t, other = other, t
-        if t > 0:
-            return t
-        return other
-    return real(FAR)
-
-
-hit_sphere = {"robust": hit_robust, "textbook": hit_textbook, "stable": hit_stable}[SPHERE_METHOD]
+hit_sphere = {"robust": hit_robust, "wide": hit_wide}.get(SPHERE_METHOD, hit_quadratic)
 
 
 @kernel
@@ -108,7 +122,12 @@ def any_sphere(spheres, origin, direction, limit):
 
 @kernel
 def sphere_surface(spheres, i, origin, direction, t):
-    """Point and normal of the hit at `t` on sphere `i` (SPH-2)."""
+    """Point and normal of the hit at `t` on sphere `i` (SPH-2, NUM-4)."""
     centre = row(spheres, i)
-    normal = normalise(subtract(along(origin, t, direction), centre))
+    outward = subtract(along(origin, t, direction), centre)
+    if RENORMALISED:
+        normal = normalise(outward)
+    else:
+        r = spheres[i, 3]
+        normal = outward[0] / r, outward[1] / r, outward[2] / r
     return along(centre, spheres[i, 3], normal), normal

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from .media import sides
-from .needs import ATTENUATION, FAST, GLOSSY, REFLECTION, SCATTERED, SINGLE, STREAMED, TRANSMISSION
+from .needs import ASK_GLOSSY, ATTENUATION, FAST, GLOSSY, OFFSET, REFLECTION, SCATTERED, SINGLE, STREAMED, TRANSMISSION
 from .reflect import fresnel, glossy, mirrored, refracted
 from .scene import ATTENUATED, BACKGROUND, CLEAR, FLAT, MATERIAL, SPECULAR, nearest, surface
 from .shade import local_light
@@ -14,6 +14,8 @@ from .vector import add, along, dot, largest, multiply, row, scale
 
 # A ray is (origin, direction, set of clear solids it is in, path of RND-4). A weight is a number, or three where
 # anything is attenuated.
+
+BOUNDED, RELATIVE, FIXED = (name == OFFSET for name in ("bounded", "relative", "fixed"))
 
 # The number, and an integer of as many bits.
 REAL, BITS = (np.float32, np.int32) if SINGLE else (np.float64, np.int64)
@@ -67,6 +69,20 @@ def row_from(materials, i):
 
 
 @kernel
+def offset(scene, point, normal, size):
+    """How far along the normal a ray starts from the point (OFF-1)."""
+    real = type(size)
+    if BOUNDED:
+        spread = abs(normal[0] * point[0]) + abs(normal[1] * point[1]) + abs(normal[2] * point[2])
+        return scene.epsilon * (size + real(0.125) * spread)
+    if RELATIVE:
+        return scene.epsilon * max(largest(point), size)
+    if FIXED:
+        return scene.epsilon
+    return real(0)
+
+
+@kernel
 def meet(scene, thread, place, ray, weight, last):
     """What a ray meets: its light, its weight there, k_s R, k_s T, the number of feelers, and what `leave_*` need.
 
@@ -83,7 +99,7 @@ def meet(scene, thread, place, ray, weight, last):
         t, index = type(t)(1), 0  # goes along with the threads that it is in step with (gpu/tiles.py)
     point, normal, size = surface(scene, thread, index, origin, direction, t)
     material = scene.ids[index, MATERIAL]
-    step = scale(scene.epsilon * max(largest(point), size), normal)
+    step = scale(offset(scene, point, normal, size), normal)
     outside = add(point, step)
     light, feelers = local_light(scene, thread, place, path, material, point, normal, direction, outside, hit)
     cosine = dot(direction, normal)
@@ -126,7 +142,7 @@ def leave_mirrored(scene, place, ray, surroundings, g):
     real = type(cosine)
     origin = add(point, step) if cosine <= 0 else along(point, real(-1), step)
     towards, weight = mirrored(direction, normal, cosine), real(1)
-    if GLOSSY:
+    if GLOSSY and (not ASK_GLOSSY or scene.lobed):
         towards, weight = glossy(scene, place, path, material, normal, towards, g)
         weight /= real(scene.glossy_rays)
     return (origin, towards, was, child(scene, path, g)), weight

@@ -2,7 +2,10 @@
 
 import math
 
+from .needs import RENORMALISE, SINGLE
 from .target import kernel
+
+UNIT_ROUNDOFF = 2.0**-24 if SINGLE else 2.0**-53  # u of NUM-2
 
 
 @kernel
@@ -59,6 +62,28 @@ def normalise(a):
     """NUM-4."""
     length = math.sqrt(dot(a, a))
     return a[0] / length, a[1] / length, a[2] / length
+
+
+@kernel
+def unit(a):
+    """`a` at unit length: as it is if it has that to rounding, which a division would only turn (NUM-4)."""
+    real = type(a[0])
+    if abs(dot(a, a) - real(1)) <= real(4 * UNIT_ROUNDOFF):
+        return a
+    return normalise(a)
+
+
+@kernel
+def as_it_is(a):
+    return a
+
+
+renormalise = normalise if RENORMALISE == "on" else as_it_is  # what is made of vectors of unit length (NUM-4)
+
+
+@kernel
+def cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @kernel

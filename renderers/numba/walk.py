@@ -24,7 +24,7 @@ INTEGERS = 1 + MEDIA + SCATTERED
 
 def rows(depth, glossy_rays):
     """Rows of the table or stack of one pixel in work (WLK-1); 0 for a walk without any."""
-    branching = (glossy_rays if GLOSSY else 1) + TRANSMISSION
+    branching = (max(1, glossy_rays) if GLOSSY else 1) + TRANSMISSION
     if WALK == "table":
         return sum(max(branching, 2) ** order for order in range(depth + 1))
     return 1 + depth * (branching - 1) if WALK == "stack" else 0

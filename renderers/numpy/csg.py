@@ -85,7 +85,7 @@ class Csg(Shapes):
             leaves = rows[rows[:, 0] < OR]
             self.parts.append([make(kind, row) for kind, row in leaves])
             rows[rows[:, 0] < OR, 1] = np.arange(len(leaves))
-        self.tolerance = 8 * np.finfo(precision).eps / 2  # 8 u (CSG-4, NUM-2)
+        self.tolerance = 16 * np.finfo(precision).eps / 2  # 16 u (CSG-4, NUM-2)
         meshes = [part for parts in self.parts for part in parts if isinstance(part, Mesh)]
         self.may_fail = any(len(mesh.triangles) > MOST for mesh in meshes)
 
@@ -156,7 +156,7 @@ class Csg(Shapes):
         _, normals, sizes = surface_of(parts, *crossing)
         steep, size, extent = np.zeros((3, *t.shape), t.dtype)
         steep[at], size[at] = np.abs(dot(d, normals)), sizes
-        extent[at] = np.maximum(largest(crossing[2] + t[at] * d), sizes)
+        extent[at] = np.maximum(np.maximum(largest(crossing[2] + t[at] * d), largest(crossing[2])), sizes)
         kept = np.zeros_like(changes)
         stack = np.zeros(t.shape, int)  # boundaries kept, of each ray
         depths = np.zeros(t.shape[1], int)

@@ -1,16 +1,20 @@
-"""Ellipsoids of a centre and three semi-axes (ELL-1, ELL-2): images of the unit sphere."""
+"""Ellipsoids of a centre and three semi-axes (ELL-1 to ELL-3): images of the unit sphere."""
 
 import numpy as np
 
 from .shape import Shapes
-from .sphere import both_roots, first_root
+from .sphere import ROOTS, both_roots, first_root
 from .vector import coordinates, dot, normalise, of_rays, reciprocal
 
 
 class Ellipsoids(Shapes):
-    """The ellipsoids of a scene: centres (3, E), semi-axes and their reciprocal vectors g (axis, 3, E)."""
+    """The ellipsoids of a scene: centres (3, E), semi-axes and their reciprocal vectors g (axis, 3, E).
 
-    def __init__(self, rows, precision):
+    `method` is that of spheres.
+    """
+
+    def __init__(self, rows, precision, method="robust"):
+        self.root = ROOTS.get(method)
         centres, *axes = rows.T.reshape(4, 3, -1)
         axes = np.stack(axes)
         self.centres = centres.astype(precision)
@@ -23,6 +27,8 @@ class Ellipsoids(Shapes):
 
     def hits(self, shape, origins, directions):
         """The rays that hit ellipsoid number `shape`: their indices, and the distances t (ELL-1)."""
+        if self.root:
+            return self._solve(shape, origins, directions)
         rays, *roots = self._meet(shape, origins, directions)
         return rays, first_root(*roots)
 
@@ -47,6 +53,15 @@ class Ellipsoids(Shapes):
         rays = np.flatnonzero(discriminant >= 0)
         f, a = of_rays(f, rays), a[rays]
         return rays, dot(f, f) - 1, b[rays], np.sqrt(a * discriminant[rays]), a
+
+    def _solve(self, shape, origins, directions):
+        """As `hits`, from the coefficients of the equation (ELL-3)."""
+        f, delta = self._unit_sphere(slice(shape, shape + 1), origins, directions)
+        a, h, k = dot(delta, delta), 2 * dot(f, delta), dot(f, f) - 1
+        discriminant = h * h - 4 * a * k
+        rays = np.flatnonzero(discriminant >= 0)
+        k = np.broadcast_to(k, h.shape)  # eye rays share their origin
+        return rays, self.root(a[rays], h[rays], k[rays], np.sqrt(discriminant[rays]))
 
     def _unit_sphere(self, shapes, origins, directions):
         """f = m(o) and δ: the rays where the ellipsoids `shapes` are the unit sphere (ELL-1)."""

@@ -11,9 +11,20 @@ METHODS = {
     "precision": ("float64", "float32"),
     "walk": ("least",),
     "accel": ("auto", "none"),
-    "sphere": ("robust", "textbook", "stable"),
+    "sphere": ("robust", "textbook", "stable", "wide"),
+    "triangle": ("watertight",),
+    "slab": ("branch",),
+    "merge": ("tolerant",),
+    "offset": ("bounded", "relative", "fixed", "none"),
+    "fresnel": ("clamped",),
+    "phong": ("clamped",),
+    "renormalise": ("on",),
     "floating_point": ("strict",),
     "glossy_weight": ("plain", "study"),
+}
+USED_WITH = {  # methods by the features, of which one makes a job depend on them
+    "sphere": ("sphere", "ellipsoid"),
+    "offset": ("reflection", "transmission", "shadows"),
 }
 
 
@@ -60,8 +71,9 @@ def main():
     worker.say("output", **output)
     methods = {"precision": job.precision, "threads": 1, "floating_point": job.floating_point}
     methods |= {"walk": "wavefront", "accel": "none"}
-    if "sphere" in job.needs:
-        methods["sphere"] = job.sphere
+    methods |= {
+        method: getattr(job, method) for method, with_any in USED_WITH.items() if set(with_any) & set(job.needs)
+    }
     if scene.cuts:
         methods["cutoff"] = job.cutoff
     worker.say("used", features=job.needs, methods=methods)

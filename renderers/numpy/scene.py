@@ -22,7 +22,8 @@ class Scene:
     """
 
     def __init__(self, job, precision):
-        self.precision, self.epsilon, self.seed = precision, job.epsilon, job.seed
+        self.precision, self.seed = precision, job.seed
+        self.offset, self.epsilon = job.offset, job.epsilon
         self.depth = job.depth if "reflection" in job.needs else 0
         self.shadows, self.soft, self.feelers = job.shadows, "soft" in job.needs, job.feelers
         self.transmits, self.attenuates = "transmission" in job.needs, "attenuation" in job.needs
@@ -114,7 +115,7 @@ def _polygons(job, precision):
 
 
 def _ellipsoids(job, precision):
-    return Ellipsoids(_load(job, "ellipsoids"), precision)
+    return Ellipsoids(_load(job, "ellipsoids"), precision, job.sphere)
 
 
 def _meshes(job, precision):

@@ -8,7 +8,11 @@ from .vector import dot, largest, normalise
 
 def offsets(scene, points, normals, sizes):
     """From points to where rays leave the surface on the side of the normals (OFF-1)."""
-    return scene.epsilon * np.maximum(largest(points), sizes) * normals
+    if scene.offset == "bounded":
+        return scene.epsilon * (sizes + dot(np.abs(normals), np.abs(points)) / 8) * normals
+    if scene.offset == "relative":
+        return scene.epsilon * np.maximum(largest(points), sizes) * normals
+    return (scene.epsilon if scene.offset == "fixed" else 0) * normals
 
 
 def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams):

@@ -1,4 +1,7 @@
-"""Boxes of a corner and three edges, at any angle (BOX-1, BOX-2)."""
+"""Boxes of a corner and three edges, at any angle (BOX-1 to BOX-3)."""
+
+import math
+from functools import partial
 
 from .shape import Shape
 from .vector import add, corners, dot, largest, normalise, reciprocal, scale, subtract
@@ -39,18 +42,6 @@ class Box(Shape):
         return (enter, self, enter_face), (leave, self, leave_face)
 
 
-def nearest(boxes, origin, direction, best, _sqrt):
-    """The nearest hit closer than `best` = (t, shape, face), or `best`."""
-    for box in boxes:
-        span = slabs(box, origin, direction)
-        if span is not None:
-            enter, enter_face, leave, leave_face = span
-            t, face = (enter, enter_face) if enter > 0 else (leave, leave_face)
-            if 0 < t < best[0]:
-                best = t, box, face
-    return best
-
-
 def slabs(box, origin, direction):
     """Where the line enters and leaves the box, t and face (axis, side) of both, or None (BOX-1).
 
@@ -74,3 +65,37 @@ def slabs(box, origin, direction):
     if enter is None or not enter <= leave:
         return None
     return enter, enter_face, leave, leave_face
+
+
+def plain(box, origin, direction):
+    """As `slabs`, without asking whether the line is along a slab (BOX-3)."""
+    f = subtract(origin, box.corner)
+    enter, leave = -math.inf, math.inf
+    enter_face = leave_face = None
+    for axis, g in enumerate(box.axes):
+        s, w = dot(g, f), dot(g, direction)
+        inverse = 1 / w if w else math.copysign(math.inf, w)
+        x, y = (0 - s) * inverse, (1 - s) * inverse
+        near, far = y if y < x else x, y if x < y else x
+        if enter < near:
+            enter, enter_face = near, (axis, 0 if w > 0 else 1)
+        if far < leave:
+            leave, leave_face = far, (axis, 1 if w > 0 else 0)
+    if not enter <= leave:
+        return None
+    return enter, enter_face, leave, leave_face
+
+
+def nearest(boxes, origin, direction, best, _sqrt, slabs=slabs):
+    """The nearest hit closer than `best` = (t, shape, face), or `best`."""
+    for box in boxes:
+        span = slabs(box, origin, direction)
+        if span is not None:
+            enter, enter_face, leave, leave_face = span
+            t, face = (enter, enter_face) if enter > 0 else (leave, leave_face)
+            if 0 < t < best[0]:
+                best = t, box, face
+    return best
+
+
+SEARCHES = {"branch": nearest, "plain": partial(nearest, slabs=plain)}

@@ -47,7 +47,7 @@ class Boundary:
         slope = dot(direction, normal)
         self.normal = normal if (slope > 0) == leaves else scale(normal, -1)  # CSG-5
         self.slope = abs(slope)
-        self.reach = max(largest(add(origin, scale(direction, t))), self.size)
+        self.reach = max(largest(add(origin, scale(direction, t))), largest(origin), self.size)
 
     def surface(self, _origin, _direction, _t, _face):
         return self.point, self.normal
@@ -58,7 +58,7 @@ class Solid(Shape):
 
     order = 0
 
-    def __init__(self, code, material, identity, number):
+    def __init__(self, code, material, identity, number, merge="tolerant"):
         super().__init__(material, identity)
         self.parts, self.code = [], []
         for word in code:
@@ -69,7 +69,7 @@ class Solid(Shape):
                 self.parts.append(word)
         self.condition = max(part.condition for part in self.parts)
         self.has_tree = any(isinstance(part, Mesh) and part.tree is not None for part in self.parts)
-        self.tolerance = 8 * number.roundoff
+        self.tolerance = 16 * number.roundoff if merge == "tolerant" else -1  # nothing is so near
 
     def value(self, inside):
         """Whether the solid is where its parts are `inside` or not."""

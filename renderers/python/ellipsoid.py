@@ -1,16 +1,21 @@
-"""Ellipsoids of a centre and three semi-axes (ELL-1, ELL-2): the image of the unit sphere."""
+"""Ellipsoids of a centre and three semi-axes (ELL-1 to ELL-3): the image of the unit sphere."""
 
+from functools import partial
+
+from . import sphere
 from .shape import Shape
 from .vector import add, dot, largest, length, normalise, reciprocal, scale, subtract
 
 
 class Ellipsoid(Shape):
-    def __init__(self, centre, axes, material, identity, number):
+    def __init__(self, centre, axes, material, identity, number, method="robust"):
         super().__init__(material, identity)
         self.centre, self.axes = centre, axes
         self.size = max(largest(axis) for axis in axes)
         self.inverse = reciprocal(*axes)
         self.condition = self.size * max(largest(g) for g in self.inverse)
+        if method in sphere.ROOTS:  # as for a sphere
+            self.condition /= number.sqrt(number.roundoff)
         self.sqrt = number.sqrt
 
     def bounds(self):
@@ -70,3 +75,21 @@ def nearest(ellipsoids, origin, direction, best, _sqrt):
         if 0 < t < best[0]:
             best = t, ellipsoid, None
     return best
+
+
+def solving(root, ellipsoids, origin, direction, best, sqrt):
+    """As `nearest`, from the equation of a hit (ELL-3)."""
+    for ellipsoid in ellipsoids:
+        f = ellipsoid.to_unit(subtract(origin, ellipsoid.centre))
+        delta = ellipsoid.to_unit(direction)
+        a, h, k = dot(delta, delta), 2 * dot(f, delta), dot(f, f) - 1
+        discriminant = h * h - 4 * a * k
+        if discriminant >= 0:
+            t = root(a, h, k, sqrt(discriminant))
+            if 0 < t < best[0]:
+                best = t, ellipsoid, None
+    return best
+
+
+SEARCHES = {"robust": nearest, "wide": nearest}
+SEARCHES |= {method: partial(solving, root) for method, root in sphere.ROOTS.items()}

@@ -15,7 +15,7 @@ with worker.importing():
     from .sample import SAMPLERS
     from .scene import Scene, first_hit
     from .trace import Counts
-    from .vector import normalise
+    from .vector import dot, normalise
     from .walk import CannotWalk
 
 FEATURES = (
@@ -28,9 +28,26 @@ METHODS = {
     "sampler": SAMPLERS,
     "walk": ("least", "recursion", "table", "stack", "chain"),
     "accel": ("auto", "none", "bvh"),
-    "sphere": ("robust", "textbook", "stable"),
+    "sphere": ("robust", "textbook", "stable", "wide"),
+    "triangle": ("watertight", "moller-trumbore"),
+    "slab": ("branch", "plain"),
+    "merge": ("tolerant", "none"),
+    "offset": ("bounded", "relative", "fixed", "none"),
+    "fresnel": ("clamped", "unclamped"),
+    "phong": ("clamped", "unclamped"),
+    "renormalise": ("on", "off"),
     "floating_point": ("strict",),
     "glossy_weight": ("plain", "study"),
+}
+USED_WITH = {  # methods by the features, of which one makes a job depend on them
+    "sphere": ("sphere", "ellipsoid"),
+    "triangle": ("mesh",),
+    "slab": ("box",),
+    "merge": ("csg",),
+    "offset": ("reflection", "transmission", "shadows"),
+    "fresnel": ("reflection", "transmission"),
+    "phong": ("phong",),
+    "renormalise": ("reflection", "transmission"),
 }
 
 
@@ -52,7 +69,7 @@ def hits(scene, rays):
     rows = []
     for ray in rays:
         try:
-            hit = first_hit(scene, ray[0:3], normalise(ray[3:6], scene.number.sqrt), math.inf)
+            hit = first_hit(scene, ray[0:3], unit(ray[3:6], scene.number), math.inf)
         except TooManyCrossings:
             rows.append((math.nan,) * 7 + (-1,))
             continue
@@ -62,6 +79,13 @@ def hits(scene, rays):
             t, point, normal, shape = hit
             rows.append(tuple(map(float, (t, *point, *normal, shape.identity))))
     return rows
+
+
+def unit(direction, number):
+    """The direction of a ray given: it keeps its bits where it has unit length to rounding (NUM-4)."""
+    if abs(dot(direction, direction) - 1) <= 4 * number.roundoff:
+        return direction
+    return normalise(direction, number.sqrt)
 
 
 def accept(arguments):
@@ -95,8 +119,9 @@ def main(arguments):
         else:
             eye = eye_of(scene, job)
     methods = {"precision": job.precision, "threads": 1, "floating_point": job.floating_point, "accel": scene.accel}
-    if "sphere" in job.needs:
-        methods["sphere"] = job.sphere
+    methods |= {
+        method: getattr(job, method) for method, with_any in USED_WITH.items() if set(with_any) & set(job.needs)
+    }
     if job.kind == "rays":
         rows = worker.render(job, lambda: hits(scene, rays))
         with worker.phase("save"):

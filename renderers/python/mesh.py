@@ -1,4 +1,4 @@
-"""Triangles of meshes (TRI-1, TRI-2), and meshes as parts of CSG solids (CSG-1, CSG-2)."""
+"""Triangles of meshes (TRI-1 to TRI-3), and meshes as parts of CSG solids (CSG-1, CSG-2)."""
 
 from functools import lru_cache
 
@@ -11,8 +11,10 @@ class Triangle(Shape):
 
     row = None
 
-    def __init__(self, vertices, closed, material, identity, number):
+    def __init__(self, vertices, closed, material, identity, number, method="watertight"):
         super().__init__(material, identity)
+        if method != "watertight":  # a product d × e that is all rounding, for an edge along the ray, moves a hit far
+            self.condition = 1 / number.sqrt(number.roundoff)
         self.flat = not closed
         first, second, third = vertices
         arms = subtract(second, first), subtract(third, first)
@@ -31,13 +33,13 @@ class Triangle(Shape):
         return point, scale(normal, -1) if self.flat and not dot(direction, normal) < 0 else normal
 
 
-def triangles(vertices, indices, closed, material, identity, number):
-    """The triangles of one mesh that have an area: the others have no normal, and no ray meets them."""
+def triangles(vertices, indices, *rest):
+    """The Triangles of one mesh that have an area: the others have no normal, and no ray meets them."""
     for row in indices:
         a, b, c = (vertices[i] for i in row)
         normal = cross(subtract(b, a), subtract(c, a))
         if dot(normal, normal) > 0:
-            yield Triangle((a, b, c), closed, material, identity, number)
+            yield Triangle((a, b, c), *rest)
 
 
 @lru_cache(maxsize=1)  # one ray is tested against many groups of triangles
@@ -76,6 +78,35 @@ def nearest(rows, origin, direction, best, _sqrt):
             limit = t
             best = t, triangle, None
     return best
+
+
+def moller_trumbore(rows, origin, direction, best, _sqrt):
+    """As `nearest`, by Möller and Trumbore 1997 (TRI-3)."""
+    ox, oy, oz = origin
+    dx, dy, dz = direction
+    limit = best[0]
+    for (ax, ay, az), (bx, by, bz), (cx, cy, cz), triangle in rows:
+        ex, ey, ez = bx - ax, by - ay, bz - az
+        fx, fy, fz = cx - ax, cy - ay, cz - az
+        px, py, pz = dy * fz - dz * fy, dz * fx - dx * fz, dx * fy - dy * fx
+        det = ex * px + ey * py + ez * pz
+        if det == 0:
+            continue
+        tx, ty, tz = ox - ax, oy - ay, oz - az
+        u = (tx * px + ty * py + tz * pz) / det
+        if not u >= 0:
+            continue
+        qx, qy, qz = ty * ez - tz * ey, tz * ex - tx * ez, tx * ey - ty * ex
+        v = (dx * qx + dy * qy + dz * qz) / det
+        if v >= 0 and u + v <= 1:
+            t = (fx * qx + fy * qy + fz * qz) / det
+            if 0 < t < limit:
+                limit = t
+                best = t, triangle, None
+    return best
+
+
+SEARCHES = {"watertight": nearest, "moller-trumbore": moller_trumbore}
 
 
 def crossings(rows, origin, direction):

@@ -5,6 +5,7 @@ from itertools import groupby
 
 from . import box, bvh, csg, ellipsoid, mesh, npy, polygon, sphere
 from .media import Media, Medium
+from .shade import leaving, power
 
 
 class Material(Medium):
@@ -39,7 +40,8 @@ class Scene:
     def __init__(self, job, number):
         read = Reader(job, number)
         self.number = number
-        self.epsilon = number.real(job.epsilon)
+        self.leave = leaving(job.offset, number.real(job.epsilon))
+        self.power = None if job.phong == "clamped" else power
         self.camera = read.rows("camera")
         self.ambient = read.vector("ambient")
         self.background = read.vector("background")
@@ -82,7 +84,8 @@ class Scene:
 
 def shapes(read, materials, accel):
     """All shapes as pairs (search, shape), in the order of HIT-2."""
-    number = read.number
+    job, number = read.job, read.number
+    ball = sphere.Sphere if job.renormalise == "on" else sphere.Unnormalised
     items = []
 
     def put(search, name, make, parts):
@@ -91,20 +94,20 @@ def shapes(read, materials, accel):
 
     vertices = read.rows("polygon_vertices")
     polygons = [(vertices[first : first + count],) for first, count in read.integers("polygon_ranges")]
-    method = read.job.sphere
-    make = partial(sphere.Sphere, method=method)
-    put(sphere.SEARCHES[method], "sphere", make, [(row[0:3], row[3]) for row in read.rows("spheres")])
-    put(box.nearest, "box", box.Box, map(point_and_three, read.rows("boxes")))
+    make = partial(ball, method=job.sphere)
+    put(sphere.SEARCHES[job.sphere], "sphere", make, [(row[0:3], row[3]) for row in read.rows("spheres")])
+    put(box.SEARCHES[job.slab], "box", box.Box, map(point_and_three, read.rows("boxes")))
     put(polygon.nearest, "polygon", polygon.Polygon, polygons)
-    put(ellipsoid.nearest, "ellipsoid", ellipsoid.Ellipsoid, map(point_and_three, read.rows("ellipsoids")))
+    make = partial(ellipsoid.Ellipsoid, method=job.sphere)
+    put(ellipsoid.SEARCHES[job.sphere], "ellipsoid", make, map(point_and_three, read.rows("ellipsoids")))
 
     vertices, triangles = read.rows("mesh_vertices"), read.integers("mesh_triangles")
     for (first, count, closed), (identity, material) in zip(
         read.integers("mesh_ranges"), read.integers("mesh_ids"), strict=True
     ):
         rows = triangles[first : first + count]
-        made = mesh.triangles(vertices, rows, closed, materials[material], identity, number)
-        items += [(mesh.nearest, triangle) for triangle in made]
+        made = mesh.triangles(vertices, rows, closed, materials[material], identity, number, job.triangle)
+        items += [(mesh.SEARCHES[job.triangle], triangle) for triangle in made]
 
     spheres, boxes, ellipsoids = (read.rows("csg_" + name) for name in ("spheres", "boxes", "ellipsoids"))
     meshes, code = read.integers("csg_meshes"), read.integers("csg_code")
@@ -114,7 +117,7 @@ def shapes(read, materials, accel):
         def word(operation, row, common=common):
             match operation:
                 case 0:
-                    return sphere.Sphere(spheres[row][0:3], spheres[row][3], *common)
+                    return ball(spheres[row][0:3], spheres[row][3], *common)
                 case 1:
                     return box.Box(*point_and_three(boxes[row]), *common)
                 case 2:
@@ -125,7 +128,8 @@ def shapes(read, materials, accel):
                     return csg.Mesh(made, bvh.pays(accel, [mesh.nearest] * len(made)), number)
             return {4: csg.OR, 5: csg.AND, 6: csg.NOT}[operation]
 
-        items.append((csg.nearest, csg.Solid([word(*row) for row in code[first : first + count]], *common)))
+        words = [word(*row) for row in code[first : first + count]]
+        items.append((csg.nearest, csg.Solid(words, *common, job.merge)))
     return items
 
 

@@ -1,13 +1,33 @@
 """Light at a point (LOC-1 to LOC-5, SOF-1), leaving it (OFF-1) and where to (REF, TRA, GLO)."""
 
+import math
+
 from .random import GLOSSY
-from .vector import dot, largest, normalise
+from .vector import add, dot, largest, scale
 
 
-def leave(point, normal, size, side, epsilon):
-    """A point just off the surface, on the side of the normal if `side` is 1, on the other if -1 (OFF-1)."""
-    shift = side * epsilon * max(largest(point), size)
-    return point[0] + shift * normal[0], point[1] + shift * normal[1], point[2] + shift * normal[2]
+def leaving(offset, epsilon):
+    """The function of the method `offset` that leaves a surface: (point, normal, size, side) -> a point just off it,
+    on the side of the normal if `side` is 1, on the other if -1 (OFF-1).
+    """
+    of_point = epsilon / 8
+
+    def bounded(point, normal, size, side):
+        x, y, z = point
+        nx, ny, nz = normal
+        shift = side * (epsilon * size + of_point * (abs(nx * x) + abs(ny * y) + abs(nz * z)))
+        return x + shift * nx, y + shift * ny, z + shift * nz
+
+    def relative(point, normal, size, side):
+        return add(point, scale(normal, side * epsilon * max(largest(point), size)))
+
+    def fixed(point, normal, _size, side):
+        return add(point, scale(normal, side * epsilon))
+
+    def none(point, _normal, _size, _side):
+        return point
+
+    return {"bounded": bounded, "relative": relative, "fixed": fixed, "none": none}[offset]
 
 
 def local(scene, lights, direction, point, normal, shape, shadows, counts):
@@ -32,16 +52,29 @@ def local(scene, lights, direction, point, normal, shape, shadows, counts):
             continue
         if shadows:
             counts.shadow += 1
-            start = leave(point, normal, shape.size, 1, scene.epsilon)
+            start = scene.leave(point, normal, shape.size, 1)
             if scene.nearest(start, (lx, ly, lz), distance) is not None:
                 continue
         # -(r · d) with r = 2 (n · l) n - l
         highlight = lx * dx + ly * dy + lz * dz - 2 * cosine * (nx * dx + ny * dy + nz * dz)
-        phong = k_s * min(highlight, 1) ** exponent if highlight > 0 else 0
+        if scene.power is None:
+            phong = k_s * min(highlight, 1) ** exponent if highlight > 0 else 0
+        else:
+            phong = k_s * scene.power(highlight, exponent)
         red += (kr * cosine + phong) * light_red
         green += (kg * cosine + phong) * light_green
         blue += (kb * cosine + phong) * light_blue
     return red, green, blue
+
+
+def power(base, exponent):
+    """A power as IEEE 754 has it (LOC-4, unclamped)."""
+    if base < 0 and exponent % 1:
+        return math.nan
+    try:
+        return base**exponent
+    except OverflowError:
+        return math.inf
 
 
 def spread(lights, feelers, numbers, number):
@@ -77,6 +110,29 @@ def fresnel(n, m, d_dot_n, sqrt):
     return (perpendicular * perpendicular + parallel * parallel) / 2
 
 
+def unclamped_fresnel(n, m, d_dot_n, sqrt):
+    """As `fresnel`, by its formula whatever it gives (REF-2, unclamped)."""
+    if n == 1 and m == 1:
+        return 0
+    c, s = abs(d_dot_n), unclamped_beyond(n, d_dot_n, sqrt)
+    if c == 0 and s == 0:  # 0/0
+        return math.nan
+    perpendicular, parallel = (n * c - m * s) / (n * c + m * s), (m * c - n * s) / (m * c + n * s)
+    return (perpendicular * perpendicular + parallel * parallel) / 2
+
+
+def beyond(n, d_dot_n, sqrt):
+    """s, the cosine beyond a surface where R < 1 (REF-2)."""
+    c = min(abs(d_dot_n), 1)
+    return sqrt(1 - n * n * (1 - c * c))
+
+
+def unclamped_beyond(n, d_dot_n, sqrt):
+    """s, or NaN where there is none (REF-2, unclamped)."""
+    x = 1 - n * n * (1 - d_dot_n * d_dot_n)
+    return sqrt(x) if x >= 0 else math.nan
+
+
 def reflect(direction, normal, d_dot_n, sqrt):
     """The mirrored direction (REF-3)."""
     x = direction[0] - 2 * d_dot_n * normal[0]
@@ -86,14 +142,20 @@ def reflect(direction, normal, d_dot_n, sqrt):
     return x / length, y / length, z / length
 
 
-def transmit(direction, normal, d_dot_n, n, m, sqrt):
-    """The direction beyond a surface where R < 1, for n = N and m = M (TRA-1)."""
-    if n == 1 and m == 1:
-        return direction
-    c = min(abs(d_dot_n), 1)
-    s = sqrt(1 - n * n * (1 - c * c))
+def unnormalised_reflect(direction, normal, d_dot_n, _sqrt):
+    """The same as long as it comes out (NUM-4)."""
+    return add(direction, scale(normal, -2 * d_dot_n))
+
+
+def as_it_is(direction, _sqrt):
+    """In the place of `normalise` (NUM-4)."""
+    return direction
+
+
+def transmit(direction, normal, d_dot_n, n, s, unit, sqrt):
+    """The direction beyond a surface where R < 1, for n = N, and s of REF-2 (TRA-1)."""
     across = (-s if d_dot_n <= 0 else s) - n * d_dot_n
-    return normalise(
+    return unit(
         (
             n * direction[0] + across * normal[0],
             n * direction[1] + across * normal[1],
@@ -103,10 +165,11 @@ def transmit(direction, normal, d_dot_n, n, m, sqrt):
     )
 
 
-def gloss(mirrored, normal, exponent, rays, weigh, numbers, number):
+def gloss(mirrored, normal, exponent, rays, weigh, numbers, unit, number):
     """Pairs (direction, w) of `rays` reflected rays around the mirrored direction (GLO-1 to GLO-3).
 
-    `weigh(z, exponent)` is w; `numbers(use)` are the random numbers of the ray that is reflected.
+    `weigh(z, exponent)` is w; `numbers(use)` are the random numbers of the ray that is reflected;
+    `unit` normalises.
     """
     rx, ry, rz = mirrored
     sigma = 1 if rz >= 0 else -1
@@ -124,7 +187,7 @@ def gloss(mirrored, normal, exponent, rays, weigh, numbers, number):
         if not dot(direction, normal) * side > 0:
             x, y = -x, -y
             direction = x * px + y * qx + z * rx, x * py + y * qy + z * ry, x * pz + y * qz + z * rz
-        yield normalise(direction, number.sqrt), weigh(z, exponent)
+        yield unit(direction, number.sqrt), weigh(z, exponent)
 
 
 WEIGHTS = {"plain": lambda z, exponent: 1, "study": lambda z, exponent: z**exponent}  # GLO-1

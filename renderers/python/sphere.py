@@ -2,6 +2,7 @@
 
 from functools import partial
 
+from .exact import twoproduct, twosum
 from .shape import Shape
 
 
@@ -12,12 +13,14 @@ class Sphere(Shape):
 
     def __init__(self, centre, radius, material, identity, number, method="robust"):
         super().__init__(material, identity)
-        if method != "robust":  # D is off by some u |f|², which moves a hit by some √u |f|
+        if method in ("textbook", "stable"):  # D is off by some u |f|², which moves a hit by some √u |f|
             self.condition = 1 / number.sqrt(number.roundoff)
         self.centre, self.radius = centre, radius
         self.size = radius
         self.sqrt = number.sqrt
         self.row = (*centre, radius * radius, self)
+        if method == "wide":
+            self.row = (*centre, *twoproduct(radius, radius, number.splitter), number.splitter, self)
 
     def bounds(self):
         (x, y, z), r = self.centre, self.radius
@@ -51,6 +54,15 @@ class Sphere(Shape):
         return (k / far if far else far, self, None), (far, self, None)
 
 
+class Unnormalised(Sphere):
+    """A sphere that takes its radius for the length of what it divides by it (NUM-4, renormalise off)."""
+
+    def surface(self, origin, direction, t, _face):
+        r = self.radius
+        normal = tuple((o + t * d - c) / r for o, d, c in zip(origin, direction, self.centre, strict=True))
+        return tuple(c + r * n for c, n in zip(self.centre, normal, strict=True)), normal
+
+
 def nearest(rows, origin, direction, best, sqrt):
     """The nearest hit closer than `best` = (t, shape, face), or `best`."""
     ox, oy, oz = origin
@@ -81,6 +93,49 @@ def nearest(rows, origin, direction, best, sqrt):
                 limit = t
                 best = t, sphere, None
     return best
+
+
+def wide(rows, origin, direction, best, sqrt):
+    """As `nearest`, with f, l and k in twice the digits (SPH-3)."""
+    ox, oy, oz = origin
+    dx, dy, dz = direction
+    limit = best[0]
+    for cx, cy, cz, r2, r2_error, splitter, sphere in rows:
+        fx, ex = twosum(ox, -cx)
+        fy, ey = twosum(oy, -cy)
+        fz, ez = twosum(oz, -cz)
+        b = -(fx * dx + fy * dy + fz * dz)
+        lx = along(fx, ex, b, dx, splitter)
+        ly = along(fy, ey, b, dy, splitter)
+        lz = along(fz, ez, b, dz, splitter)
+        rest = lx * dx + ly * dy + lz * dz
+        lx, ly, lz = lx - rest * dx, ly - rest * dy, lz - rest * dz
+        discriminant = r2 - (lx * lx + ly * ly + lz * lz)
+        if discriminant >= 0:
+            s = x = 0
+            for f, e in (fx, ex), (fy, ey), (fz, ez):
+                square, error = twoproduct(f, f, splitter)
+                s, y = twosum(s, square)
+                x += y + error + 2 * f * e
+            s, y = twosum(s, -r2)
+            k = s + (x + (y - r2_error))
+            if k > 0:
+                if b <= 0:
+                    continue
+                t = k / (b + sqrt(discriminant))
+            else:
+                t = b + sqrt(discriminant) if b >= 0 else k / (b - sqrt(discriminant))
+            if 0 < t < limit:
+                limit = t
+                best = t, sphere, None
+    return best
+
+
+def along(f, e, b, d, splitter):
+    """f + e + b d, rounded once or nearly so."""
+    p, q = twoproduct(b, d, splitter)
+    s, g = twosum(f, p)
+    return s + (g + q + e)
 
 
 def solving(root, rows, origin, direction, best, sqrt):
@@ -119,4 +174,5 @@ def stable(a, h, k, s):
     return x if x > 0 and not 0 < y < x else y
 
 
-SEARCHES = {"robust": nearest, "textbook": partial(solving, textbook), "stable": partial(solving, stable)}
+ROOTS = {"textbook": textbook, "stable": stable}
+SEARCHES = {"robust": nearest, "wide": wide, **{method: partial(solving, root) for method, root in ROOTS.items()}}

@@ -3,11 +3,11 @@
 import math
 from functools import partial
 
-from . import walk
+from . import shade, walk
 from .random import Random
 from .scene import first_hit
-from .shade import WEIGHTS, fresnel, gloss, leave, local, reflect, spread, transmit
-from .vector import dot
+from .shade import WEIGHTS, gloss, local, spread, transmit
+from .vector import dot, normalise
 
 
 class Counts:
@@ -36,6 +36,14 @@ class Tracer:
         self.cutoff = scene.number.real(job.cutoff if self.cuts else -1)  # no weight is so small
         self.dropped = 0
         self.weigh = WEIGHTS[job.glossy_weight]
+        if job.fresnel == "clamped":
+            self.fresnel, self.beyond = shade.fresnel, shade.beyond
+        else:
+            self.fresnel, self.beyond = shade.unclamped_fresnel, shade.unclamped_beyond
+        if job.renormalise == "on":
+            self.reflect, self.unit = shade.reflect, normalise
+        else:
+            self.reflect, self.unit = shade.unnormalised_reflect, shade.as_it_is
         self.random = Random(job.seed, scene.number.real)
         # of RND-4; WLK-1 counts the transmitted child only where there is one
         self.children_of_path = max(job.glossy_rays, 1) + 1
@@ -60,6 +68,7 @@ class Tracer:
     def mirrors(self, origin, direction, _pixel, _sample):
         """The colour of an eye ray where nothing transmits or attenuates: a loop along the one ray that there is."""
         scene, depth, shadows, counts, lights = self.scene, self.depth, self.shadows, self.counts, self.lights
+        fresnel, reflect = self.fresnel, self.reflect
         red = green = blue = 0
         weight = 1
         for order in range(depth + 1):
@@ -83,7 +92,7 @@ class Tracer:
                 self.dropped += weight
                 break
             counts.reflected += 1
-            origin = leave(point, normal, shape.size, side, scene.epsilon)
+            origin = scene.leave(point, normal, shape.size, side)
             direction = reflect(direction, normal, d_dot_n, scene.number.sqrt)
         return red, green, blue
 
@@ -133,20 +142,21 @@ class Tracer:
         `weight` is what the hit counts for in the sample, in the channel where that is most; None without a cut-off.
         """
         sqrt, counts = self.number.sqrt, self.counts
-        material, epsilon = shape.material, self.scene.epsilon
+        material, leave = shape.material, self.scene.leave
         _, direction, _, path = ray
         n, m = i.n / o.n, i.mu_r / o.mu_r
-        r = fresnel(n, m, d_dot_n, sqrt)
+        r = self.fresnel(n, m, d_dot_n, sqrt)
         side = 1 if d_dot_n <= 0 else -1
         first_child = path * self.children_of_path + 1
         children = []
         share = material.k_s * r
         if share != 0 and (self.glossy_rays or not self.cut(weight, share)):
-            start = leave(point, normal, shape.size, side, epsilon)
-            mirrored = reflect(direction, normal, d_dot_n, sqrt)
+            start = leave(point, normal, shape.size, side)
+            mirrored = self.reflect(direction, normal, d_dot_n, sqrt)
             if self.glossy_rays:
                 rays, numbers = self.glossy_rays, partial(self.numbers, path)
-                lobe = gloss(mirrored, normal, material.exponent, rays, self.weigh, numbers, self.number)
+                shape_of_lobe = material.exponent, rays, self.weigh, numbers, self.unit, self.number
+                lobe = gloss(mirrored, normal, *shape_of_lobe)
                 for child, (away, w) in enumerate(lobe):
                     part = share * w / rays
                     if part != 0 and not self.cut(weight, part):
@@ -158,8 +168,11 @@ class Tracer:
             share = material.k_s * (1 - r)
             if share != 0 and not self.cut(weight, share):
                 counts.transmitted += 1
-                start = leave(point, normal, shape.size, -side, epsilon)
-                onward = direction if shape.flat else transmit(direction, normal, d_dot_n, n, m, sqrt)
+                start = leave(point, normal, shape.size, -side)
+                onward = direction
+                if not (shape.flat or (n == 1 and m == 1)):
+                    s = self.beyond(n, d_dot_n, sqrt)
+                    onward = transmit(direction, normal, d_dot_n, n, s, self.unit, sqrt)
                 children.append((share, (start, onward, beyond, first_child + self.children_of_path - 1)))
         return children
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness import job
+from harness import job, registry
 from harness.scene import text
 from harness.scene.flatten import flatten
 
@@ -23,15 +23,16 @@ SCENE = (
 
 @pytest.fixture
 def render(tmp_path):
-    """render(variant, precision) with a copy of the renderers that may be edited: the picture and "cold" or "warm"."""
+    """render(variant, precision, ..) with a copy of the renderers that may be edited: the picture, "cold" or "warm"."""
     shutil.copytree(RENDERERS, tmp_path / "renderers", ignore=shutil.ignore_patterns("__pycache__"))
     parameters = job.Parameters(width=9, height=9, depth=0)
     job.write(tmp_path / "job", flatten(text.read(SCENE)), parameters, ("sphere", "ambient"))
     (tmp_path / "neutral").mkdir()
 
-    def run(variant="numba", precision="float64"):
-        wanted = job.Parameters(width=9, height=9, depth=0, precision=precision, threads=2)
-        flags = job.flags(tmp_path / "job", tmp_path, variant, tmp_path / "cache", wanted, ("sphere", "ambient"))
+    def run(variant="numba", precision="float64", **methods):
+        wanted = job.Parameters(width=9, height=9, depth=0, precision=precision, threads=2, **methods)
+        given = ("sphere", "ambient", *wanted.carried(()))
+        flags = job.flags(tmp_path / "job", tmp_path, variant, tmp_path / "cache", wanted, given)
         done = subprocess.run(
             [sys.executable, "-m", "renderers.numba.main", *flags],
             cwd=tmp_path / "neutral",
@@ -71,3 +72,26 @@ def test_variants_and_precisions_are_kept_apart(render):
     assert states == ["cold", "cold", "warm", "warm"]
     picture, state = render("numba", "float32")
     assert state == "cold" and picture.dtype == np.float32
+
+
+OTHERS = {
+    **{"floating_point": ("contract", "fast"), "sphere": ("textbook",), "vector": ("on",), "accel": ("bvh",)},
+    **{"walk": ("stack",), "offset": ("fixed",), "kernel": ("needed+lens", "needed+shadows")},
+}
+
+
+@pytest.mark.slow
+def test_options_are_kept_apart(render):
+    """No process loads the code of one with another option, and the first finds its own again."""
+    first, state = render()
+    assert state == "cold"
+    claimed = registry.entries()["numba"].methods
+    for method, values in OTHERS.items():
+        for value in values if method in claimed else ():
+            other, state = render(**{method: value})
+            assert state == "cold", (method, value)
+            np.testing.assert_allclose(other, first, rtol=0, atol=1e-9)
+            again, state = render(**{method: value})
+            assert state == "warm" and again.tobytes() == other.tobytes(), (method, value)
+    again, state = render()
+    assert state == "warm" and again.tobytes() == first.tobytes()

@@ -8,7 +8,7 @@ from ..needs import ADAPTIVE, CSG, CUTOFF, LIMITED, REFLECTION, SHADOWS, STREAME
 from ..sample import add_counts, lattice_sample, pixel
 from ..scene import OBJECT, nearest, surface
 from ..target import inlined, kernel
-from ..vector import normalise, row
+from ..vector import row, unit
 from .device import cuda
 from .tiles import rank
 
@@ -125,7 +125,7 @@ def rays_kernel(assemble):
             there = k < len(hits)
             k = min(k, len(hits) - 1)  # in step with the others
             origin = row(rays, k)
-            direction = normalise((rays[k, 3], rays[k, 4], rays[k, 5]))
+            direction = unit((rays[k, 3], rays[k, 4], rays[k, 5]))
             t, index = nearest(scene, 0, origin, direction)
             if there:
                 zero = type(t)(0)

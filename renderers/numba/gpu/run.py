@@ -105,7 +105,7 @@ def run(job):
             answer = cuda.to_device(np.zeros(shape, real))
             question = given, job.width, job.height, job.region, np.int32(job.depth)
             launches = []
-            if needs.ADAPTIVE:
+            if job.sampler == "adaptive":
                 corners = shape[0] + 1, shape[1] + 1
                 launches.append(Launch(job, render.corners_kernel(assemble), corners, False, *question, counts))
             launches.append(Launch(job, render.picture_kernel(assemble), shape, True, *question, answer, counts))
@@ -156,7 +156,7 @@ def run(job):
         if job.kind == "image":
             primary, reflected, transmitted, shadow, non_finite = total
             if not needs.ADAPTIVE:
-                primary = shape[0] * shape[1] * (job.samples**2 if needs.SUPERSAMPLING else 1)
+                primary = shape[0] * shape[1] * (1 if job.sampler == "one" else job.samples**2)
             worker.say_rays(primary, reflected, shadow, non_finite, transmitted)
     methods = {
         **needs.methods(job),

@@ -1,0 +1,1 @@
+"""Rays side by side, a lane each (VEC-1)."""

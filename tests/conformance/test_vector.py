@@ -1,0 +1,231 @@
+"""VEC-1, VEC-2: rays in lanes make the picture that rays one by one make, in every renderer that has lanes."""
+
+import numpy as np
+import pytest
+from feature_scenes import features
+from random_scenes import MATERIAL, random_material, random_scene, random_stage, words
+from tessellate import ball, obj
+
+from harness import judge, reference, registry, repetition
+from harness.job import Parameters
+from harness.scene import text
+from harness.scene.flatten import flatten
+from harness.scene.needs import needs, shapes
+
+IN_LANES = [name for name, entry in registry.entries().items() if "on" in entry.methods.get("vector", ())]
+SIZE = {"width": 70, "height": 41}  # more than a tile, and no multiple of anything
+MIRROR = "(0.4,0.5,0.3) 0.6 12 (0,0,0) 1e6 1"
+STAGE = "CAMERA (0.1,0,0) (1.9,0,0.1) (0,1.4,0) (0.3,0.4,5)\nAMBIENT (0.1,0.1,0.2)\nBACKGROUND (0.2,0.1,0.3)\n"
+LIGHTS = "LIGHT (3,5,6) (0.8,0.7,0.6) 0\nLIGHT (-4,1,-3) (0.3,0.5,0.6) 0\n"
+
+
+@pytest.fixture(params=[name for name in IN_LANES if registry.entries()[name].variant.threads == 1])
+def laned(request):
+    return request.param
+
+
+@pytest.fixture
+def render(bench):
+    """The Result of a picture in lanes, by a kernel of what the scene needs."""
+
+    def make(variant, scene, **parameters):
+        result = bench.result(variant, scene, exact=True, **{**SIZE, "vector": "on", **parameters})
+        assert result.said.used["methods"]["vector"] == "on"
+        return result
+
+    return make
+
+
+@pytest.fixture
+def agree(bench, known, render):
+    """Assert that a picture in lanes is right: float64 to 1e-9 and float32 to 1/255 outside the mask, rays counted."""
+
+    def check(variant, scene, **parameters):
+        result = render(variant, scene, **parameters)
+        wanted = Parameters(**{**SIZE, "vector": "on", **parameters})
+        read = text.read(scene, "scene of the test")
+        maker = reference.choose(known[variant], known, wanted, needs(read, wanted))
+        found = reference.make(maker, flatten(read), wanted, needs(read, wanted), bench.caches / maker.name)
+        verdict = judge.judge(result.array, found.picture, found.mask, wanted.precision)
+        print(f"{variant} against {found.maker}: {verdict} {result.said.rays}")
+        assert verdict.wrong is None, verdict.wrong
+        if wanted.precision == "float64":
+            assert judge.compare_rays(result.said.rays, found.rays, "float64") is None
+        return result
+
+    return check
+
+
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize("seed", range(4))
+def test_random_scenes(agree, laned, seed, precision):
+    """Overlapping mirrors in air of its own index, from outside and from between them."""
+    rng = np.random.default_rng([61, seed])
+    scene = random_scene(rng, sphere=int(rng.integers(1, 40)), material=random_material, rest=random_stage(rng))
+    agree(laned, scene, depth=int(rng.integers(0, 6)), shadows=bool(seed % 2), precision=precision)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (3, 5), (1, 40), (33, 1), (64, 32), (65, 33)])
+def test_sizes(agree, laned, size):
+    rng = np.random.default_rng([62, *size])
+    scene = random_scene(rng, sphere=9, spread=1.2, material=random_material, rest=STAGE + LIGHTS)
+    agree(laned, scene, width=size[0], height=size[1], depth=2, shadows=True)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        STAGE + LIGHTS,
+        STAGE + f"SPHERE (0,0,0) 1 {MIRROR}\n",
+        STAGE + LIGHTS + "SPHERE (0,0,0) 1 (0.4,0.5,0.3) 0 12 (0,0,0) 1 1\n",
+        STAGE + LIGHTS + f"SPHERE (0.4,0.4,5) 9 {MIRROR}\nSPHERE (0,0,0) 1 {MIRROR}\n",
+        STAGE + LIGHTS + f"SPHERE (0.4,0.4,5.2) 0.5 {MIRROR}\nSPHERE (0,0,12) 3 {MIRROR}\nSPHERE (0,0,0) 1 {MIRROR}\n",
+        STAGE + LIGHTS + f"SPHERE (-1,0,0) 1 {MIRROR}\nSPHERE (1,0,0) 1 {MIRROR}\n",
+    ],
+    ids=["nothing", "no light", "matte", "eye in a sphere", "eye in one, one behind", "touching"],
+)
+def test_plain_and_odd_scenes(agree, laned, scene):
+    agree(laned, scene, depth=3, shadows=True)
+
+
+CLOSE_UP = "CAMERA (0,0,0) (0.04,0,0) (0,0.03,0) (0,0,5)\nLIGHT (0,0,5) (0.8,0.7,0.6) 0\n" + LIGHTS
+HIGHLIGHT = CLOSE_UP + "SPHERE (0,0,0) 1.4 (0.1,0.2,0.3) 0.9 {} (0,0,0) 1 1\n"  # seen from where a light is
+
+
+@pytest.mark.parametrize("exponent", [0, 0.3, 1, 30, 1e4, 1e6])
+def test_highlights_of_any_exponent(agree, laned, exponent):
+    """The polynomials of the power, from 1 to where it underflows."""
+    result = agree(laned, HIGHLIGHT.format(exponent), width=256, height=256, depth=0)
+    assert result.array.max() > 0.5
+    assert exponent < 1e6 or result.array.min() < 0.1
+
+
+@pytest.mark.parametrize("exponent", [0, 0.3, 30, 1e4, 1e6])
+def test_highlights_in_float32(render, laned, exponent):
+    """No further from float64 than rays one by one: c is off by some u, and c^m by m times that."""
+    job = {"width": 256, "height": 256, "depth": 0}
+    truth = render(laned, HIGHLIGHT.format(exponent), **job).array
+    job["precision"] = "float32"
+    mine = render(laned, HIGHLIGHT.format(exponent), **job).array
+    apart = np.abs(mine - truth).max()
+    print(laned, exponent, apart)
+    assert apart < 8 * 2.0**-24 * (1 + exponent)
+
+
+@pytest.mark.parametrize("tile", [(64, 32), (32, 32)])
+def test_spheres_at_the_corners_of_tiles(agree, laned, tile):
+    """VEC-2: what is left out for a tile, no ray of it meets. Each corner pixel's ray passes at 0.95 radii from the
+    centre of a sphere that lies outside the tile: only that ray and some beside it meet it."""
+    rng = np.random.default_rng([63, *tile])
+    width, height = 200, 150
+    u, v, e = np.array([1.9, 0, 0.1]), np.array([0, 1.4, 0]), np.array([0.3, 0.4, 5])
+    eye, dots = np.array([0.1, 0, 0]) + e, []
+    for x0 in range(0, width, tile[0]):
+        for y0 in range(0, height, tile[1]):
+            x1, y1 = min(x0 + tile[0], width) - 1, min(y0 + tile[1], height) - 1
+            for x, y in ((x0, y0), (x1, y0), (x0, y1), (x1, y1)):
+                d = (2 * (x + 0.5) / width - 1) * u + (1 - 2 * (y + 0.5) / height) * v - e
+                d /= np.linalg.norm(d)
+                out = (2 * (x == x1) - 1) * u - (2 * (y == y1) - 1) * v
+                out -= out @ d * d
+                far, radius = rng.uniform(3, 9), rng.uniform(0.01, 0.03)
+                centre = eye + far * d + 0.95 * radius * out / np.linalg.norm(out)
+                dots.append(f"SPHERE {words(centre)} {radius} {MIRROR}\n")
+    scene = STAGE + LIGHTS + "".join(dots)
+    result = agree(laned, scene, width=width, height=height, depth=0, accel="none")
+    assert np.abs(result.array - [0.2, 0.1, 0.3]).any(axis=-1).sum() > len(dots)
+
+
+def test_a_wide_view(agree, laned):
+    """Tiles whose cones are wide: the eye is close to its screen."""
+    rng = np.random.default_rng(64)
+    stage = "CAMERA (0,0,0) (30,0,0) (0,25,0) (0,0,1)\nBACKGROUND (0.1,0.1,0.2)\n" + LIGHTS
+    agree(laned, random_scene(rng, sphere=60, spread=5, material=random_material, rest=stage), depth=2)
+
+
+def test_a_region_and_threads_change_no_byte(render, laned):
+    rng = np.random.default_rng(65)
+    scene = random_scene(rng, sphere=20, material=random_material, rest=random_stage(rng))
+    whole = render(laned, scene, depth=4, shadows=True)
+    part = render(laned, scene, depth=4, shadows=True, region=(5, 3, 61, 40))
+    assert part.array.tobytes() == np.ascontiguousarray(whole.array[3:40, 5:61]).tobytes()
+    folder = registry.entries()[laned].renderer.folder
+    for name in IN_LANES:
+        entry = registry.entries()[name]
+        if entry.renderer.folder == folder and entry.variant.threads == "all":
+            for threads in (1, 2, 3, 5):
+                found = render(name, scene, depth=4, shadows=True, threads=threads)
+                assert found.array.tobytes() == whole.array.tobytes(), f"{name} on {threads} threads"
+
+
+def test_frames_and_batches_are_the_same_picture(render, laned):
+    scene = STAGE + LIGHTS + f"SPHERE (0,0,0) 1 {MIRROR}\n"
+    once = render(laned, scene, depth=2)
+    more = render(laned, scene, depth=2, frames=3, least_frame=0.01)
+    assert more.array.tobytes() == once.array.tobytes() and more.said.rays == once.said.rays
+
+
+def attempt(bench, variant, source, **parameters):
+    """The Result of a picture in lanes, or of its refusal."""
+    entry = bench.entry(variant)
+    read = text.read(source, "scene of the test")
+    wanted = Parameters(**{**SIZE, "vector": "on", **parameters})
+    return repetition.run(entry, flatten(read), wanted, needs(read, wanted), cache=bench.caches / variant)
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [{"walk": "stack"}, {"sphere": "textbook"}, {"offset": "none"}, {"lens_radius": 0.1}],
+    ids=lambda parameters: next(iter(parameters)),
+)
+def test_refuses_without_a_hierarchy_what_rays_have_no_lanes_for(bench, laned, parameters):
+    scene = STAGE + LIGHTS + f"SPHERE (0,0,0) 1 {MIRROR}\n"
+    result = attempt(bench, laned, scene, depth=2, accel="none", **parameters)
+    assert result.status == "unsupported", (result.status, result.reason, result.stderr)
+    assert "vector" in result.reason, result.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["media", "open mesh", "csg mesh", "soft", "mix: all of it"])
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_a_hierarchy_in_lanes_changes_no_byte(bench, laned, tmp_path, name, precision):
+    """VEC-3, or it is refused: boxes of nodes, spheres and triangles of leaves side by side."""
+    source, job = features(tmp_path)[name]
+    result = attempt(bench, laned, source, **job, precision=precision)
+    if result.status == "unsupported":
+        assert "vector" in result.reason
+        pytest.skip(result.reason)
+    assert result.status == "ok", (result.status, result.reason, result.stderr)
+    plain = bench.result(laned, source, exact=True, **SIZE, **job, precision=precision, accel="bvh")
+    assert plain.said.used["methods"]["accel"] == "bvh"
+    assert result.array.tobytes() == plain.array.tobytes() and result.said.rays == plain.said.rays
+
+
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_hits_of_a_hierarchy_in_lanes_change_no_byte(bench, laned, tmp_path, precision):
+    """VEC-3, first hits: many spheres of all sizes, a fine mesh, boxes; rays at edges and vertices among them."""
+    rng = np.random.default_rng([66, len(precision)])
+    vertices, faces = ball(4)
+    (tmp_path / "ball.obj").write_text(obj(vertices, faces))
+    scene = random_scene(rng, sphere=300, box=9, spread=6)
+    scene += f'MESH "{tmp_path}/ball.obj" (0.3,0.2,0.1) (10,20,30) 1.7 {MATERIAL}\n'
+    read = text.read(scene, "scene of the test")
+    corners = flatten(read)["mesh_vertices"][flatten(read)["mesh_triangles"]]
+    origins = rng.normal(0, 4, (6000, 3))
+    some = corners[rng.integers(0, len(corners), 6000)]
+    share = rng.dirichlet([0.5, 0.5, 0.5], 6000)
+    share[:1000] = [1, 0, 0]
+    share[1000:3000, 2] = 0
+    rays = np.hstack([origins, (share[:, :, None] * some).sum(axis=1) - origins])
+    entry, found = bench.entry(laned), {}
+    for vector in ("on", "off"):
+        wanted = Parameters(kind="rays", precision=precision, vector=vector, accel="bvh")
+        result = repetition.run(
+            entry, {**flatten(read), "rays": rays}, wanted, shapes(read), cache=bench.caches / laned
+        )
+        if result.status == "unsupported":
+            pytest.skip(result.reason)
+        assert result.status == "ok", result.reason
+        found[vector] = result.array
+    assert np.isfinite(found["on"][:, 0]).mean() > 0.5
+    np.testing.assert_array_equal(found["on"], found["off"])
