@@ -1,0 +1,137 @@
+"""Truths of lists of rays, exact: a float is a whole number of some power of two, and Python's integers do not round.
+
+Arrays of integers are NumPy arrays of dtype object. All that a truth starts from is brought to one unit 2^-scale, and
+only what is homogeneous is asked of it: signs, and t, which is a ratio.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.scene.model import Camera, Material, Scene
+from harness.stress.row import Finding
+
+MATERIAL = Material((0.5, 0.5, 0.5), 0.0, 1.0, (0.0, 0.0, 0.0), 1.0, 1.0)
+NOT_UNIT = 0.01
+CAMERA = Camera((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 5.0))  # of no use to rays
+
+
+def scene(*objects) -> Scene:
+    """Nothing but the objects: all that rays need."""
+    return Scene(CAMERA, objects)
+
+
+def triple(values) -> tuple[float, float, float]:
+    x, y, z = map(float, values)
+    return x, y, z
+
+
+def whole(*arrays) -> tuple[int, list[np.ndarray]]:
+    """The scale, and each array of floats as integers in units of 2^-scale."""
+    parts = [np.frexp(np.asarray(array, dtype=np.float64)) for array in arrays]
+    scale = max(int((53 - e)[m != 0].max(initial=0)) for m, e in parts)
+    found = []
+    for m, e in parts:
+        shift = np.where(m == 0, 0, e - 53 + scale)
+        found.append((m * 2.0**53).astype(np.int64).astype(object) << shift.astype(object))
+    return scale, found
+
+
+def dot(a, b):
+    return (a * b).sum(axis=-1)
+
+
+def cross(a, b):
+    turn, back = [1, 2, 0], [2, 0, 1]
+    return a[..., turn] * b[..., back] - a[..., back] * b[..., turn]
+
+
+def sign(values) -> np.ndarray:
+    """-1, 0 or 1 of integers."""
+    return (values > 0).astype(int) - (values < 0).astype(int)
+
+
+_root = np.frompyfunc(math.isqrt, 1, 1)
+
+
+def are_proper(hits: np.ndarray) -> np.ndarray:
+    """Which of hits (R, 8) are finite, with a normal of unit length: bool (R,)."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        length = np.square(hits[:, 4:7]).sum(axis=1)
+        return np.isfinite(hits[:, :7]).all(axis=1) & (np.abs(length - 1) < NOT_UNIT)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """hit: bool (R,). t: integers (R,), of rays that hit; in units of 2^-bits times the length of the direction."""
+
+    hit: np.ndarray
+    t: np.ndarray
+    bits: int
+
+    def apart(self, t: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """|t - truth| of the rays with these numbers, float64, as exact as that is."""
+
+        def difference(found, true):
+            above, below = float(found).as_integer_ratio()
+            return abs((above << self.bits) - true * below) / (below << self.bits)
+
+        return np.array([difference(*pair) for pair in zip(t, self.t[rays], strict=True)], dtype=np.float64)
+
+    def values(self, rays: np.ndarray) -> np.ndarray:
+        """t of the rays with these numbers, float64."""
+        return np.array([true / (1 << self.bits) for true in self.t[rays]], dtype=np.float64)
+
+    def compare(self, hits: np.ndarray, unit: float | None = 1.0, worst: float = math.inf) -> Finding:
+        """What hits (R, 8) are worth. Errors are |t - truth| / unit, relative ones without a unit.
+
+        A failure is a wrong hit, a wrong miss, a hit that is not `are_proper` and one whose error is above `worst`.
+        """
+        found, proper = hits[:, 7] >= 0, are_proper(hits)
+        (both,) = np.nonzero(found & proper & self.hit)
+        errors = self.apart(hits[both, 0], both) / (self.values(both) if unit is None else unit)
+        failures = (found != self.hit) | (found & ~proper)
+        failures[both] |= errors > worst
+        return Finding(len(hits), int(failures.sum()), errors)
+
+
+def first(near, far, line, bits) -> Truth:
+    """The first of two roots with t > 0, of lines that have any."""
+    return Truth(line & (far > 0), np.where(near > 0, near, far), bits)
+
+
+def quadric(f, d, square, bits) -> Truth:
+    """The first hit of |f + t d|² = square, f and d integers (R, 3) of one unit, square of its square."""
+    a, b, c = dot(d, d), dot(f, d), dot(f, f) - square
+    discriminant = b * b - a * c
+    line = (discriminant >= 0).astype(bool)
+    root = _root(np.where(line, discriminant, 0) << 2 * bits)
+    return first((-(b << bits) - root) // a, (-(b << bits) + root) // a, line, bits)
+
+
+def sphere(rays: np.ndarray, centre, radius: float) -> Truth:
+    scale, (o, d, c, r) = whole(rays[:, :3], rays[:, 3:], centre, radius)
+    return quadric(o - c, d, r * r, scale + 64)
+
+
+def outline(rays: np.ndarray, loop: np.ndarray) -> np.ndarray:
+    """Does the line of each ray pass through a convex loop of points (R or 1, m, 3), or touch it? Bool (R,).
+
+    It passes each edge on the same side: the sign of the volume that the edge spans with a stretch of the line.
+    """
+    _, (o, d, v) = whole(rays[:, None, :3], rays[:, None, 3:], loop)
+    arms = v - o
+    sides = sign(dot(d, cross(arms, np.roll(arms, -1, axis=1))))
+    return ((sides >= 0).all(axis=1) | (sides <= 0).all(axis=1)) & (sides != 0).any(axis=1)
+
+
+def triangle(rays: np.ndarray, corners: np.ndarray) -> Truth:
+    """Of triangles (R or 1, 3, 3), one for each ray or for all."""
+    scale, (o, d, v) = whole(rays[:, :3], rays[:, 3:], corners)
+    a, bits = v[:, 0], scale + 64
+    normal = cross(v[:, 1] - a, v[:, 2] - a)
+    height, fall = dot(a - o, normal), dot(d, normal)
+    line = outline(rays, corners) & (fall != 0).astype(bool)
+    t = (height << bits) // np.where(line, fall, 1)
+    return Truth(line & (t > 0).astype(bool), t, bits)

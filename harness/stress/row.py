@@ -1,0 +1,98 @@
+"""A row of the catalogue of failures: what it puts under stress, and how far theory says that each method holds."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from harness import repetition
+from harness.scene.model import Scene
+
+ROUNDOFF = {"float32": 2.0**-24, "float64": 2.0**-53}  # u of NUM-2
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What an answer is worth.
+
+    count: how many answers were judged. failures: how many of them are wrong, not a number included. errors: of those
+    that have one, finite, in the row's unit.
+    """
+
+    count: int
+    failures: int
+    errors: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def record(self) -> dict:
+        """For JSON; an error is null if no answer has one."""
+        errors = np.sort(self.errors)
+        of = (lambda share: float(errors[int(share * (len(errors) - 1))])) if len(errors) else lambda _: None
+        told = {"count": int(self.count), "failures": int(self.failures)}
+        return {**told, "error_median": of(0.5), "error_p99": of(0.99), "error_max": of(1.0)}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """The inputs at one level of stress, already numbers of the precision, so that rounding them changes nothing.
+
+    rays: float64 (R, 6) for a job of kind rays; None: the job makes a picture. parameters: of [image], that the level
+    asks for. judge: what the answer is worth; called with the Result of a repetition that is ok.
+    """
+
+    scene: Scene
+    judge: Callable[[repetition.Result], Finding]
+    rays: np.ndarray | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Row:
+    """name: of files and experiments. code: in the catalogue of docs, S1 to S24.
+
+    stress, failure, error: what the level is, what counts as a failure, and the unit of errors ("" if there are none).
+    levels: from mild to extreme. logarithmic: the axis of levels. method: the key of [image] whose values are naive and
+    robust ways of this row, "" if there is none. aligned: "", or the name of the row in general position whose aligned
+    twin this is. make(level, precision, rng): the Trial; the same for all renderers and methods.
+    expected(level, u, methods): the error that theory predicts, or None. limit(u, methods): the level at which a method
+    breaks by theory, or None. methods: the parameters of the job by name, precision among them. source: of the row.
+    """
+
+    name: str
+    code: str
+    title: str
+    stress: str
+    failure: str
+    levels: tuple[float, ...]
+    make: Callable[[float, str, np.random.Generator], Trial]
+    error: str = ""
+    logarithmic: bool = True
+    method: str = ""
+    aligned: str = ""
+    source: str = ""
+    expected: Callable[[float, float, Mapping[str, Any]], float | None] = lambda *_: None
+    limit: Callable[[float, Mapping[str, Any]], float | None] = lambda *_: None
+
+    def facts(self) -> dict:
+        """For run.json: all that a report says of the row."""
+        told = ("code", "title", "stress", "failure", "error", "logarithmic", "method", "aligned", "source")
+        return {name: getattr(self, name) for name in told}
+
+
+def rounded(values, precision: str) -> np.ndarray:
+    """`values` as float64 that are numbers of `precision`."""
+    values = np.asarray(values, dtype=np.float64)
+    return values.astype(np.float32).astype(np.float64) if precision == "float32" else values
+
+
+def in_general_position(rng: np.random.Generator) -> np.ndarray:
+    """A random rotation (3, 3) (Haar): nothing is along an axis."""
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q = q * np.sign(np.diag(r))
+    return q if np.linalg.det(q) > 0 else -q
+
+
+def directions(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Unit vectors (count, 3), uniform on the sphere."""
+    found = rng.normal(size=(count, 3))
+    return found / np.linalg.norm(found, axis=1, keepdims=True)

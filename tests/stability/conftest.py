@@ -1,0 +1,35 @@
+"""One way to put a renderer under stress."""
+
+import pytest
+
+from harness import repetition, stress
+from harness.image import Image
+from harness.stress import job
+
+
+@pytest.fixture
+def strain(bench):
+    """strain(variant, row, level, precision, seed, **methods): the Finding of a row of the catalogue at a level.
+
+    The test is skipped if the variant cannot do it.
+    """
+
+    def run(variant, row, level, precision="float64", seed=7, **methods):
+        print(f"{row} at {level:g}, {precision}, seed {seed}, {methods}")
+        entry = bench.entry(variant)
+        wanted = job.Stressed(stress.rows()[row], level, precision, seed)
+        image = Image(**{**wanted.trial.parameters, "precision": precision, **methods})
+        parameters = wanted.parameters(image, entry.threads() if image.threads == "default" else image.threads, 0)
+        reason = repetition.unsupported(entry, parameters, wanted.needs(parameters))
+        if reason:
+            pytest.skip(f"{variant} {reason}")
+        arrays, needs = wanted.flat(image.arithmetic)[1], wanted.needs(parameters)
+        if parameters.kind == "rays":  # pictures tell what a pixel takes, which hangs on the needs
+            needs = bench.padded(needs)
+        result = repetition.run(entry, arrays, parameters, needs, cache=bench.caches / variant)
+        assert result.status == "ok", f"{variant}: {result.status}: {result.reason}\n{result.stderr}"
+        finding = wanted.trial.judge(result)
+        print(f"{variant}: {finding.failures} of {finding.count} wrong, errors {finding.record()}")
+        return finding
+
+    return run
