@@ -1,0 +1,1 @@
+"""Embree finds what rays hit; NumPy does the rest."""

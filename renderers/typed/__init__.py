@@ -1,0 +1,1 @@
+"""One source of typed Python for compilers of Python."""
