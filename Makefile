@@ -6,7 +6,7 @@ study: .venv/installed  ## run the study's comparison and write its report
 	$(BIN)/rayrace run experiments/comparison.toml --report
 
 # Pictures do not depend on who else is at work, so those tests share the cores; tests that measure run alone.
-PICTURES = -n auto --dist loadfile tests/conformance tests/renderers
+PICTURES = -n auto --dist loadfile tests/conformance tests/renderers tests/stability
 MEASURES = tests/harness tests/reports
 
 test: quick  ## all tests, the fast ones first
@@ -24,6 +24,9 @@ cudasim: .venv/installed  ## the conformance suite for numba-cuda in Numba's sim
 gallery: .venv/installed  ## the study's figures, with scenes of our own
 	$(BIN)/rayrace run experiments/gallery.toml --report
 
+stability: .venv/installed  ## where methods fail: every row of the catalogue, and its charts
+	$(BIN)/rayrace run experiments/stability.toml --report
+
 smoke: .venv/installed  ## every renderer at 32 x 32
 	$(BIN)/rayrace run experiments/smoke.toml
 
@@ -38,4 +41,4 @@ format: .venv/installed
 clean:  ## forget the environment; results stay
 	rm -rf .venv .pytest_cache build dist *.egg-info
 
-.PHONY: study test quick cudasim gallery smoke format clean
+.PHONY: study test quick cudasim gallery stability smoke format clean

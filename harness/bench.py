@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness import gpu_use, job, repetition, row, store, trouble
+from harness import gpu_use, job, judge, repetition, row, store, trouble
 from harness.builder import BuildError
 from harness.executors import Executor
 from harness.judging import Judging
@@ -37,6 +37,8 @@ class Bench:
         series = self.store.folder / "series" / f"{stem}.csv"
         started, begun, before = timestamp(), self.executor.clock(), self.executor.look()
         arrays = self.plan.arrays[cell.scene_version]
+        # Cells under stress are many, and how long they compile is not asked.
+        cache = self.caches / (f"{cell.entry.name}.stress" if cell.stressed else cell.key)
         result = self.executor.run(
             cell.entry,
             arrays,
@@ -45,7 +47,7 @@ class Bench:
             timeout=cell.timeout,
             series=series,
             interval=self.interval,
-            cache=self.caches / cell.key,
+            cache=None if kind == "cold" else cache,
             log=self.store.folder / "logs" / stem,
         )
         disturbed = trouble.between(before, self.executor.look())
@@ -55,7 +57,7 @@ class Bench:
             "started": started,
             "shapes": job.count_shapes(arrays),
             "lights": len(arrays["lights"]),
-            "unranked": row.unranked(cell.entry, result.said),
+            "unranked": row.STRESSED if cell.stressed else row.unranked(cell.entry, result.said),
             "pass": kind,
             **row.measured(result, series),
             "disturbed": disturbed,
@@ -65,10 +67,18 @@ class Bench:
             "accuracy": None,
             "error": None,
             "bound": None,
+            "stability": None,
         }
         if record["wall_s"] is not None:
             record["warnings"] += trouble.doubts(disturbed, record["wall_s"])
-        if result.array is not None and result.status == "ok":
+        if cell.stressed and result.array is not None:  # one that is no valid answer too: it is counted, and fails
+            record["stability"] = cell.stressed.record(result, cell.parameters)
+            if cell.parameters.kind == "image":
+                record["picture"] = self._keep(cell, result.array, record["warnings"])
+            wrong = judge.broken(result)
+            if wrong and result.status == "ok":
+                result.status, result.reason = "wrong picture", wrong
+        elif result.array is not None and result.status == "ok":
             record["picture"] = self._keep(cell, result.array, record["warnings"])
             told = self.judging.judge(cell, result, record["picture"])
             record["accuracy"], record["error"], record["bound"], wrong = told

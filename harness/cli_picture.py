@@ -7,6 +7,11 @@ import typer
 
 RendererOption = Annotated[list[Path] | None, typer.Option("--renderer", help="Folder of a renderer, or of several.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a script.")]
+SphereOption = Annotated[str, typer.Option(help="robust, textbook, stable or wide.", metavar="NAME")]
+TriangleOption = Annotated[str, typer.Option(help="watertight, moller-trumbore or watertight-kahan.", metavar="NAME")]
+SlabOption = Annotated[str, typer.Option(help="branch or plain.", metavar="NAME")]
+VectorOption = Annotated[str, typer.Option(help="off, or on: many rays, or many shapes, at once.", metavar="NAME")]
+MergeOption = Annotated[str, typer.Option(help="tolerant or none.", metavar="NAME")]
 
 
 def render(
@@ -34,7 +39,19 @@ def render(
     seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.")] = 0,
     walk: Annotated[str, typer.Option(help="least, recursion, table, stack or chain.", metavar="NAME")] = "least",
     accel: Annotated[str, typer.Option(help="auto, none or bvh.", metavar="NAME")] = "auto",
-    sphere: Annotated[str, typer.Option(help="robust, textbook or stable.", metavar="NAME")] = "robust",
+    sphere: SphereOption = "robust",
+    triangle: TriangleOption = "watertight",
+    slab: SlabOption = "branch",
+    merge: MergeOption = "tolerant",
+    offset: Annotated[str, typer.Option(help="bounded, relative, fixed or none.", metavar="NAME")] = "bounded",
+    epsilon: Annotated[str, typer.Option(help="Of the offset: 1e-4, 2^-20. Default: by method and precision.")] = "",
+    fresnel: Annotated[str, typer.Option(help="clamped or unclamped.", metavar="NAME")] = "clamped",
+    phong: Annotated[str, typer.Option(help="clamped or unclamped.", metavar="NAME")] = "clamped",
+    renormalise: Annotated[str, typer.Option(help="on or off.", metavar="NAME")] = "on",
+    kernel: Annotated[
+        str, typer.Option(help="needed: what the scene needs, +lens: that too; general: all.", metavar="NAME")
+    ] = "needed",
+    vector: VectorOption = "off",
     floating_point: Annotated[str, typer.Option(help="strict, contract or fast.", metavar="NAME")] = "strict",
     cutoff: Annotated[str, typer.Option(help="Rays of so small a weight are not traced: 0.001, 2^-10.")] = "0",
     arithmetic: Annotated[str, typer.Option(help="linear, or srgb as a warning.", metavar="NAME")] = "linear",
@@ -68,11 +85,13 @@ def render(
     image = single.image(
         width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
         adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold, lens_radius=lens_radius,
-        focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays, glossy_weight=glossy_weight,
-        seed=seed, walk=walk, accel=accel, sphere=sphere, floating_point=floating_point, cutoff=cutoff,
+        focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
+        glossy_weight=glossy_weight, seed=seed, walk=walk, accel=accel, sphere=sphere, triangle=triangle,
+        slab=slab, merge=merge, offset=offset, epsilon=epsilon or None, fresnel=fresnel, phong=phong,
+        renormalise=renormalise, kernel=kernel, vector=vector, floating_point=floating_point, cutoff=cutoff,
         arithmetic=arithmetic, sample_x=sample_x, sample_y=sample_y, region=region, precision=precision,
-        threads=threads or "default", scene_memory=scene_memory, block_width=block_width, block_height=block_height,
-        total_threads=total_threads, max_registers=max_registers,
+        threads=threads or "default", scene_memory=scene_memory, block_width=block_width,
+        block_height=block_height, total_threads=total_threads, max_registers=max_registers,
     )  # fmt: skip
     if max_error:
         from harness import within
@@ -91,7 +110,11 @@ def trace(
     ] = "",
     out: Annotated[Path | None, typer.Option("-o", "--out", help="HITS.csv. Default: standard output.")] = None,
     precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
-    sphere: Annotated[str, typer.Option(help="robust, textbook or stable.", metavar="NAME")] = "robust",
+    sphere: SphereOption = "robust",
+    triangle: TriangleOption = "watertight",
+    slab: SlabOption = "branch",
+    merge: MergeOption = "tolerant",
+    vector: VectorOption = "off",
     floating_point: Annotated[str, typer.Option(help="strict, contract or fast.", metavar="NAME")] = "strict",
     scene_memory: Annotated[
         str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")
@@ -103,6 +126,7 @@ def trace(
     from harness import single
 
     methods = {
-        "precision": precision, "sphere": sphere, "floating_point": floating_point, "scene_memory": scene_memory,
+        "precision": precision, "sphere": sphere, "triangle": triangle, "slab": slab, "merge": merge, "vector": vector,
+        "floating_point": floating_point, "scene_memory": scene_memory,
     }  # fmt: skip
     single.trace(scene, rays, variant, out, methods, timeout, tuple(renderer or ()))

@@ -112,12 +112,13 @@ def _inspect(entry: Entry, case: Case, needed: tuple[str, ...], targets: tuple[s
     """The kernels of a job; "ok", or what went wrong and why."""
     with tempfile.TemporaryDirectory(prefix="rayrace-", ignore_cleanup_errors=True) as scratch:
         here = Path(scratch)
-        job.write(here / "job", flatten(case.scene), case.parameters, needed)
+        given = entry.renderer.given(case.parameters, needed)
+        job.write(here / "job", flatten(case.scene), case.parameters, given)
         for name in ("out", "neutral"):
             (here / name).mkdir()
         places = {"folder": str(entry.renderer.folder), "python": sys.executable}
         command = [fill(word, places) for word in entry.renderer.manifest.inspect.command]
-        command += job.flags(here / "job", here / "out", entry.name, None, case.parameters, needed)
+        command += job.flags(here / "job", here / "out", entry.name, None, case.parameters, given)
         command.append("--targets=" + ",".join(targets))
         stdout, stderr = here / "stdout", here / "stderr"
         outcome = process.run(command, here / "neutral", stdout, stderr, TIMEOUT)

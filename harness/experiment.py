@@ -68,13 +68,15 @@ class Measure(Strict):
     interval: of the measurer. gpu_load: of the load pass, one more process of each cell of a GPU, with frames that fill
     this time; 0: none. least_frame: later frames that would be shorter are batches of renders that last so long;
     0: none. pair: the variant of which one cell is run twice in every round, for the noise floor of the run; auto
-    takes the fastest there is.
+    takes the fastest there is. cold: every cell is run once more in every round, with no code of an earlier process
+    to load; for what starting costs, and in no other time.
     """
 
     interval: Seconds = 0.05
     gpu_load: Annotated[float, BeforeValidator(duration), Field(ge=0, le=3600)] = 5.0
     least_frame: Annotated[float, BeforeValidator(duration), Field(ge=0, le=60)] = 1e-3
     pair: str = "auto"
+    cold: bool = False
 
 
 class Reference(Strict):
@@ -89,6 +91,18 @@ class Reference(Strict):
     times: Annotated[int, Field(ge=8, le=10**4)] = 64
     spots: Annotated[int, Field(ge=0, le=10**5)] = 100
     spot_seconds: Seconds = 60.0
+
+
+class Stress(Strict):
+    """A row of the catalogue of failures (harness/stress), to be run at each of its levels.
+
+    levels: in place of the row's own. sweep: lists of values of keys of [image], every combination of them: the methods
+    to compare.
+    """
+
+    row: str
+    levels: Annotated[tuple[Annotated[float, Field(ge=0, allow_inf_nan=False)], ...], Field(min_length=1)] | None = None
+    sweep: dict[str, tuple[Any, ...]] = {}
 
 
 class Override(Strict):
@@ -106,7 +120,8 @@ class Experiment(Strict):
     """One experiment: scenes x renderers x sweep x processes.
 
     What is rendered is [image]; of what: `scenes`, files beside this one, or [[case]] tables, each a scene and what
-    of [image] is other for it, or [generate], a scene made for the run.
+    of [image] is other for it, or [generate], a scene made for the run, or [[stress]], rows of the catalogue of
+    failures, whose scenes and rays are made for the run from `seed`.
 
     Any key of [image] may be swept, and `side`, which is width and height at once, and the counts of [generate].
     [sweep] is a table of lists, every combination of them. Of [[sweep]] tables each is zipped, its lists being of one
@@ -131,8 +146,8 @@ class Experiment(Strict):
 
     where: expressions that must be true of a cell, or it is left out and counted:
     "renderer != 'python' or side <= 128".
-    They name the keys of [image], side, objects, lights, size, processes, frames, and renderer, scene and case as
-    labels show them; and have and, or, not, in, comparisons, arithmetic, min, max and abs.
+    They name the keys of [image], side, objects, lights, size, processes, frames, and renderer, scene, case, stress
+    (the row) and level as labels show them; and have and, or, not, in, comparisons, arithmetic, min, max and abs.
 
     reference: without it, the truth is made where that takes one picture: of scenes without samples, at each picture's
     own depth.
@@ -156,6 +171,7 @@ class Experiment(Strict):
     image: Image = Image()
     case: tuple[Case, ...] = ()
     generate: Generate | None = None
+    stress: tuple[Stress, ...] = ()
     sweep: Table | tuple[Table, ...] = {}
     points: tuple[dict[str, Any], ...] = ()
     measure: Measure = Measure()
@@ -194,8 +210,12 @@ class Experiment(Strict):
 
     @model_validator(mode="after")
     def _names_known(self):
-        if [bool(self.scenes), bool(self.case), bool(self.generate)].count(True) != 1:
-            raise ValueError("scenes, [[case]] or [generate]: expected one of the three, with at least one scene")
+        if [bool(self.scenes), bool(self.case), bool(self.generate), bool(self.stress)].count(True) != 1:
+            raise ValueError(
+                "scenes, [[case]], [generate] or [[stress]]: expected one of the four, with at least one scene"
+            )
+        for stress in self.stress:
+            self._known(f"stress.{stress.row}.sweep", stress.sweep)
         if len({case.name for case in self.case}) != len(self.case):
             raise ValueError("case: each needs a name of its own")
         for name in self.override:

@@ -3,10 +3,10 @@
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from harness.errors import UserError
-from harness.job import Parameters
+from harness.job import NEEDS, Parameters
 from harness.manifest import Strict
 
 BLOCK = 1024  # threads that a block of a GPU can have
@@ -34,6 +34,21 @@ def number(value: Any) -> Any:
 Fraction = Annotated[float, BeforeValidator(number), Field(ge=0, lt=1, allow_inf_nan=False)]
 
 
+KERNEL = rf"needed(\+({'|'.join(NEEDS)}))*|general"
+
+
+def kernel(value: str) -> str:
+    if re.fullmatch(KERNEL, value):
+        return value
+    raise ValueError(
+        f'expected "needed", "general", or "needed+NAME+.." with what to carry unneeded, found "{value}"; '
+        f"names: {', '.join(NEEDS)}"
+    )
+
+
+Kernel = Annotated[str, AfterValidator(kernel), WithJsonSchema({"type": "string", "pattern": f"^({KERNEL})$"})]
+
+
 class Image(Strict):
     """What is rendered. Every key may also be swept."""
 
@@ -54,7 +69,17 @@ class Image(Strict):
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
     walk: Literal["least", "recursion", "table", "stack", "chain"] = "least"
     accel: Literal["auto", "none", "bvh"] = "auto"
-    sphere: Literal["robust", "textbook", "stable"] = "robust"
+    sphere: Literal["robust", "textbook", "stable", "wide"] = "robust"
+    triangle: Literal["watertight", "moller-trumbore", "watertight-kahan"] = "watertight"
+    slab: Literal["branch", "plain"] = "branch"
+    merge: Literal["tolerant", "none"] = "tolerant"
+    offset: Literal["bounded", "relative", "fixed", "none"] = "bounded"
+    epsilon: Annotated[float, BeforeValidator(number), Field(gt=0, lt=1)] | None = None  # of the offset
+    fresnel: Literal["clamped", "unclamped"] = "clamped"
+    phong: Literal["clamped", "unclamped"] = "clamped"
+    renormalise: Literal["on", "off"] = "on"
+    kernel: Kernel = "needed"
+    vector: Literal["off", "on"] = "off"
     floating_point: Literal["strict", "contract", "fast"] = "strict"
     cutoff: Fraction = 0.0  # weight up to which rays are not traced
     arithmetic: Literal["linear", "srgb"] = "linear"  # srgb: codes added as if they were light (figure 2.6)

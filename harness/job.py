@@ -16,9 +16,19 @@ def default_epsilon(precision: str) -> float:
     return 32 * {"float32": 2.0**-24}.get(precision, 2.0**-53)
 
 
+FIXED_EPSILON = 1e-4  # OFF-1: the length that is so often seen in code
+
+
 NOT_IN_THE_PICTURE = (
-    *("threads", "frames", "least_frame", "walk", "accel"),
+    *("threads", "frames", "least_frame", "walk", "accel", "kernel"),
     *("scene_memory", "block_width", "block_height", "total_threads", "max_registers"),
+)
+
+
+# What a job may need (renderers/README.md).
+NEEDS = (
+    *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg", "ambient", "diffuse", "phong", "shadows", "soft"),
+    *("reflection", "transmission", "glossy", "attenuation", "media", "supersampling", "adaptive", "lens", "cutoff"),
 )
 
 
@@ -46,12 +56,21 @@ class Parameters:
     accel: str = "auto"
     arithmetic: str = "linear"
     sphere: str = "robust"
+    triangle: str = "watertight"
+    slab: str = "branch"
+    merge: str = "tolerant"
+    offset: str = "bounded"
+    fresnel: str = "clamped"
+    phong: str = "clamped"
+    renormalise: str = "on"
+    kernel: str = "needed"  # or "general", or what it carries unneeded: "needed+shadows+lens"
+    vector: str = "off"
     floating_point: str = "strict"
     cutoff: float = 0.0
     sample_x: float = 0.5
     sample_y: float = 0.5
     precision: str = "float64"
-    epsilon: float | None = None  # None: 32 u of the precision (OFF-1)
+    epsilon: float | None = None  # None: 32 u of the precision, for a fixed offset FIXED_EPSILON (OFF-1)
     threads: int = 1
     frames: int = 0
     least_frame: float = 0.0  # s; frames that would be shorter consist of several renders
@@ -74,13 +93,20 @@ class Parameters:
         values = dataclasses.asdict(self)
         values["region"] = ",".join(map(str, self.bounds()))
         values["shadows"] = int(self.shadows)
-        values["epsilon"] = default_epsilon(self.precision) if self.epsilon is None else self.epsilon
+        usual = FIXED_EPSILON if self.offset == "fixed" else default_epsilon(self.precision)
+        values["epsilon"] = usual if self.epsilon is None else self.epsilon
         return values
 
     def picture(self) -> "Parameters":
         """These parameters without those that may not change the picture."""
         default = Parameters()
         return dataclasses.replace(self, **{name: getattr(default, name) for name in NOT_IN_THE_PICTURE})
+
+    def carried(self, features: tuple[str, ...]) -> tuple[str, ...]:
+        """What the kernel of a renderer with these features carries, whether the job needs it or not."""
+        if self.kernel == "general":
+            return tuple(name for name in NEEDS if name in features)
+        return tuple(self.kernel.split("+")[1:])
 
     def defines(self, needs: tuple[str, ...]) -> tuple[str, ...]:
         """What a program is built with for this job, as words for a compiler of C or C++ (the contract's {defines})."""

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from harness.repetition import Result
+
 # Largest difference allowed in any channel outside the mask. float64: the cross-renderer gate of the conformance
 # suite. float32: one step of an 8-bit picture.
 TOLERANCE = {"float64": 1e-9, "float32": 1 / 255}
@@ -45,6 +47,14 @@ def not_finite(picture: np.ndarray) -> str | None:
     """None, or how many pixels have a channel that is NaN or infinite."""
     broken = int(np.count_nonzero(~np.isfinite(picture).all(axis=-1)))
     return f"{broken} pixels are not finite" if broken else None
+
+
+def broken(result: Result) -> str | None:
+    """None, or how many pixels of a picture are not finite, or how many samples the renderer counted as such."""
+    if result.array.ndim != 3:
+        return None
+    counted = (result.said.rays or {}).get("non_finite")
+    return not_finite(result.array) or (f"{counted} samples are not finite" if counted else None)
 
 
 def judge(

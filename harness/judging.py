@@ -37,7 +37,7 @@ class Judging:
         picture: where the array of `result` is stored.
         """
         limit, bounded = self._bound(cell, result, picture)
-        broken = judge.not_finite(result.array)
+        broken = judge.broken(result)
         found, files = self._reference(cell)
         if isinstance(found, NoReference):
             accuracy, wrong, mask = {"unavailable": found.reason}, broken, None
@@ -45,6 +45,7 @@ class Judging:
             verdict, wrong = self._verdict(cell, result, found, limit)
             seen = self._perceive(cell, result.array, picture, found.picture, files["reference_file"], "flip")
             accuracy, mask = {"reference": found.maker, **files, **verdict.record(), **seen}, found.mask
+            wrong = wrong or broken
         return accuracy, self._error(cell, result.array, picture, mask, broken), bounded, wrong
 
     def _verdict(self, cell: Cell, result: repetition.Result, found: Reference, limit):
@@ -103,7 +104,8 @@ class Judging:
     def _reference(self, cell: Cell) -> tuple[Reference | NoReference, dict]:
         """The reference for a cell, and its files."""
         needs = reference.needs_of(cell.needs)
-        maker = reference.choose(cell.entry, self.known, cell.parameters, needs)
+        judges = reference.judges_of(self.plan.arrays[cell.scene_version])
+        maker = reference.choose(cell.entry, self.known, cell.parameters, needs, judges)
         if maker is None:
             return NoReference("no other renderer here can make this picture"), {}
         shown = reference.job_of(cell.parameters)
@@ -127,11 +129,11 @@ class Judging:
         told = self.plan.truths.of(cell)
         if not told.seeds:
             return NoReference(told.reason), {}
-        judges = reference.JUDGES_OF_MANY if len(told.seeds) > 1 else ()
+        arrays = self.plan.arrays[cell.scene_version]
+        judges = reference.JUDGES_OF_MANY if len(told.seeds) > 1 else reference.judges_of(arrays)
         maker = reference.choose(cell.entry, self.known, told.parameters, told.needs, judges)
         if maker is None:
             return NoReference("no other renderer here can make its truth"), {}
-        arrays = self.plan.arrays[cell.scene_version]
 
         def make():
             try:

@@ -1,6 +1,7 @@
 """The plan: an experiment as cells, and the order in which their repetitions run."""
 
 import hashlib
+import itertools
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from typing import NamedTuple
 
 from pydantic import ValidationError
 
-from harness import registry, sweep, truth
+from harness import registry, stress, sweep, truth
 from harness.errors import UserError
 from harness.experiment import Experiment, Reference
 from harness.image import Image
@@ -18,6 +19,7 @@ from harness.registry import Entry
 from harness.repetition import unsupported
 from harness.source import Source, Sources
 from harness.statistics import LEAST
+from harness.stress.job import Stressed
 
 PAIRED = ("cpp", "numba", "cpp-threads", "numpy")  # whose cell is run twice: the first of them that can
 
@@ -37,6 +39,7 @@ class Cell:
     point: dict  # the swept values, as the experiment spells them
     objects: int  # that a ray is tried against
     lights: int
+    stressed: Stressed | None = None  # what it is put under, of a [[stress]] experiment
 
     @property
     def label(self) -> str:
@@ -52,7 +55,7 @@ class Cell:
 
 
 class Turn(NamedTuple):
-    """One process of a cell. kind: timed, or pair, the second process of the A/A pair in a round."""
+    """One process of a cell. kind: timed; pair, the second process of the A/A pair in a round; cold, with no cache."""
 
     cell: Cell
     number: int
@@ -67,6 +70,7 @@ class Plan:
     pair_reason: str = ""  # why there is none
     left_out: tuple[tuple[str, int], ...] = ()  # expressions of `where`, and how many cells each left out
     truths: "Truths | None" = None
+    cold: bool = False  # is every cell also run without a cache, once a round?
 
     def order(self, seed: int, how: str = "interleaved") -> list[Turn]:
         """Every process of the plan in turn.
@@ -77,7 +81,8 @@ class Plan:
         """
         members = []
         for cell in self.cells:
-            members += [(cell, "timed"), *([(cell, "pair")] if cell is self.pair else [])]
+            more = [("pair", cell is self.pair), ("cold", self.cold)]
+            members += [(cell, "timed"), *((cell, kind) for kind, wanted in more if wanted)]
         if how == "sequential":
             return [Turn(cell, number, kind) for cell, kind in members for number in range(cell.processes)]
         rng, turns = random.Random(seed), []
@@ -115,7 +120,7 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
     pair, reason = _pair(cells, experiment.measure.pair)
     truths = Truths(cells, sources, experiment.reference)
     left_out = tuple(constraints.left_out.items())
-    return Plan(cells, arrays, pair, reason, left_out, truths)
+    return Plan(cells, arrays, pair, reason, left_out, truths, experiment.measure.cold)
 
 
 class Truths:
@@ -138,7 +143,7 @@ class Truths:
 class _Picture:
     """A point of the sweep before it is said who renders it. table: the [[points]] table that it is from."""
 
-    source: Source
+    source: Source | Stressed
     image: Image
     point: dict
     table: int
@@ -151,7 +156,8 @@ class _Picture:
             processes = (override and override.processes) or experiment.processes
             if experiment.where and not constraints.keep(self._names(entry, threads, frames, processes)):
                 continue
-            parameters = self.image.parameters(threads, frames, experiment.measure.least_frame)
+            make = self.source.parameters if isinstance(self.source, Stressed) else Image.parameters
+            parameters = make(self.image, threads, frames, experiment.measure.least_frame)
             version, _ = self.source.flat(self.image.arithmetic)
             objects, lights = self.source.counts
             yield Cell(
@@ -166,6 +172,7 @@ class _Picture:
                 point=self.point,
                 objects=objects,
                 lights=lights,
+                stressed=self.source if isinstance(self.source, Stressed) else None,
             )
 
     def _names(self, entry: Entry, threads: int, frames: int, processes: int) -> dict:
@@ -179,6 +186,8 @@ class _Picture:
             "renderer": entry.name,
             "scene": self.source.stem,
             "case": self.point.get("case", ""),
+            "stress": self.point.get("stress", ""),
+            "level": self.point.get("level"),
             "objects": objects,
             "lights": lights,
             "size": self.source.size,
@@ -190,6 +199,9 @@ class _Picture:
 
 def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
     """Every point of every scene. UserError for a value that it cannot have."""
+    if experiment.stress:
+        yield from _stressed(experiment, file)
+        return
     sources = Sources(experiment, file)
     asked = [(name, {}, {}) for name in (experiment.scenes or ([None] if experiment.generate else []))]
     for case in experiment.case:
@@ -207,14 +219,36 @@ def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
             chosen = {**values, **{key: value for key, value in swept.items() if key in keys}}
             if "side" in swept:
                 chosen |= {"width": swept["side"], "height": swept["side"]}
-            try:
-                found = Image.model_validate(chosen)
-            except ValidationError as error:
-                why = error.errors()[0]["msg"].removeprefix("Value error, ")
-                where = [f'case "{case["case"]}"'] if case else []
-                where += [f"sweep {swept}"] if swept else []
-                raise UserError(f"{file}: {', '.join(where)}: {why}") from None
+            where = [f'case "{case["case"]}"'] if case else []
+            found = _image(chosen, file, [*where, *([f"sweep {swept}"] if swept else [])])
             yield _Picture(sources.find(name, swept), found, point, table)
+
+
+def _stressed(experiment: Experiment, file: Path) -> Iterator[_Picture]:
+    """Every level of every row, with every combination of its sweep and of the experiment's."""
+    known, image, made = stress.rows(), experiment.image.model_dump(), {}
+    for asked in experiment.stress:
+        if asked.row not in known:
+            raise UserError(f'stress: no row "{asked.row}"', file=file, remedy=f"known: {', '.join(known)}")
+        row = known[asked.row]
+        axes = [[(key, value) for value in values] for key, values in asked.sweep.items()]
+        for (common, table), *own in itertools.product(sweep.points(experiment), *axes):
+            swept = {**common, **dict(own)}
+            for level in asked.levels or row.levels:
+                precision = swept.get("precision", image["precision"])
+                key = row.name, level, precision
+                source = made.setdefault(key, Stressed(row, level, precision, experiment.seed))
+                point = {"stress": row.name, "level": level, **swept}
+                found = _image({**image, **source.trial.parameters, **swept}, file, [f"stress {point}"])
+                yield _Picture(source, found, point, table)
+
+
+def _image(chosen: dict, file: Path, where: list[str]) -> Image:
+    try:
+        return Image.model_validate(chosen)
+    except ValidationError as error:
+        why = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise UserError(f"{file}: {', '.join(where)}: {why}") from None
 
 
 def _pair(cells: tuple[Cell, ...], wanted: str) -> tuple[Cell | None, str]:

@@ -36,9 +36,9 @@ class Predictor:
             self.add(record)
 
     def add(self, record: dict) -> None:
-        """Learn from a row of store.py. The load pass has other frames than its cell, so it teaches nothing."""
+        """Learn from a row of store.py. Of the passes load and cold, which last longer, nothing is to be learnt."""
         took, kind = record.get("took_s") or record.get("wall_s"), record.get("pass", "timed")
-        if not took or kind == "load":
+        if not took or kind in ("load", "cold"):
             return
         if record["repetition"] == 0 and kind == "timed":
             self._learn(record, "first", took)

@@ -58,6 +58,7 @@ def _run(experiment, plan, known, folder, tell, resumed, budget, executor, earli
         "order": experiment.order,
         "pair": {"cell": plan.pair.key, "label": plan.pair.label} if plan.pair else {"unavailable": plan.pair_reason},
         "left_out": [{"constraint": constraint, "cells": count} for constraint, count in plan.left_out],
+        "stability": {cell.stressed.row.name: cell.stressed.row.facts() for cell in plan.cells if cell.stressed},
         "cells": [row.facts(cell) for cell in plan.cells],
     }
     records = []
@@ -170,6 +171,7 @@ def _go_on(now: dict, before: dict, records: list[dict]) -> tuple[dict, list[dic
     again = {name: now[name] for name in ("started", "command", "experiment", "order", "pair", "left_out")}
     return {
         **{name: value for name, value in before.items() if name not in ("format", "ended")},
+        "stability": {**now["stability"], **before.get("stability", {})},
         "cells": [*before["cells"], *(cell for cell in now["cells"] if cell["cell"] not in known)],
         "resumed": [*before.get("resumed", []), again],
     }, records

@@ -8,17 +8,24 @@ import numpy as np
 
 from harness import repetition
 from harness.builder import BuildError
-from harness.job import Parameters, default_epsilon
+from harness.job import Parameters, count_shapes, default_epsilon
 from harness.registry import Entry
 
 # Who may be the reference, the quickest first, start included. A picture is never judged by its own renderer.
 JUDGES = ("cpp", "numpy", "numba", "python")
 JUDGES_OF_MANY = ("cpp", "numba", "numpy", "python")  # of many samples; or shapes: numpy has no hierarchy
 
+MANY = 200  # shapes, from where on a hierarchy makes up for a compilation
+
 # 8 find all that float64 pictures can part by. Of the pixels where float32 ones do, 8 miss about one in a thousand.
 PERTURBATIONS = {"float64": 8, "float32": 32}
 ULPS = 4  # of float32, in the screen coordinates X and Y of CAM-2
 THRESHOLD = 0.1 / 255
+# What a reference has as by default, whatever the picture's method.
+PLAIN = (
+    *("sphere", "triangle", "slab", "merge", "fresnel", "phong", "renormalise", "floating_point", "cutoff"),
+    *("kernel", "vector"),
+)
 
 
 @dataclass(frozen=True)
@@ -34,6 +41,11 @@ class Reference:
 @dataclass(frozen=True)
 class NoReference:
     reason: str
+
+
+def judges_of(arrays: dict[str, np.ndarray]) -> tuple[str, ...]:
+    """The judges, the quickest first, of a scene; () where that depends on its needs alone."""
+    return JUDGES_OF_MANY if sum(count_shapes(arrays).values()) >= MANY else ()
 
 
 def choose(
@@ -70,11 +82,13 @@ def job_of(parameters: Parameters) -> Parameters:
     In float64, strict, nothing cut off, but rays leave surfaces as far off as in the picture: else contact shadows
     would differ by method.
     """
-    epsilon = parameters.epsilon
-    if epsilon is None:
+    epsilon, offset = parameters.epsilon, parameters.offset
+    if offset == "none":
+        epsilon, offset = None, Parameters.offset
+    if epsilon is None and offset != "fixed":
         epsilon = max(default_epsilon(parameters.precision), default_epsilon("float64"))
-    plain = {name: getattr(Parameters, name) for name in ("sphere", "floating_point", "cutoff")}
-    return replace(parameters.picture(), precision="float64", epsilon=epsilon, **plain)
+    plain = {name: getattr(Parameters, name) for name in PLAIN}
+    return replace(parameters.picture(), precision="float64", offset=offset, epsilon=epsilon, **plain)
 
 
 def needs_of(needs: tuple[str, ...]) -> tuple[str, ...]:

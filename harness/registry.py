@@ -40,6 +40,13 @@ class Renderer:
         content = "".join(f"{name}\0{digest}\n" for name, (_, digest) in self._known.items())
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 
+    @cached_property
+    def lines(self) -> int:
+        """Lines of the sources in its own folder that are not blank, without its manifest."""
+        own = [name for name in self._known if name not in self.manifest.shares and name != "renderer.toml"]
+        texts = (self.folder.joinpath(name).read_text(encoding="utf-8", errors="replace") for name in own)
+        return sum(bool(line.strip()) for text in texts for line in text.splitlines())
+
     def changed(self) -> list[str]:
         """Sources that are not, or no longer, what `version` was made of: edited, added or taken away."""
         return sorted(self._known.keys() ^ set(self.sources()) | set(filter(self._edited, self._known)))
@@ -66,6 +73,10 @@ class Renderer:
             return builder.MISSING[self.manifest.build.compiler]
         return None
 
+    def given(self, parameters: Parameters, needs: tuple[str, ...]) -> tuple[str, ...]:
+        """The needs as its program gets them: the job's, and what its kernel carries without need."""
+        return tuple(dict.fromkeys((*needs, *parameters.carried(self.manifest.features))))
+
     def build(self, parameters: Parameters | None = None, needs: tuple[str, ...] = ()) -> builder.Built | None:
         """Its build for a job, made or taken from the cache; None if it needs none. BuildError if it fails.
 
@@ -75,7 +86,8 @@ class Renderer:
             return None
         defines, options = (), ()
         if parameters and builder.DEFINES in self.manifest.build.command:
-            defines = parameters.defines(tuple(name for name in needs if name in self.manifest.features))
+            given = self.given(parameters, needs)
+            defines = parameters.defines(tuple(name for name in given if name in self.manifest.features))
         if parameters:
             options = tuple(
                 word

@@ -18,7 +18,10 @@ from harness.registry import Entry
 
 UNSUPPORTED = 3  # exit status
 # Parameters that a manifest names the values of.
-METHODS = ("precision", "walk", "accel", "scene_memory", "sphere", "floating_point", "glossy_weight")
+METHODS = (
+    *("precision", "walk", "accel", "kernel", "vector", "scene_memory", "floating_point"),
+    *("sphere", "triangle", "slab", "merge", "offset", "fresnel", "phong", "renormalise", "glossy_weight"),
+)
 
 
 @dataclass
@@ -37,7 +40,7 @@ class Result:
 def unsupported(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) -> str | None:
     """None, or why the manifest says that the variant cannot do this job."""
     manifest = entry.renderer.manifest
-    wanted = [*needs, *(["rays"] if parameters.kind == "rays" else [])]
+    wanted = [*entry.renderer.given(parameters, needs), *(["rays"] if parameters.kind == "rays" else [])]
     if parameters.bounds() != (0, 0, parameters.width, parameters.height):
         wanted.append("region")
     missing = [name for name in wanted if name not in manifest.features]
@@ -45,6 +48,8 @@ def unsupported(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) ->
         return f"does not support {', '.join(missing)}"
     for method in METHODS if "glossy" in needs else METHODS[:-1]:
         chosen, choices = getattr(parameters, method), entry.methods.get(method, (getattr(Parameters, method),))
+        if method == "kernel" and "general" in choices:  # what can carry all can carry any
+            continue
         if chosen not in choices:
             return f"has no {method} {chosen} (has {', '.join(choices)})"
     if entry.variant.threads == 1 and parameters.threads > 1:
@@ -84,7 +89,8 @@ def start(entry, arrays, parameters, needs, timeout=600.0, series=None, interval
         return Result("failed", f"its build failed: {error}")
     with tempfile.TemporaryDirectory(prefix="rayrace-", ignore_cleanup_errors=True) as scratch:
         here = Path(scratch)
-        job.write(here / "job", arrays, parameters, needs)
+        given = entry.renderer.given(parameters, needs)
+        job.write(here / "job", arrays, parameters, given)
         for name in ("out", "neutral"):
             (here / name).mkdir()
         cache = cache or here / "cache"
@@ -93,7 +99,7 @@ def start(entry, arrays, parameters, needs, timeout=600.0, series=None, interval
         if built:
             places["build"] = str(built.folder)
         command = [fill(word, places) for word in entry.variant.command]
-        command += job.flags(here / "job", here / "out", entry.name, cache, parameters, needs)
+        command += job.flags(here / "job", here / "out", entry.name, cache, parameters, given)
         stdout, stderr = here / "stdout", here / "stderr"
         outcome = process.run(command, here / "neutral", stdout, stderr, timeout, series, interval)
         result = _collect(outcome, here / "out", stdout, stderr, parameters, needs)
@@ -164,7 +170,7 @@ def _load(out: Path, said: events.Said, parameters: Parameters):
     if parameters.kind == "rays" and (array.ndim != 2 or array.shape[1] != 8):
         return None, f"{said.output} has shape {array.shape}, expected (rays, 8)"
     if parameters.kind == "rays" and not _are_hits(array):
-        return None, f"{said.output} holds a row that is neither a hit nor a miss"
+        return array, f"{said.output} holds a row that is neither a hit nor a miss"
     return array, None
 
 

@@ -14,6 +14,7 @@ AT_MOST = "wait4 (at most)"  # the peak is below what wait4 can tell; at_least_b
 PHASE_TOLERANCE = 0.02  # of the wall time that no phase covers
 
 EXHIBIT = "exhibit: "
+STRESSED = EXHIBIT + "put under stress, to see where it breaks"
 SIMULATED = "ran in the CUDA simulator: its times say nothing about a GPU"
 
 
@@ -26,6 +27,7 @@ def facts(cell: Cell) -> dict:
         "renderer": entry.renderer.manifest.name,
         "renderer_version": entry.renderer.version,
         "technology": entry.renderer.manifest.technology,
+        "lines": entry.renderer.lines,
         "scene": cell.scene,
         "scene_version": cell.scene_version,
         "point": cell.point,

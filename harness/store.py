@@ -9,17 +9,19 @@
                         beside its reference and the truth; KEY.dropped.npy, weights that were cut off (CUT-2);
                         KEY.reference.npy and KEY.mask.npy of each reference, KEY.truth.npy and KEY.standard_error.npy
                         of each truth
-    series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-pair-N, KEY-load-N of the other passes
+    series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-pair-N and the like of other passes
     logs/KEY-N.stdout, .stderr; likewise
 
 A record has these keys; what is not known is null, with the reason in `status` and `reason`. A line of
 repetitions.jsonl leaves out what run.json says of the record's cell.
 
     cell, repetition, variant, renderer, renderer_version, technology, scene, scene_version, point, parameters, needs
+    lines       of the sources of the renderer
     shapes      {sphere, box, polygon, ellipsoid, triangle, csg}: how many a ray is tried against
     lights      how many
     pass        timed; pair: the second process of the A/A pair, which only the noise floor is made of; load: a
-                repetition that repeats the frame for the GPU's counters. Only timed ones are in times
+                repetition that repeats the frame for the GPU's counters; cold: one with an empty cache of compiled
+                code, for what starting costs. Only timed ones are in times
     unranked    null, or why the row takes no part in any comparison: "exhibit: ..", or it ran in a simulator
     status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
     reason      text; "" if ok
@@ -50,6 +52,10 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
                 picture
     bound       null, or of a cut-off {radiance, max, mean, dropped_file}: the largest error that it can have made in a
                 channel of a pixel, over all pixels, and its mean (bound.py)
+    stability   null, or of a cell of [[stress]] {row, level, count, failures, error_median, error_p99, error_max,
+                expected, limit}: answers judged and those that are wrong; errors in the unit of the row, and the error
+                and the level where the method breaks that theory predicts; each null where there is none. What the row
+                is says run.json, under `stability`
     measurer    its audit of itself: {ticks, missed, interval_s, interval_p50_s, interval_p99_s, cpu_s (its own),
                 saw_end, resolution_s (of integral_s), integral_s, wait4_s, processes (most at once), mark_bytes
                 (largest VmHWM seen), pss_peak_bytes, gpu, gpu_sources}
@@ -71,7 +77,7 @@ from harness.errors import UserError
 
 FORMAT = 1
 # Mostly the same in all rows of a cell.
-REPEATED = {"used", "versions", "build", "device", "shapes", "accuracy", "error", "bound"}
+REPEATED = {"used", "versions", "build", "device", "shapes", "accuracy", "error", "bound", "stability"}
 
 
 class Run:

@@ -16,7 +16,7 @@ from harness.image import Image
 FUNCTIONS = {"min": min, "max": max, "abs": abs}
 # What an expression of `where` can name.
 NAMES = (
-    *("renderer", "scene", "case", "objects", "lights", "size", "side"),
+    *("renderer", "scene", "case", "stress", "level", "objects", "lights", "size", "side"),
     *("processes", "frames", *Image.model_fields),
 )
 

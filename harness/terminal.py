@@ -126,7 +126,7 @@ def _line(cell, record, done, total, left_s) -> str:
     error = "error unavailable" if worst is None else f"error {worst:.1e}"
     error += "" if off is None else f", RMSE to the truth {off:.1e}"
     unranked = ", unranked" if record["unranked"] else ""
-    turn = {"load": ", load pass", "pair": ", for the noise floor"}.get(record["pass"], "")
+    turn = {"load": ", load pass", "pair": ", for the noise floor", "cold": ", cold"}.get(record["pass"], "")
     return f"{place}{turn}: first {frames[0]:.4g} s, {steady}, {error}{unranked}"
 
 

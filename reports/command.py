@@ -13,7 +13,7 @@ from reports.cell import Cell, Missing
 from reports.results import Results
 
 # Parameters without an option: what follows from others, or is of measuring.
-NO_OPTION = ("kind", "epsilon", "frames", "least_frame")
+NO_OPTION = ("kind", "frames", "least_frame")
 COUNTS = {"objects": "spheres", "lights": "lights", "size": "size"}  # of [generate], by the option of the command
 
 
@@ -80,6 +80,7 @@ def _values(results: Results, cell: Cell) -> dict:
         "shadows": bool(values["shadows"]),
         "threads": _threads(results, cell),
     }
+    values["epsilon"] = "" if _asked_for(results, cell, "epsilon") is None else f"{values['epsilon']:.17g}"
     if "cutoff" in values:
         exponent = power(values["cutoff"])
         values["cutoff"] = f"{values['cutoff']:.17g}" if exponent is None else f"2^{exponent}"
@@ -92,10 +93,15 @@ def _values(results: Results, cell: Cell) -> dict:
 
 def _threads(results: Results, cell: Cell) -> int:
     """The number that the experiment asks for; the command's default, if it leaves it to the variant."""
+    told = _asked_for(results, cell, "threads")
+    return default("threads") if told in (None, "default") else told
+
+
+def _asked_for(results: Results, cell: Cell, key: str):
+    """What the experiment has for a key of [image] in this cell; None if it says nothing."""
     experiment = results.facts["experiment"]
     case = next((told for told in experiment.get("case", ()) if told["name"] == cell.swept.get("case")), {})
-    told = cell.swept.get("threads") or case.get("threads") or experiment["image"].get("threads", "default")
-    return default("threads") if told == "default" else told
+    return cell.swept.get(key) or case.get(key) or experiment.get("image", {}).get(key)
 
 
 def _scene(results: Results, cell: Cell) -> tuple[str, list[str]]:

@@ -11,7 +11,7 @@ STATE = "governor", "turbo", "commit"
 
 # Parameters that may not change the picture (job.py): cells are compared over them, and told to differ.
 NOT_IN_THE_PICTURE = (
-    *("threads", "frames", "least_frame", "walk", "accel"),
+    *("threads", "frames", "least_frame", "walk", "accel", "kernel"),
     *("scene_memory", "block_width", "block_height", "total_threads", "max_registers"),
 )
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from harness.statistics import Estimate
-from reports import resampling, view
+from reports import method, resampling, view
 from reports.cell import Cell, Missing
 from reports.resampling import Blocks
 from reports.results import Results
@@ -14,7 +14,7 @@ from reports.view import View
 
 # How many random or regular draws of a pixel a parameter stands for: n x n samples, feelers, reflected rays.
 DIALS = {"samples": lambda n: n * n, "feelers": lambda n: max(n, 1), "glossy_rays": lambda n: max(n, 1)}
-METHODS = "sampler", "precision", "epsilon", "floating_point", "sphere", "cutoff", "glossy_weight"
+METHODS = "sampler", "precision", "epsilon", "floating_point", *method.STEPS, "cutoff", "glossy_weight"
 POOLED = ("seed",)  # pictures that differ in it alone are of one point, which has their mean square error
 OCTAVES = 4  # that a slope needs
 NEAR = 3  # standard errors of the truth: an error below so many is partly the truth's

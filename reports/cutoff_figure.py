@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from harness.statistics import Estimate
-from reports import markdown, quantity, ranking, style, view
+from reports import markdown, method, quantity, ranking, style, view
 from reports.cell import Cell, Missing
 from reports.results import Results
 from reports.view import View
@@ -18,7 +18,7 @@ TITLE = "Cut-off: error against its proven bound, and what it saves"
 STEP = 1 / 255
 UNIT = {"float32": 2.0**-24}  # u of NUM-2; else that of float64
 SLACK = 64  # u: what sums of some hundred terms may be off by
-METHODS = "precision", "epsilon", "floating_point", "sphere"
+METHODS = "precision", "epsilon", "floating_point", *method.STEPS
 KINDS = "primary", "reflected", "transmitted", "shadow"
 CAPTION = (
     "Error: largest absolute difference in any channel of linear RGB from the picture of the same variant without a "

@@ -9,9 +9,14 @@ from reports.view import View
 
 # What a curve runs along: more of it is slower and nearer to the truth, or the other way round.
 DIALS = ("samples", "feelers", "glossy_rays", "adaptive_threshold", "cutoff", "depth")
+# Methods of single steps, by what comes after their value in a name.
+STEPS = {
+    "sphere": "spheres", "triangle": "triangles", "slab": "slabs", "merge": "merging", "offset": "offset",
+    "fresnel": "Fresnel", "phong": "Phong", "renormalise": "renormalising",
+}  # fmt: skip
 CHOICES = (
-    "precision", "floating_point", "sphere", "sampler", "adaptive_depth", "glossy_weight", "walk", "accel", "seed",
-    *launch.UNSEEN, "threads",
+    "precision", "floating_point", *STEPS, "sampler", "adaptive_depth", "glossy_weight", "walk", "accel",
+    "kernel", "vector", "seed", *launch.UNSEEN, "threads",
 )  # fmt: skip
 STANDS_FOR = {
     "samples": "n × n", "feelers": "n feelers", "glossy_rays": "n glossy rays", "adaptive_threshold": "threshold t",
@@ -130,7 +135,7 @@ class Names:
         words = [
             other("precision", f"{told['precision']}"),
             other("floating_point", f"{told.get('floating_point')} floating point"),
-            other("sphere", f"{told.get('sphere')} spheres"),
+            *(other(key, f"{told.get(key)} {what}") for key, what in STEPS.items()),
             "one sample" if sampler == "one" and "sampler" in self.turned else "",
             f"{sampler} {number('samples', _square(told['samples']))}" if "samples" in told else "",
             "adaptive" if sampler == "adaptive" else "",
@@ -144,6 +149,8 @@ class Names:
             number("depth", f"depth {told['depth']}") if self._names_depth(told["depth"]) else "",
             other("walk", f"{told.get('walk')} walk"),
             other("accel", f"accel {told.get('accel')}"),
+            other("kernel", f"{told.get('kernel')} kernel"),
+            other("vector", "vector"),
             *(other(key, f"{key} {told.get(key)}") for key in launch.UNSEEN),
             f"{told.get('threads')} threads" if cell.variant in self.threaded else "",
             other("seed", f"seed {told.get('seed')}"),

@@ -19,13 +19,22 @@ from reports import (
     machine_table,
     markdown,
     memory_table,
+    needs,
     pareto_figure,
+    peers,
     pictures_figure,
     precision_figure,
     provenance,
     results,
     roofline_figure,
     scene_memory_table,
+    stability_cost,
+    stability_figure,
+    stability_overview,
+    stability_pictures,
+    stability_summary,
+    stability_window,
+    startup_figure,
     startup_table,
     summary,
     times_figure,
@@ -33,9 +42,14 @@ from reports import (
 )
 
 PARTS = (
-    machine_table, times_table, times_figure, accuracy_table, pareto_figure, budget_table, startup_table, memory_table,
-    pictures_figure, cpu_table, cpu_figure, gpu_table, gpu_figure, roofline_figure, scene_memory_table, launch_figure,
-    blocks_figure, fault_figure, complexity, convergence_figure, cutoff_figure, precision_figure, chaos_figure,
+    machine_table, times_table, times_figure, accuracy_table, pareto_figure, budget_table, startup_table,
+    startup_figure, memory_table, peers, pictures_figure, needs, cpu_table, cpu_figure, gpu_table, gpu_figure,
+    roofline_figure, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, convergence_figure,
+    cutoff_figure, precision_figure, chaos_figure,
+)  # fmt: skip
+# Of a run that puts methods under stress, where nothing is ranked.
+STABILITY = (
+    machine_table, stability_overview, stability_pictures, stability_window, stability_cost, stability_figure,
 )  # fmt: skip
 
 
@@ -45,10 +59,11 @@ def write(run: Path, out: Path) -> Path:
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     loaded.repetitions.to_csv(out / "repetitions.csv", index=False, na_rep="NaN", lineterminator="\n")
+    stressed = loaded.facts.get("stability")
     sections = [
         f"# {markdown.escape(loaded.facts['title'])}",
-        summary.write(loaded),
-        *(part.write(loaded, out) for part in PARTS),
+        (stability_summary if stressed else summary).write(loaded),
+        *(part.write(loaded, out) for part in (STABILITY if stressed else PARTS)),
         provenance.write(loaded),
         "Every repetition, one row each: [repetitions.csv](repetitions.csv)",
     ]

@@ -51,7 +51,7 @@ def cold(cell: Cell):
     return compile_s(cell, warm=False)
 
 
-def _show_cold(value) -> str:
+def show_cold(value) -> str:
     built = isinstance(value, Estimate) and value.note == BUILD
     return f"{value.value:.3g} (build)" if built else quantity.text(value)
 
@@ -95,7 +95,7 @@ def _show_lead(value) -> str:
 
 def columns(results: Results) -> list[Column]:
     return [
-        Column("compile, cold (s)", "compile_cold", "s", cold, _show_cold),
+        Column("compile, cold (s)", "compile_cold", "s", cold, show_cold),
         Column("compile, warm (s)", "compile_warm", "s", lambda cell: compile_s(cell, warm=True)),
         Column(
             "the study's compile (s)", "study_compile", "s",

@@ -11,7 +11,7 @@ from reports.cell import Missing
 from reports.results import Cell, Results, point_label
 
 # What no right picture can depend on.
-UNSEEN = (*launch.UNSEEN, "threads", "frames", "least_frame", "walk", "accel")
+UNSEEN = (*launch.UNSEEN, "threads", "frames", "least_frame", "walk", "accel", "kernel")
 
 
 @dataclass(frozen=True)

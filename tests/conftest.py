@@ -11,11 +11,14 @@ from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
 
-# Outside programs have tests of their own; exhibits are wrong on purpose.
+# Outside programs have tests of their own; exhibits are wrong on purpose. Optional peers, which know few shapes, are
+# tested where they are installed; elsewhere they would be a thousand skips.
 VARIANTS = tuple(
     name
     for name, entry in registry.entries().items()
-    if not entry.renderer.manifest.external and not entry.variant.exhibit
+    if not entry.renderer.manifest.external
+    and not entry.variant.exhibit
+    and ("box" in entry.renderer.manifest.features or not entry.unavailable)
 )
 
 
@@ -47,6 +50,8 @@ def blocks(entry):
 
 class Bench:
     """Renders scene text and traces rays with any variant, sharing compiled code between the tests of a session."""
+
+    padded = staticmethod(padded)
 
     def __init__(self, known, caches):
         self.known, self.caches = known, caches

@@ -7,17 +7,19 @@ from harness.job import Parameters
 from harness.scene import text
 
 FOLDERS = registry.folders()
+PEERS = ("taichi", "jax", "typed", "embree")  # optional: where one is missing there is nothing to check
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
 def test_shipped(folder, rayrace):
-    done = rayrace("check", folder)
+    done = rayrace("check", folder, timeout=900)  # numba compiles 16 times
     if "FAIL  available here" in done.stdout:
         pytest.skip(done.stdout)
     assert done.returncode == 0 and done.stdout.endswith("all checks passed\n"), done.stdout
     unchecked = [line for line in done.stdout.splitlines() if "not checked" in line and cuda.MISSING not in line]
-    assert all(": an exhibit: " in line for line in unchecked) or folder.name == "povray", unchecked
+    excused = (": an exhibit: ", "available here: not checked: no ") if folder.name in PEERS else (": an exhibit: ",)
+    assert all(any(word in line for word in excused) for line in unchecked) or folder.name == "povray", unchecked
 
 
 def test_a_good_one(rayrace, bad_folder):

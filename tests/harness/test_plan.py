@@ -171,7 +171,7 @@ def test_each_cell_has_needs_of_its_own(make):
     ("expression", "message"),
     [
         ("depth <", 'experiment.toml: where "depth <": expected an expression such as depth <= 4'),
-        ("deph < 3", 'where "deph < 3": no parameter deph; known: renderer, scene, case, objects'),
+        ("deph < 3", 'where "deph < 3": no parameter deph; known: renderer, scene, case, stress, level, objects'),
         ("renderer == 'numpy' or sides < 3", "no parameter sides; known: "),
         ("depth * lights", "expected true or false, such as objects * lights <= 200, found 0"),
         ("size > 3", "cannot be worked out for size = None: '>' not supported"),

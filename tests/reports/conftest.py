@@ -185,3 +185,20 @@ def report_text(make_run, tmp_path, monkeypatch):
     """A function that gives the text of the report on the given records; figures are drawn and not saved."""
     monkeypatch.setattr(style, "save", lambda figure, path: plt.close(figure))
     return lambda records, **facts: report.write(make_run(records, **facts), tmp_path / "report").read_text("utf-8")
+
+
+@pytest.fixture
+def section(make_run, tmp_path, monkeypatch):
+    """section(records, title): a section of their report, and its figures by name, which are drawn and not saved."""
+    figures = {}
+
+    def keep(figure, path):
+        figures[path.name] = figure
+        plt.close(figure)
+
+    def find(records, title):
+        monkeypatch.setattr(style, "save", keep)
+        text = report.write(make_run(records), tmp_path).read_text("utf-8")
+        return text.partition(f"## {title}")[2].partition("\n## ")[0], figures
+
+    return find

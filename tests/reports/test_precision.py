@@ -89,28 +89,33 @@ def test_files_are_the_same_twice_and_hold_no_blank(make_run, tmp_path, sweep):
 
 @pytest.mark.slow
 def test_float32_is_wrong_rarely_and_by_much(bench, make_run, record):
-    """The pattern between mirrors, share of pixels beyond 1/255 by depth: none without reflection, then 0.05 % to 2 %.
+    """The pattern between mirrors, share of pixels beyond 1/255 by depth: rays that rounding turns, 0.02 % to 2 %.
 
-    The reference is cpp's own float64 here: what is measured is float32.
+    The reference is cpp's own float64 here: what is measured is float32. SPH-1 asks again in twice the digits where the
+    sign of its discriminant is open: without that, as `stable` has it, pixels at rims are wrong even without a mirror.
     """
     scene = COMPARISON.read_text(encoding="utf-8")
-    told, files = [], {}
-    for bits, depth in [(bits, depth) for bits in ("float64", "float32") for depth in (0, 1, 3, 5, 10)]:
-        wanted = {"width": 192, "height": 192, "depth": depth, "precision": bits}
-        name = f"pictures/{bits}-{depth}.npy"
-        files[name] = bench.result("cpp", scene, **wanted).array
-        accuracy = record("")["accuracy"] | {"reference_file": f"pictures/float64-{depth}.npy"}
-        told.append(record(
-            "cpp", cell=f"{bits}-{depth}", point={"precision": bits, "depth": depth}, accuracy=accuracy, series=None,
-            parameters=record("")["parameters"] | wanted, picture={"file": name, "sha256": name},
-        ))  # fmt: skip
-    ((_, (_, single)),) = precision.found(results.load(make_run(told, files=files)))
-    for one in single.errors:
-        print(one)
-    local, *mirrored = single.errors
-    assert local.bad == 0 and local.largest < 1e-4
-    shares = [one.bad for one in mirrored]
-    assert shares == sorted(shares) and 0 < shares[0] < 0.002 < shares[-1] < 0.03
-    medians = [one.median for one in single.errors]
-    assert all(2.0**-25 < median < 16 * 2.0**-24 for median in medians)  # some u, whatever the depth
-    assert max(medians[1:]) < 1.2 * min(medians[1:]) and all(one.largest > 0.05 for one in mirrored)
+    shares = {}
+    for sphere in ("robust", "stable"):
+        told, files = [], {}
+        for bits, depth in [(bits, depth) for bits in ("float64", "float32") for depth in (0, 1, 3, 5, 10)]:
+            wanted = {"width": 192, "height": 192, "depth": depth, "precision": bits, "sphere": sphere}
+            name = f"pictures/{bits}-{depth}.npy"
+            files[name] = bench.result("cpp", scene, **wanted).array
+            accuracy = record("")["accuracy"] | {"reference_file": f"pictures/float64-{depth}.npy"}
+            told.append(record(
+                "cpp", cell=f"{bits}-{depth}", point={"precision": bits, "depth": depth}, series=None,
+                parameters=record("")["parameters"] | wanted, picture={"file": name, "sha256": name}, accuracy=accuracy,
+            ))  # fmt: skip
+        ((_, (_, single)),) = precision.found(results.load(make_run(told, files=files, name=sphere)))
+        for one in single.errors:
+            print(sphere, one)
+        shares[sphere] = [one.bad for one in single.errors]
+        assert shares[sphere] == sorted(shares[sphere])
+        if sphere == "robust":
+            medians = [one.median for one in single.errors]
+            assert all(2.0**-25 < median < 16 * 2.0**-24 for median in medians)  # some u, whatever the depth
+            assert max(medians[1:]) < 1.2 * min(medians[1:]) and all(one.largest > 0.05 for one in single.errors[2:])
+    asked, stable = shares["robust"], shares["stable"]
+    assert asked[0] == 0 and asked[2] > 2e-4 and 5e-4 < asked[-1] < 0.02
+    assert stable[0] > 0 and all(a < b for a, b in zip(asked, stable, strict=True))
