@@ -35,6 +35,8 @@ class Bench:
         """Run one repetition of a cell, for one of the passes of a run; its record (store.py)."""
         stem = f"{cell.key}-{number}" if kind == "timed" else f"{cell.key}-{kind}-{number}"
         series = self.store.folder / "series" / f"{stem}.csv"
+        calibrated = self.plan.peaks and kind == "timed" and cell.refused is None
+        peaks = self.executor.peaks(cell.parameters.threads) if calibrated else None
         started, begun, before = timestamp(), self.executor.clock(), self.executor.look()
         arrays = self.plan.arrays[cell.scene_version]
         # Cells under stress are many, and how long they compile is not asked.
@@ -59,6 +61,7 @@ class Bench:
             "lights": len(arrays["lights"]),
             "unranked": row.STRESSED if cell.stressed else row.unranked(cell.entry, result.said),
             "pass": kind,
+            "peaks": peaks,
             **row.measured(result, series),
             "disturbed": disturbed,
             "gpu": _gpu(cell.entry, result, series),

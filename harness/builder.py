@@ -1,4 +1,4 @@
-"""Compiles a renderer on first use, into a cache keyed by its sources, flags, compiler and processor."""
+"""Compiles a program on first use, into a cache keyed by its sources, flags, compiler and processor."""
 
 import hashlib
 import json
@@ -76,26 +76,35 @@ def build(renderer, chosen: dict[str, tuple[str, ...]] | None = None) -> Built:
     recipe = renderer.manifest.build
     known = {DEFINES: (), OPTIONS: (), **(chosen or {})}
     words = tuple(word for part in recipe.command for word in known.get(part, (part,)))
-    compiler = find_compiler(recipe.compiler)
+    return make(renderer.manifest.name, renderer.version, renderer.folder, recipe.compiler, words)
+
+
+def make(name: str, content: str, folder: Path, kind: str, words: tuple[str, ...]) -> Built:
+    """Run the command `words` in the cache, or find what it made. BuildError if there is no compiler or it fails.
+
+    {folder}, {compiler} and {build} in it stand for `folder`, a compiler of a `kind` of CANDIDATES, and where the
+    result goes. content: a hash of the sources.
+    """
+    compiler = find_compiler(kind)
     if compiler is None:
-        raise BuildError(MISSING[recipe.compiler])
+        raise BuildError(MISSING[kind])
     version = compiler_version(compiler)
-    parts = (renderer.version, str(renderer.folder), *words, compiler, version, processor())
+    parts = (content, str(folder), *words, compiler, version, processor())
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
     home = cache_folder("builds")
     home.mkdir(parents=True, exist_ok=True)
-    final = home / f"{renderer.manifest.name}-{key}"
+    final = home / f"{name}-{key}"
     with FileLock(f"{final}.lock"):
         if (final / "build.json").is_file():
             record = json.loads((final / "build.json").read_text())
             return Built(final, record["seconds"], record["compiler"], tuple(record["command"]), True)
-        return _make(renderer, words, compiler, version, final)
+        return _fresh(folder, words, compiler, version, final)
 
 
-def _make(renderer, words, compiler, version, final: Path) -> Built:
+def _fresh(folder: Path, words, compiler, version, final: Path) -> Built:
     scratch = Path(tempfile.mkdtemp(prefix=f"{final.name}-", dir=final.parent))
     try:
-        places = {"compiler": compiler, "folder": str(renderer.folder), "build": str(scratch)}
+        places = {"compiler": compiler, "folder": str(folder), "build": str(scratch)}
         command = tuple(fill(word, places) for word in words)
         start = time.monotonic()
         try:

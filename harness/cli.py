@@ -216,10 +216,12 @@ def check(
 
 @app.command()
 def generate(
-    name: Annotated[str, typer.Argument(help="comparison, lattice, balls, tetra or knot.")],
+    name: Annotated[str, typer.Argument(help="comparison, lattice, balls, tetra, knot or icosphere.")],
     spheres: Annotated[int | None, typer.Option(min=0, help="Of comparison. Default: 48.")] = None,
     lights: Annotated[int | None, typer.Option(min=0, help="Of comparison. Default: 3.")] = None,
-    size: Annotated[int | None, typer.Option(min=0, help="Size factor. Default: 4 for balls, 6 for tetra.")] = None,
+    size: Annotated[
+        int | None, typer.Option(min=0, help="Size factor. Default: 4 for balls, 6 for tetra, 2 for icosphere.")
+    ] = None,
     material: Annotated[
         str | None, typer.Option(help="Of lattice: matte, mirror, perfect or glass. Default: perfect.", metavar="NAME")
     ] = None,
@@ -227,7 +229,7 @@ def generate(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Scene file. Default: standard output.")] = None,
 ) -> None:
     """Generate a scene: the comparison scene for any number of spheres and lights (.txt), a lattice of spheres that
-    multiply errors (.txt), one of Haines' (.nff), or the gallery's mesh (.obj)."""
+    multiply errors (.txt), one of Haines' (.nff), the gallery's mesh, or a sphere of 20 * 4^size triangles (.obj)."""
     from harness.scene.generated import written
 
     text = written(name, out, spheres=spheres, lights=lights, size=size, material=material, radius=radius)

@@ -41,10 +41,11 @@ class Generate(Strict):
     """A scene that is made for the run, in place of files: its counts may be swept like the keys of [image].
 
     comparison: mirroring spheres on a grid (the study's scene) for any number of objects and lights. balls, tetra:
-    Haines' scenes of a size. `rayrace generate` writes the same.
+    Haines' scenes of a size. `rayrace generate` writes the same. icosphere: in the comparison scene's view, one mirror
+    of 20 * 4^size triangles.
     """
 
-    scene: Literal["comparison", "balls", "tetra"]
+    scene: Literal["comparison", "balls", "tetra", "icosphere"]
     objects: Count | None = None
     lights: Count | None = None
     size: Annotated[int, Field(ge=0, le=8)] | None = None
@@ -69,7 +70,8 @@ class Measure(Strict):
     this time; 0: none. least_frame: later frames that would be shorter are batches of renders that last so long;
     0: none. pair: the variant of which one cell is run twice in every round, for the noise floor of the run; auto
     takes the fastest there is. cold: every cell is run once more in every round, with no code of an earlier process
-    to load; for what starting costs, and in no other time.
+    to load; for what starting costs, and in no other time. peaks: before every timed repetition of a cell that can run,
+    what the machine can do at most is measured (calibration.py), some 0.2 s, twice that where threads are used.
     """
 
     interval: Seconds = 0.05
@@ -77,6 +79,7 @@ class Measure(Strict):
     least_frame: Annotated[float, BeforeValidator(duration), Field(ge=0, le=60)] = 1e-3
     pair: str = "auto"
     cold: bool = False
+    peaks: bool = False
 
 
 class Reference(Strict):
@@ -120,10 +123,11 @@ class Experiment(Strict):
     """One experiment: scenes x renderers x sweep x processes.
 
     What is rendered is [image]; of what: `scenes`, files beside this one, or [[case]] tables, each a scene and what
-    of [image] is other for it, or [generate], a scene made for the run, or [[stress]], rows of the catalogue of
-    failures, whose scenes and rays are made for the run from `seed`.
+    of [image] is other for it, or [generate], a scene made for the run (of [[generate]] tables, one each), or
+    [[stress]], rows of the catalogue of failures, whose scenes and rays are made for the run from `seed`.
 
-    Any key of [image] may be swept, and `side`, which is width and height at once, and the counts of [generate].
+    Any key of [image] may be swept, and `side`, which is width and height at once, and the counts of [generate]: a
+    point with a count that one of several generated scenes does not have is not of that scene.
     [sweep] is a table of lists, every combination of them. Of [[sweep]] tables each is zipped, its lists being of one
     length, and the tables are combined with each other. [[points]] tables are put one after the other: in each, a value
     is one or a list, and the lists are combined; what a table does not name is as in [image]. A point that two of
@@ -170,7 +174,7 @@ class Experiment(Strict):
     where: tuple[str, ...] = ()
     image: Image = Image()
     case: tuple[Case, ...] = ()
-    generate: Generate | None = None
+    generate: Generate | tuple[Generate, ...] | None = None
     stress: tuple[Stress, ...] = ()
     sweep: Table | tuple[Table, ...] = {}
     points: tuple[dict[str, Any], ...] = ()
@@ -198,8 +202,13 @@ class Experiment(Strict):
             raise ValueError("sweep: side is width and height at once; sweep the one or the others")
         return self
 
+    def made(self) -> tuple[Generate, ...]:
+        """The scenes that are made for the run."""
+        return self.generate if isinstance(self.generate, tuple) else (self.generate,) if self.generate else ()
+
     def _known(self, name: str, table: dict) -> None:
-        known = [*Image.model_fields, "side", *(COUNTS[self.generate.scene] if self.generate else ())]
+        counts = dict.fromkeys(key for made in self.made() for key in COUNTS[made.scene])
+        known = [*Image.model_fields, "side", *counts]
         for key, values in table.items():
             if key in {key for counts in COUNTS.values() for key in counts} - set(known):
                 raise ValueError(f"{name}.{key}: only of a scene that has it, in [generate]")

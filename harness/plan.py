@@ -48,6 +48,11 @@ class Cell:
         return ", ".join([self.entry.name, Path(self.scene).stem, *swept])
 
     @property
+    def refused(self) -> str | None:
+        """None, or why its variant cannot do it, or cannot run here."""
+        return self.entry.unavailable or unsupported(self.entry, self.parameters, self.needs)
+
+    @property
     def work(self) -> int:
         """Of a frame, as the study's equation 4.1 has it: p * d * (o + l), for d + 1 orders of rays."""
         x0, y0, x1, y1 = self.parameters.bounds()
@@ -71,6 +76,7 @@ class Plan:
     left_out: tuple[tuple[str, int], ...] = ()  # expressions of `where`, and how many cells each left out
     truths: "Truths | None" = None
     cold: bool = False  # is every cell also run without a cache, once a round?
+    peaks: bool = False  # is the machine calibrated before every timed repetition?
 
     def order(self, seed: int, how: str = "interleaved") -> list[Turn]:
         """Every process of the plan in turn.
@@ -120,7 +126,7 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
     pair, reason = _pair(cells, experiment.measure.pair)
     truths = Truths(cells, sources, experiment.reference)
     left_out = tuple(constraints.left_out.items())
-    return Plan(cells, arrays, pair, reason, left_out, truths, experiment.measure.cold)
+    return Plan(cells, arrays, pair, reason, left_out, truths, experiment.measure.cold, experiment.measure.peaks)
 
 
 class Truths:
@@ -203,16 +209,19 @@ def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
         yield from _stressed(experiment, file)
         return
     sources = Sources(experiment, file)
-    asked = [(name, {}, {}) for name in (experiment.scenes or ([None] if experiment.generate else []))]
+    asked = [(name, {}, {}) for name in (*experiment.scenes, *sources.made)]
     for case in experiment.case:
         asked.append((case.scene, {"case": case.name}, case.model_dump(exclude={"name", "scene"}, exclude_none=True)))
     points, image, keys = sweep.points(experiment), experiment.image.model_dump(), set(Image.model_fields)
     for name, case, own in asked:
         values = {**image, **own}
         square = values["width"] == values["height"]
-        defaults = {**values, **sources.counts, **({"side": values["width"]} if square else {})}
+        defaults = {**values, **sources.counts(name), **({"side": values["width"]} if square else {})}
         seen: dict[str, int] = {}
         for swept, table in points:
+            source = sources.find(name, swept)
+            if source is None:
+                continue
             point = {**case, **sweep.filled(swept, experiment, defaults)}
             if seen.setdefault(repr(point), table) != table:
                 continue
@@ -221,7 +230,9 @@ def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
                 chosen |= {"width": swept["side"], "height": swept["side"]}
             where = [f'case "{case["case"]}"'] if case else []
             found = _image(chosen, file, [*where, *([f"sweep {swept}"] if swept else [])])
-            yield _Picture(sources.find(name, swept), found, point, table)
+            yield _Picture(source, found, point, table)
+        if not seen:
+            raise UserError(f"generate: no point is of {Path(name).stem}, which lacks a count of each", file=file)
 
 
 def _stressed(experiment: Experiment, file: Path) -> Iterator[_Picture]:

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from harness import environment, load_pass, repetition, resume, row, store
+from harness import environment, load_pass, resume, row, store
 from harness.bench import Bench, timestamp
 from harness.errors import UserError
 from harness.executors import Executor
@@ -93,7 +93,7 @@ class _Loop:
         ]  # fmt: skip
         self.left = Counter(turn.cell.key for turn in self.due)
         self.total = len(records) + len(self.due)
-        self.idle = {cell.key for cell in plan.cells if not _can_run(cell)}
+        self.idle = {cell.key for cell in plan.cells if cell.refused}
         self.predictor = Predictor([*earlier, *records])
         self.left_s, self.looked = None, -math.inf
         for record in records:
@@ -152,10 +152,6 @@ class _Loop:
         begun = (cell.key, 0, "timed") in self.there
         first = later if begun else self.predictor.seconds(cell, first=True) or later
         return first.seconds + (count - 1) * later.seconds
-
-
-def _can_run(cell: Cell) -> bool:
-    return not (cell.entry.unavailable or repetition.unsupported(cell.entry, cell.parameters, cell.needs))
 
 
 def _must_be_unchanged(cell: Cell) -> None:

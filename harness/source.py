@@ -13,24 +13,28 @@ from harness.experiment import Experiment, Generate
 from harness.job import Parameters, count_shapes, fingerprint
 from harness.scene import load
 from harness.scene.flatten import flatten
-from harness.scene.generated import generated
+from harness.scene.generated import COUNTS, count, generated
 from harness.scene.model import Scene
 from harness.scene.needs import needs
 
 # The parameters that needs() reads.
 ASKED = ("depth", "shadows", "sampler", "lens_radius", "feelers", "glossy_rays", "cutoff")
 
+COUNTED = {key for counts in COUNTS.values() for key in counts}  # what is a count of some generated scene
+
 
 class Source:
-    """A scene. name: what cells call it. asked: the counts it is generated for; they may tell `counts` unread."""
+    """A scene. name: what cells call it. counts: objects that a ray is tried against, and lights, if they are known
+    unread. size: the count of that name of a generated scene.
+    """
 
-    def __init__(self, name: str, read: Callable[[], Scene], asked: dict[str, int] | None = None):
+    def __init__(self, name: str, read: Callable[[], Scene], counts: tuple[int, int] | None = None, size=None):
         self.name, self.stem = name, Path(name).stem
-        self.read, self.size = read, (asked or {}).get("size")
+        self.read, self.size = read, size
         self._flat: dict[str, tuple[str, dict]] = {}
         self._needs: dict[tuple, tuple[str, ...]] = {}
-        if asked and "objects" in asked:
-            self.counts = asked["objects"], asked["lights"]
+        if counts:
+            self.counts = counts
 
     @cached_property
     def scene(self) -> Scene:
@@ -58,43 +62,55 @@ class Source:
 
 
 class Sources:
-    """The scenes of an experiment read from `file`, its generated one for every value of its counts."""
+    """The scenes of an experiment read from `file`, each generated one for every value of its counts.
+
+    made: the generated ones by what cells call them.
+    """
 
     def __init__(self, experiment: Experiment, file: Path):
-        self.generate, self.file = experiment.generate, file
-        self.counts = self.generate.counts() if self.generate else {}
+        self.file = file
         names = [*experiment.scenes, *(case.scene for case in experiment.case)]
         self.known = {name: Source(name, lambda source=load(file.parent / name): source) for name in names}
-        if self.generate:
-            swept = {key for table in _tables(experiment) for key in table}
-            fixed = self.generate.model_dump(exclude={"scene", *swept}, exclude_none=True)
-            words = [self.generate.scene, *(f"{key}-{value}" for key, value in fixed.items())]
-            self.name = f"generated/{'-'.join(words)}.txt"
+        swept = {key for table in _tables(experiment) for key in table}
+        self.made = {_name(made, swept): made for made in experiment.made()}
 
-    def find(self, name: str | None, point: dict) -> Source:
-        """The scene called so, or, without a name, the one generated for a point."""
-        if name is not None:
+    def counts(self, name: str) -> dict[str, int]:
+        """Of the scene called so, if it is a generated one, where nothing is swept."""
+        return self.made[name].counts() if name in self.made else {}
+
+    def find(self, name: str, point: dict) -> Source | None:
+        """The scene called so; of a generated one, the one for a point, or None if the point is not of that scene."""
+        if name not in self.made:
             return self.known[name]
-        counts = {key: point.get(key, value) for key, value in self.counts.items()}
-        key = repr(counts)
+        scene, counts = self.made[name].scene, self.counts(name)
+        if any(key in point for key in COUNTED - set(counts)):
+            return None
+        counts = {key: point.get(key, value) for key, value in counts.items()}
+        key = repr((name, counts))
         if key not in self.known:
-            self.known[key] = self._generated(counts)
+            self.known[key] = self._generated(name, scene, counts)
         return self.known[key]
 
-    def _generated(self, counts: dict) -> Source:
+    def _generated(self, name: str, scene: str, counts: dict) -> Source:
         try:
-            Generate.model_validate({"scene": self.generate.scene, **counts})
+            Generate.model_validate({"scene": scene, **counts})
         except ValidationError as error:
             fault = error.errors()[0]
             raise UserError(f"{self.file}: sweep.{fault['loc'][-1]}: {fault['msg']}") from None
 
         def read():
             try:
-                return generated(self.generate.scene, **counts)
+                return generated(scene, **counts)
             except UserError as error:
                 raise UserError(f"{self.file}: generate: {error}") from None
 
-        return Source(self.name, read, counts)
+        return Source(name, read, count(scene, **counts), counts.get("size"))
+
+
+def _name(made: Generate, swept: set[str]) -> str:
+    """What cells call a generated scene: by its counts, but for those that are swept."""
+    fixed = made.model_dump(exclude={"scene", *swept}, exclude_none=True)
+    return f"generated/{'-'.join([made.scene, *(f'{key}-{value}' for key, value in fixed.items())])}.txt"
 
 
 def _tables(experiment: Experiment) -> list[dict]:

@@ -15,6 +15,7 @@ from reports.results import Results
 # Parameters without an option: what follows from others, or is of measuring.
 NO_OPTION = ("kind", "frames", "least_frame")
 COUNTS = {"objects": "spheres", "lights": "lights", "size": "size"}  # of [generate], by the option of the command
+SUFFIXES = {"comparison": ".txt", "balls": ".nff", "tetra": ".nff"}  # of scenes that the command writes
 
 
 def of(results: Results, cell: Cell) -> str | Missing:
@@ -22,7 +23,10 @@ def of(results: Results, cell: Cell) -> str | Missing:
 
     Of a generated scene it is two commands, the first of which writes the scene.
     """
-    options, (scene, first) = _options("render"), _scene(results, cell)
+    found = _scene(results, cell)
+    if isinstance(found, Missing):
+        return found
+    options, (scene, first) = _options("render"), found
     words = ["rayrace", "render", scene, *_renderers(results), "-r", cell.variant]
     for name, value in _values(results, cell).items():
         if name not in options:
@@ -104,19 +108,35 @@ def _asked_for(results: Results, cell: Cell, key: str):
     return cell.swept.get(key) or case.get(key) or experiment.get("image", {}).get(key)
 
 
-def _scene(results: Results, cell: Cell) -> tuple[str, list[str]]:
+def _scene(results: Results, cell: Cell) -> tuple[str, list[str]] | Missing:
     """The scene file, and the command that writes it, if it is a generated one."""
-    made = results.facts["experiment"].get("generate")
-    if not made:
+    made = _generated(results, cell)
+    if made is None:
         experiment = _asked(results).get("experiment")
         return str(experiment.parent / cell.scene if experiment else cell.scene), []
+    if made["scene"] not in SUFFIXES:
+        return Missing(f"{made['scene']} is made in memory, and rayrace generate writes its mesh alone")
     known = {key: cell.swept.get(key, made.get(key)) for key in COUNTS}
     counts = {key: value for key, value in known.items() if value is not None}
-    suffix = ".txt" if made["scene"] == "comparison" else ".nff"
-    file = "-".join([made["scene"], *(f"{key}-{value}" for key, value in counts.items())]) + suffix
+    file = "-".join([made["scene"], *(f"{key}-{value}" for key, value in counts.items())]) + SUFFIXES[made["scene"]]
     options = _options("generate")
     words = [word for key, value in counts.items() for word in (options[COUNTS[key]].opts[0], str(value))]
     return file, ["rayrace", "generate", made["scene"], *words, "-o", file]
+
+
+def _generated(results: Results, cell: Cell) -> dict | None:
+    """What the experiment says of the generated scene of a cell: one of [[generate]] tables; None of a file."""
+    told = results.facts["experiment"].get("generate")
+    tables = told if isinstance(told, list) else [told] if told else []
+    if len(tables) < 2:
+        return next(iter(tables), None)
+    return next(made for made in tables if _named(made, cell) == Path(cell.scene).stem)
+
+
+def _named(made: dict, cell: Cell) -> str:
+    """What cells of a generated scene are called (harness/source.py)."""
+    counts = {key: made[key] for key in COUNTS if made.get(key) is not None and key not in cell.swept}
+    return "-".join([made["scene"], *(f"{key}-{value}" for key, value in counts.items())])
 
 
 def _renderers(results: Results) -> list[str]:

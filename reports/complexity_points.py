@@ -50,13 +50,13 @@ def _is_meant(results: Results, cells: list[Cell]) -> bool:
     """Was it asked for two factors at least? The scene stands for objects and lights that nobody tells."""
     values = []
     for cell in cells:
-        objects, lights = _counts(results.records[cell.timed[0]] if cell.timed else None)
+        objects, lights = counts(results.records[cell.timed[0]] if cell.timed else None)
         scene = cell.scene, *(cell.swept.get(key) for key in ("objects", "lights", "size"))
         values.append((cell.pixels, cell.parameters["depth"], scene if objects is None else objects, lights))
     return len(cells) >= LEAST and sum(len(set(column)) > 1 for column in zip(*values, strict=True)) >= 2
 
 
-def _counts(record: dict | None) -> tuple[int | None, int | None]:
+def counts(record: dict | None) -> tuple[int | None, int | None]:
     """Objects and lights."""
     shapes, lights = (record or {}).get("shapes"), (record or {}).get("lights")
     return sum(shapes.values()) if shapes else None, lights
@@ -83,7 +83,7 @@ _COLUMNS = ("scene", "point", *FACTORS, "paths", "rays", "depth", "processes", "
 
 
 def _row(cell: Cell, record: dict) -> dict:
-    (objects, lights), rays, seconds = _counts(record), record["rays"], cell.values("steady_s")
+    (objects, lights), rays, seconds = counts(record), record["rays"], cell.values("steady_s")
     row = {
         "scene": cell.scene, "point": cell.point, "p": cell.pixels, "d": cell.parameters["depth"], "o": objects,
         "l": lights,

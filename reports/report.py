@@ -15,7 +15,9 @@ from reports import (
     fault_figure,
     gpu_figure,
     gpu_table,
+    hierarchy,
     launch_figure,
+    limits,
     machine_table,
     markdown,
     memory_table,
@@ -44,8 +46,8 @@ from reports import (
 PARTS = (
     machine_table, times_table, times_figure, accuracy_table, pareto_figure, budget_table, startup_table,
     startup_figure, memory_table, peers, pictures_figure, needs, cpu_table, cpu_figure, gpu_table, gpu_figure,
-    roofline_figure, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, convergence_figure,
-    cutoff_figure, precision_figure, chaos_figure,
+    roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, hierarchy,
+    convergence_figure, cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
 # Of a run that puts methods under stress, where nothing is ranked.
 STABILITY = (

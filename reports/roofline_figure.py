@@ -7,55 +7,28 @@ from matplotlib.lines import Line2D
 
 from harness import statistics
 from harness.statistics import Estimate
-from reports import gpu, launch, markdown, quantity, style, table
+from reports import gpu, launch, markdown, operations, quantity, style, table
 from reports.results import Cell, Missing, Results, point_label
 from reports.table import Column
 
-FLOPS = 20  # of a test that misses: centre to origin 3, its two dots 5 + 5, the nearest point 6, the discriminant 1
 TITLE = "Share of the device's peak"
 CAPTION = (
-    f"Tests per second: rays of a frame (primary, reflected, transmitted, shadow) × spheres, over the time of the "
-    f"kernel. Floating-point operations: {FLOPS} a test, those of a ray that misses (3 for centre to origin, 5 + 5 for "
-    "two dot products, 6 for the nearest point, 1 for the discriminant); square roots and divisions of hits, and all "
-    "shading, are left out. The number of tests is an upper bound: a shadow feeler may stop at the first sphere it "
-    "meets. Peak: of the precision that was used, as the renderer computed it from what the device tells, a fused "
-    "multiply-add counted as two; code that fuses none cannot pass half of it. Of points that differ "
-    "only in how the kernel is launched the one with the highest rate is drawn."
+    f"{operations.CAPTION} Time: the kernel's. Peak: of the precision that was used, as the renderer computed it from "
+    "what the device tells, a fused multiply-add counted as two; code that fuses none cannot pass half of it. Of "
+    "points that differ only in how the kernel is launched the one with the highest rate is drawn."
 )
 ROW, HEAD = 0.36, 1.1  # inches
 
 
-def tests(results: Results, cell: Cell) -> float | Missing:
-    """Tests of a frame, at most."""
-    record = gpu.record(results, cell)
-    shapes = (record or {}).get("shapes")
-    if cell.simulated:
-        return Missing("the CUDA simulator runs on the processor: it has no peak to be compared with")
-    if cell.unranked:
-        return Missing(f"not ranked: {cell.unranked}")
-    if not shapes or not record["rays"]:
-        return Missing("its shapes or rays are not told")
-    if any(count for name, count in shapes.items() if name != "sphere"):
-        return Missing("it has shapes other than spheres, whose tests are not counted here")
-    accel = gpu.method(results, cell, "accel")
-    if accel != "none":
-        return Missing(
-            f"accel is {accel}: a tree is used, and rays are tried against fewer shapes"
-            if isinstance(accel, str)
-            else "it does not tell whether a tree is used"
-        )
-    return sum(record["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow")) * shapes["sphere"]
-
-
 def rate(results: Results, cell: Cell) -> Estimate | Missing:
     """Floating-point operations per second."""
-    count = tests(results, cell)
+    count = operations.tests(results, cell)
     if isinstance(count, Missing):
         return count
     kernel = cell.values("kernel_s")
     if not kernel:
         return Missing("the time of the kernel is not told")
-    return statistics.median([FLOPS * count / seconds for seconds in kernel])
+    return statistics.median([operations.FLOPS * count / seconds for seconds in kernel])
 
 
 def peak(results: Results, cell: Cell) -> float | Missing:
@@ -81,7 +54,7 @@ def share(results: Results, cell: Cell) -> Estimate | Missing:
 def columns(results: Results) -> list[Column]:
     return [
         Column("precision", "precision", "", lambda cell: cell.parameters["precision"]),
-        Column("tests of a frame (millions)", "tests", "1", lambda cell: tests(results, cell),
+        Column("tests of a frame (millions)", "tests", "1", lambda cell: operations.tests(results, cell),
                lambda value: quantity.text(value, 1e-6)),
         Column("Tflop/s", "flops", "1/s", lambda cell: rate(results, cell), lambda value: quantity.text(value, 1e-12)),
         Column("peak (Tflop/s)", "peak_flops", "1/s", lambda cell: peak(results, cell),
@@ -105,7 +78,9 @@ def draw(results: Results, cells: list[Cell]):
         text = "peak unavailable" if isinstance(part, Missing) else f"{100 * part.value:.2g} % of the peak"
         axes.text(1.01, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=7)
     axes.set_yticks(range(len(cells)), [_name(results, cell) for cell in cells], fontsize=7)
-    axes.set(xscale="log", ylim=(len(cells) - 0.5, -0.5), xlabel=f"Tflop/s, {FLOPS} operations a test of a sphere")
+    axes.set(
+        xscale="log", ylim=(len(cells) - 0.5, -0.5), xlabel=f"Tflop/s, {operations.FLOPS} operations a test of a sphere"
+    )
     style.log_ticks(axes.xaxis)
     axes.grid(axis="x", lw=0.4, color="#CCCCCC")
     axes.set_axisbelow(True)

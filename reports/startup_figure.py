@@ -15,7 +15,7 @@ from reports.results import Cell, Results, place_label, point_label
 
 TITLE = "Start-up: to the first frame, cold and warm"
 FRAME = "first frame"
-BUILD = "build"
+BUILD = "compiled beforehand"  # a program; the phase build is of a hierarchy
 CAPTION = (
     "From the start of a process to the end of its first frame, medians over processes, with the 95 % interval of the "
     "sum where there are enough; medians of phases need not add up to it. Cold: with an empty cache of compiled code, "
@@ -141,7 +141,7 @@ def _table(starts: list[Start]) -> str:
         ]
         for start in starts
     ]
-    return markdown.table(["variant", "cache", *(f"{name} (s)" for name in names), "sum (s)", "build (s)"], rows)
+    return markdown.table(["variant", "cache", *(f"{name} (s)" for name in names), "sum (s)", f"{BUILD} (s)"], rows)
 
 
 def _csv(told: dict[tuple[str, str], list[Start]]) -> pd.DataFrame:

@@ -28,6 +28,7 @@ PHASES = {
     "start": "#D9D9D9",
     "import": "#BFD3E6",
     "load": "#8C96C6",
+    "build": "#80CDC1",
     "compile": "#FDD49E",
     "upload": "#C994C7",
     "render": "#C7E9C0",

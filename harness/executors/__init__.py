@@ -27,6 +27,9 @@ class Executor(Protocol):
     def look(self) -> dict:
         """The machine's counters now, as trouble.look has them."""
 
+    def peaks(self, threads: int) -> dict:
+        """What the machine can do at most just now, as calibration.peaks has it."""
+
     def run(
         self,
         entry: Entry,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from harness import repetition, trouble
+from harness import calibration, repetition, trouble
 from harness.builder import cache_folder
 
 
@@ -23,6 +23,7 @@ class Local:
 
     clock = staticmethod(time.monotonic)
     look = staticmethod(trouble.look)
+    peaks = staticmethod(calibration.peaks)
     run = staticmethod(repetition.run)
 
     @property

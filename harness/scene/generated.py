@@ -6,12 +6,18 @@ from functools import lru_cache
 from harness.errors import UserError
 from harness.scene import nff, text
 from harness.scene.generate import comparison
+from harness.scene.generate_icosphere import mirror, obj
 from harness.scene.generate_knot import knot
 from harness.scene.generate_lattice import lattice
 from harness.scene.generate_spd import balls, tetra
 
 # What each can be asked for, and how much of it there is by default.
-COUNTS = {"comparison": {"objects": 48, "lights": 3}, "balls": {"size": 4}, "tetra": {"size": 6}}
+COUNTS = {
+    "comparison": {"objects": 48, "lights": 3},
+    "balls": {"size": 4},
+    "tetra": {"size": 6},
+    "icosphere": {"size": 2},
+}
 
 # Who makes the text of each, how its file ends, and what it can be asked for.
 TEXTS = {
@@ -20,6 +26,7 @@ TEXTS = {
     "tetra": (tetra, ".nff", {"size"}),
     "lattice": (lattice, ".txt", {"material", "radius"}),
     "knot": (knot, ".obj", set()),
+    "icosphere": (obj, ".obj", {"size"}),
 }
 
 
@@ -44,8 +51,18 @@ def generated(name, **counts):
     """The `Scene` of a generator for all of its COUNTS. UserError for a count that it cannot have."""
     if name == "comparison":
         return replace(_half(counts["objects"], 0), lights=_half(0, counts["lights"]).lights)
+    if name == "icosphere":  # in the view and the light of the comparison scene
+        return replace(_half(0, 3), objects=(mirror(counts["size"]),))
     make = {"balls": balls, "tetra": tetra}[name]
     return nff.read(make(counts["size"]), f"generated/{name}.nff")
+
+
+def count(name, **counts):
+    """Objects that a ray is tried against, and lights, of what `generated` makes, told without making it."""
+    if name == "comparison":
+        return counts["objects"], counts["lights"]
+    size = counts["size"]
+    return {"balls": ((9 ** (size + 1) - 1) // 8 + 1, 3), "tetra": (4**size, 1), "icosphere": (20 * 4**size, 3)}[name]
 
 
 @lru_cache(maxsize=256)

@@ -98,7 +98,7 @@ private:
 
         // Where the ray meets the box, or infinity. 0 * infinity, on the plane of a side along the ray, sets no bound:
         // std::max and std::min give their first argument if the second is NaN.
-        Real enter(const Node& node, Real least, Real most) const
+        [[gnu::always_inline]] Real enter(const Node& node, Real least, Real most) const
         {
             Real in = least, out = most;
             for (int a = 0; a < 3; a++) {

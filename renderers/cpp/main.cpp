@@ -162,6 +162,14 @@ void make_image_in_lanes(const Job& job, const Scene& scene)
 }
 #endif
 
+// The `build` phase, if there is something to build.
+template<typename Real>
+void build(Shapes<Real>& shapes, Accel accel)
+{
+    if (shapes.build(accel))
+        say_phase("build");
+}
+
 template<typename Real>
 void make_image(const Job& job)
 {
@@ -171,7 +179,7 @@ void make_image(const Job& job)
     if (job.has_rays_in_lanes(scene.spheres.rows()))
         return make_image_in_lanes<Real>(job, scene);
 #endif
-    const Tracer<Real> tracer(scene, job);
+    Tracer<Real> tracer(scene, job);
     const Walker<Real> walker(tracer, job.walk, job.cutoff);
     Sampler<Real> sampler(scene, job, walker);
     std::vector<Worker<Real>> workers(std::size_t(job.threads));
@@ -183,6 +191,7 @@ void make_image(const Job& job)
     if constexpr (needs::cutoff)
         dropped.resize(rows * columns);
     say_phase("load");
+    build(tracer.shapes, job.accel);
 
     Counts counts;
     render(job, [&] {
@@ -252,7 +261,7 @@ void answer_rays(const Job& job)
 
     Scene scene;
     read_scene(job.folder, scene);
-    const Shapes<Real> shapes(scene, job.accel);
+    Shapes<Real> shapes(scene);
     std::vector<Desk<Real>> desks(std::size_t(job.threads));
     for (Desk<Real>& desk : desks)
         shapes.make_room(desk.scratch);
@@ -264,6 +273,7 @@ void answer_rays(const Job& job)
     }
     std::vector<double> hits(rays.size() * 8);
     say_phase("load");
+    build(shapes, job.accel);
 
     render(job, [&] {
         for_each_row(int((rays.size() + block - 1) / block), desks, [&](int row, Desk<Real>& desk) {

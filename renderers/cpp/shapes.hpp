@@ -33,7 +33,7 @@ public:
 
     Shapes(const Shapes&) = delete;  // solids point to `parts`
 
-    Shapes(const Scene& scene, Accel accel)
+    explicit Shapes(const Scene& scene)
     {
         if constexpr (needs::sphere)
             for (std::size_t i = 0; i < scene.spheres.rows(); i++) {
@@ -64,10 +64,23 @@ public:
                 roles.resize(roles.size() + std::size_t(range[1]), role(scene, scene.mesh_ids.row(i), !closed));
             }
         if constexpr (needs::csg)
-            add_solids(scene, accel);
-        const bool in_lanes = methods::in_lanes && accel != Accel::none;
-        if (in_lanes || is_wanted(accel, 2 * roles.size() - (needs::sphere ? scene.spheres.rows() : 0)))
+            add_solids(scene);
+    }
+
+    // HIT-6: builds the hierarchies that are wanted; false if none is.
+    bool build(Accel accel)
+    {
+        bool built = false;
+        if constexpr (needs::csg)
+            for (MeshPart<Real>& mesh : parts.meshes)
+                if (is_wanted(accel, 2 * mesh.triangles.size()))
+                    mesh.build_hierarchy(), built = true;
+        std::size_t work = 2 * roles.size();
+        if constexpr (needs::sphere)
+            work -= spheres.size();
+        if ((methods::in_lanes && accel != Accel::none) || is_wanted(accel, work))
             build_hierarchy();
+        return built || accelerated();
     }
 
     bool accelerated() const { return !hierarchy.empty(); }
@@ -158,7 +171,7 @@ private:
             list.emplace_back(scene.mesh_vertices.data.data(), scene.mesh_triangles.row(std::size_t(k)), closed);
     }
 
-    void add_solids(const Scene& scene, Accel accel)
+    void add_solids(const Scene& scene)
     {
         for (std::size_t i = 0; i < scene.csg_spheres.rows(); i++)
             parts.spheres.emplace_back(scene.csg_spheres.row(i));
@@ -169,8 +182,6 @@ private:
         for (std::size_t i = 0; i < scene.csg_meshes.rows(); i++) {
             MeshPart<Real>& mesh = parts.meshes.emplace_back();
             add_triangles(scene, scene.csg_meshes.row(i), true, mesh.triangles);
-            if (is_wanted(accel, 2 * mesh.triangles.size()))
-                mesh.build_hierarchy();
         }
         for (std::size_t i = 0; i < scene.csg_ranges.rows(); i++) {
             const std::int32_t* range = scene.csg_ranges.row(i);

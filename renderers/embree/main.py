@@ -30,6 +30,8 @@ def main(arguments):
             rays = np.load(job.array("rays")).astype(np.float32).T
         else:
             picture = np.zeros((3, (y1 - y0) * (x1 - x0)), np.float32)
+    with worker.phase("build"):
+        scene.build()
     if job.kind == "rays":
         answer = worker.render(job, lambda: first_hits(scene, rays))
     else:

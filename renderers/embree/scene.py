@@ -50,7 +50,10 @@ class Scene:
         self.embree = EmbreeScene(robust=True)
         if len(corners):
             TriangleMesh(self.embree, vertices.astype(np.float32), corners.astype(np.int32))
-        self.embree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))  # it builds its hierarchy now
+
+    def build(self):
+        """Its hierarchy, which Embree makes when it is first asked something."""
+        self.embree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
 
     def nearest(self, origins, directions):
         """Distances and numbers of the triangles that rays hit, -1 for a miss (HIT-1)."""

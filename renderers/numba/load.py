@@ -1,5 +1,7 @@
 """The arrays of a job as the kernel's Scene."""
 
+from collections import namedtuple
+
 import numpy as np
 
 from renderers import worker
@@ -13,16 +15,27 @@ from .scene import Scene
 
 TABLE_LIMIT = 2**31  # bytes (WLK-2)
 
+# What the trees are built over: lower and upper corners (n, 3) of all shapes, and how skewed they are at most; likewise
+# corners of the triangles of CSG solids, with the first and the number of each mesh.
+Bounds = namedtuple("Bounds", ["low", "high", "skewness", "of_parts"])
+
 
 def load(job, real, threads):
-    """The Scene of as many threads. All numbers are rounded once to the type `real` (NUM-1)."""
+    """Fields of the Scene of as many threads by name, but the trees, which `build` adds."""
     values = tables(job, real)
-    values |= {name: _block(threads, *block) for name, block in work(job, real, values).items()}
+    return values | {name: _block(threads, *block) for name, block in work(job, real, values).items()}
+
+
+def scene_of(values):
+    """The Scene of its fields by name."""
     return Scene(**{name: values[name] for name in Scene._fields})
 
 
 def tables(job, real):
-    """Fields of the Scene by name, but the work memory of threads."""
+    """Fields of the Scene by name, but the trees and the work memory of threads.
+
+    All numbers are rounded once to the type `real` (NUM-1).
+    """
 
     def read(name):
         return np.load(job.array(name))
@@ -57,7 +70,7 @@ def tables(job, real):
         "numbered": job.lens_radius > 0 or job.sampler == "jittered",
         "infinite": real(np.inf).view(np.int32 if real == np.float32 else np.int64),
     }
-    shapes, sizes, low, high, skewness = _shapes(read)
+    shapes, sizes, found = _shapes(read)
     media = read("media")
     values |= {name: rounded(array) if array.dtype == np.float64 else array for name, array in shapes.items()}
     values |= {
@@ -69,19 +82,28 @@ def tables(job, real):
     }
     if needs.LENS:
         values |= _lens(read("camera"), job, rounded, real)
-    if needs.TREE:
-        pad = 64 * unit
-        if quadratic.QUADRATIC:  # r² errs by some u |f|², r then by the root of that
-            pad = 16 * np.sqrt(unit)
-        pad *= skewness
-        values |= _tree(low, high, pad, rounded, real)
     x0, y0, x1, y1 = job.region
     if needs.ADAPTIVE:
         asked = job.sampler == "adaptive"
         values["corners"] = np.zeros((y1 - y0 + 1, x1 - x0 + 1, 3) if asked else (1, 1, 3), real)
     if needs.CUTOFF:
         values["dropped"] = np.zeros((y1 - y0, x1 - x0), real)
+    if needs.TREE:
+        values["bounds"] = found
     return values
+
+
+def build(values, real):
+    """Put the trees (HIT-6) among the fields, in the place of the Bounds that they are built over."""
+    found = values.pop("bounds")
+    unit = np.finfo(real).eps / 2
+    pad = 64 * unit
+    if quadratic.QUADRATIC:  # r² errs by some u |f|², r then by the root of that
+        pad = 16 * np.sqrt(unit)
+    trees = _trees(*found.of_parts) | _tree(found.low, found.high)
+    values |= {name: array.astype(real) if array.dtype == np.float64 else array for name, array in trees.items()}
+    values["tree_pad"] = real(pad * found.skewness)
+    values["tree_reach"] = real(np.abs(trees["tree_bounds"][0]).max())
 
 
 def _materials(materials, air):
@@ -94,7 +116,7 @@ def _materials(materials, air):
 
 
 def _shapes(read):
-    """The tables of all shapes by name, and of each shape its size, its bounds; and their skewness."""
+    """The tables of all shapes by name, of each shape its size, and the Bounds."""
     spheres, boxes, ellipsoids = read("spheres"), read("boxes"), read("ellipsoids")
     vertices, ranges = read("polygon_vertices"), read("polygon_ranges")
     corners, polygon_sizes = polygon_table(vertices, ranges)
@@ -108,7 +130,7 @@ def _shapes(read):
         "ellipsoids": ellipsoid_table(ellipsoids),
         "triangles": triangles,
     }
-    parts, part_bounds = _parts(read, mesh_vertices, mesh_triangles)
+    parts, part_bounds, of_parts = _parts(read, mesh_vertices, mesh_triangles)
     solids = parts["csg_ranges"]
     each = [
         (spheres[:, 3], bounds.of_spheres(spheres)),
@@ -120,11 +142,12 @@ def _shapes(read):
     ]
     low, high = (np.concatenate([both[side] for _, both in each]) for side in (0, 1))
     slanted = [tables["boxes"], tables["ellipsoids"], parts["csg_boxes"], parts["csg_ellipsoids"]]
-    return tables | parts, np.concatenate([size for size, _ in each]), low, high, bounds.skewness(slanted)
+    sizes = np.concatenate([size for size, _ in each])
+    return tables | parts, sizes, Bounds(low, high, bounds.skewness(slanted), of_parts)
 
 
 def _parts(read, vertices, triangles):
-    """The tables of the parts of CSG solids by name, and the bounds of the parts by kind."""
+    """The tables of the parts of CSG solids by name, the bounds of the parts by kind, and those of Bounds."""
     spheres, boxes, ellipsoids = read("csg_spheres"), read("csg_boxes"), read("csg_ellipsoids")
     meshes, code = read("csg_meshes"), read("csg_code")
     table, triangle_sizes = triangle_table(vertices, triangles[rows_of(meshes)])
@@ -149,9 +172,8 @@ def _parts(read, vertices, triangles):
         "csg_sizes": sizes,
         "csg_triangle_sizes": triangle_sizes,
     }
-    if needs.TREE:
-        tables |= _trees(low, high, firsts, counts)
-    return tables, [bounds.of_spheres(spheres), bounds.of_boxes(boxes), bounds.of_ellipsoids(ellipsoids), of_meshes]
+    of_kinds = [bounds.of_spheres(spheres), bounds.of_boxes(boxes), bounds.of_ellipsoids(ellipsoids), of_meshes]
+    return tables, of_kinds, (low, high, firsts, counts)
 
 
 def _trees(low, high, firsts, counts):
@@ -203,7 +225,7 @@ def _lens(camera, job, rounded, real):
     return {"lens": rounded(axes), "focus": real(job.focal_distance / np.linalg.norm(e))}
 
 
-def _tree(low, high, pad, rounded, real):
+def _tree(low, high):
     """The tree over all bounded shapes."""
     bounded = np.isfinite(low).all(axis=1)
     inside = np.flatnonzero(bounded)
@@ -211,12 +233,10 @@ def _tree(low, high, pad, rounded, real):
     if len(inside):
         nodes, links, items = bvh.build(low[inside], high[inside])
     return {
-        "tree_bounds": rounded(nodes),
+        "tree_bounds": nodes,
         "tree_links": links,
         "tree_items": inside[items].astype(np.int32),
         "tree_loose": np.flatnonzero(~bounded).astype(np.int32),
-        "tree_pad": real(pad),
-        "tree_reach": real(np.abs(nodes[0]).max()),
     }
 
 

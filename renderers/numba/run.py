@@ -1,4 +1,4 @@
-"""Loads the scene, compiles the kernel or loads it from the disk cache, renders and saves."""
+"""Loads the scene, builds its tree, compiles the kernel or loads it from the disk cache, renders and saves."""
 
 import hashlib
 import os
@@ -19,7 +19,7 @@ if needs.VECTOR:
     from .lanes.render import render_tiles, render_tiles_parallel
     from .lanes.scene import load, tiles
 else:
-    from .load import load, work_of_walk
+    from .load import build, load, scene_of, work_of_walk
     from .render import render_rows, render_rows_parallel, trace_rays, trace_rays_parallel
 
 
@@ -45,30 +45,34 @@ def run(job):
 
     with worker.phase("load"):
         x0, y0, x1, y1 = job.region
-        scene = load(job, real, threads)
+        loaded = load(job, real, threads)
         if job.kind == "rays":
             entry = trace_rays_parallel if parallel else trace_rays
-            questions = [(scene, np.load(job.array("rays")).astype(real))]
-            answers = [np.zeros((len(questions[0][1]), 8))]
+            questions = [(np.load(job.array("rays")).astype(real),)]
+            answers = [np.zeros((len(questions[0][0]), 8))]
         elif needs.VECTOR:
             entry = render_tiles_parallel if parallel else render_tiles
-            questions = [(scene, job.width, job.height, job.region, job.depth)]
+            questions = [(job.width, job.height, job.region, job.depth)]
             answers = [np.zeros((y1 - y0, x1 - x0, 3), real), np.zeros((tiles(job.region), 5), np.int64)]
         else:
             entry = render_rows_parallel if parallel else render_rows
             passes = (True, False) if job.sampler == "adaptive" else (False,)  # corners of pixels, pixels
-            questions = [(scene, job.width, job.height, job.region, job.depth, corners) for corners in passes]
+            questions = [(job.width, job.height, job.region, job.depth, corners) for corners in passes]
             answers = [np.zeros((y1 - y0, x1 - x0, 3), real), np.zeros((y1 - y0 + 1, 5), np.int64)]
+    if needs.TREE:
+        with worker.phase("build"):
+            build(loaded, real)
+    scene = loaded if needs.VECTOR else scene_of(loaded)
     with worker.phase("compile"):
         if cached:
             numba.config.CACHE_DIR = cache_folder(job)
             entry.enable_caching()
-        entry(*questions[0], 0, threads, *(answer[:0] for answer in answers))
+        entry(scene, *questions[0], 0, threads, *(answer[:0] for answer in answers))
 
     def frame():
         answers[-1][:] = 0
         for question in questions:
-            entry(*question, 0, threads, *answers)
+            entry(scene, *question, 0, threads, *answers)
 
     worker.render(job, frame)
 

@@ -20,7 +20,12 @@ class Mesh:
     def __init__(self, triangles, accelerate, number):
         self.triangles = triangles
         self.rows = [triangle.row for triangle in triangles]
-        self.tree = bvh.Tree([(None, triangle) for triangle in triangles], number) if accelerate else None
+        self.accelerate, self.number, self.tree = accelerate, number, None
+
+    def build(self):
+        """Its hierarchy, if it is to have one (HIT-6)."""
+        if self.accelerate:
+            self.tree = bvh.Tree([(None, triangle) for triangle in self.triangles], self.number)
 
     def bounds(self):
         return corners([vertex for row in self.rows for vertex in row[:3]])
@@ -68,7 +73,8 @@ class Solid(Shape):
                 self.code.append(len(self.parts))
                 self.parts.append(word)
         self.condition = max(part.condition for part in self.parts)
-        self.has_tree = any(isinstance(part, Mesh) and part.tree is not None for part in self.parts)
+        self.meshes = [part for part in self.parts if isinstance(part, Mesh)]
+        self.has_tree = any(part.accelerate for part in self.meshes)
         self.tolerance = 16 * number.roundoff if merge == "tolerant" else -1  # nothing is so near
 
     def value(self, inside):

@@ -118,6 +118,9 @@ def main(arguments):
             rays = [tuple(map(kind_of_number.real, row)) for row in npy.read(job.array("rays"))]
         else:
             eye = eye_of(scene, job)
+    if scene.accel == "bvh":
+        with worker.phase("build"):
+            scene.build()
     methods = {"precision": job.precision, "threads": 1, "floating_point": job.floating_point, "accel": scene.accel}
     methods |= {
         method: getattr(job, method) for method, with_any in USED_WITH.items() if set(with_any) & set(job.needs)

@@ -35,7 +35,10 @@ class Reader:
 
 
 class Scene:
-    """Everything that rays meet. `nearest` is the search for a first hit that suits the scene."""
+    """Everything that rays meet. `nearest` is the search for a first hit that suits the scene.
+
+    If `accel` is "bvh", `build` comes before the first ray.
+    """
 
     def __init__(self, job, number):
         read = Reader(job, number)
@@ -53,20 +56,29 @@ class Scene:
         self.accelerate(job.accel, shapes(read, self.materials, job.accel))
 
     def accelerate(self, accel, items):
-        """Choose the search among `items`, pairs (search, shape) in the order of HIT-2."""
+        """Choose the search among `items`, pairs (search, shape) in the order of HIT-2. grown: is it by a tree?"""
         for _, shape in items:
             shape.bit = self.media.bits.get(shape.identity, 0)
-        pays = bvh.pays(accel, [search for search, _ in items])
-        self.accel = (
-            "bvh" if pays or any(search is csg.nearest and shape.has_tree for search, shape in items) else "none"
-        )
-        if pays:
-            self.tree = bvh.Tree(items, self.number)
+        self.items = items
+        self.grown = bvh.pays(accel, [search for search, _ in items])
+        self.accel = "bvh" if self.grown or any(solid.has_tree for solid in self.solids()) else "none"
+        if self.grown:
             self.nearest = self.by_tree
         else:
             # for each kind of shape that the scene has, its search and the rows: what it lacks costs nothing
             self.kinds = [(search, [shape.row for _, shape in kind]) for search, kind in groupby(items, lambda i: i[0])]
             self.nearest = self.by_trying_all
+
+    def solids(self):
+        return [shape for search, shape in self.items if search is csg.nearest]
+
+    def build(self):
+        """The hierarchies (HIT-6): over all shapes, and over the meshes that are parts of solids."""
+        for solid in self.solids():
+            for part in solid.meshes:
+                part.build()
+        if self.grown:
+            self.tree = bvh.Tree(self.items, self.number)
 
     def by_trying_all(self, origin, direction, limit):
         """The first hit (t, shape, face) with 0 < t < limit, or None (HIT-1, HIT-2)."""

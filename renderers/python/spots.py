@@ -25,8 +25,12 @@ def spots(eye, job, number, wanted):
 def main(arguments):
     job, number = accept(arguments)
     with worker.phase("load"):
-        eye = eye_of(Scene(job, number), job)
+        scene = Scene(job, number)
+        eye = eye_of(scene, job)
         wanted = npy.read(job.array("spots"))
+    if scene.accel == "bvh":
+        with worker.phase("build"):
+            scene.build()
     with worker.phase("render"):
         pixels = spots(eye, job, number, wanted)
     with worker.phase("save"):

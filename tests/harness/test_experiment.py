@@ -89,7 +89,7 @@ MADE = BASE.replace('scenes = ["a.txt"]\n', "")
     [
         (BASE + '[generate]\nscene = "balls"\n', "[generate] or [[stress]]: expected one of the four"),
         (MADE, "[generate] or [[stress]]: expected one of the four"),
-        (MADE + '[generate]\nscene = "cubes"\n', "generate.scene: Input should be 'comparison', 'balls' or 'tetra'"),
+        (MADE + '[generate]\nscene = "cubes"\n', "generate.scene: Input should be 'comparison', "),
         (MADE + '[generate]\nscene = "balls"\nlights = 2\n', "generate: lights is no count of balls; it has size"),
         (MADE + '[generate]\nscene = "balls"\n[sweep]\nobjects = [2]\n', "sweep.objects: only of a scene that has it"),
         (BASE + "[[points]]\nlights = [2]\n", "points.lights: only of a scene that has it, in [generate]"),

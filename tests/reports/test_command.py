@@ -58,6 +58,8 @@ region = ["one pixel", "all", [0, 0, 4, 4]]
 """,
     "comparison": TWO + '[generate]\nscene = "comparison"\nlights = 2\n' + IMAGE
     + "[sweep]\nobjects = [3, 5]\nside = [6, 8]\n",
+    "several": ONE + '[[generate]]\nscene = "comparison"\nlights = 1\n[[generate]]\nscene = "balls"\n' + IMAGE
+    + "[[points]]\nobjects = [2]\n[[points]]\nsize = [0, 1]\n",
     "balls": TWO + '[generate]\nscene = "balls"\nsize = 1\n' + IMAGE,
 }  # fmt: skip
 
@@ -152,3 +154,14 @@ def test_folders_of_renderers_and_odd_names_are_kept(load, record):
     assert told[:7] == ["rayrace", "render", "a; rm.txt", "--renderer", "my folder", "-r", "it's"]
     told = shlex.split(command.again(run, cell))
     assert told == ["rayrace", "run", "a b.toml", "--renderer", "my folder", "--only", "it's", "--set", "image.depth=3"]
+
+
+def test_a_mesh_that_is_made_in_memory_has_no_scene_file(load, record):
+    tables = [{"scene": name, "objects": None, "lights": None, "size": None} for name in ("balls", "icosphere")]
+    asked = {"processes": 1, "frames": 2, "image": {}, "generate": tables}
+    point = {"size": 1}
+    told = [record("cpp", scene=f"generated/{name}.txt", point=point, series=None) for name in ("balls", "icosphere")]
+    loaded = load(told, experiment=asked)
+    balls, icosphere = (command.of(loaded, cell) for cell in loaded.cells)
+    assert "rayrace generate balls --size 1 -o balls-size-1.nff && rayrace render balls-size-1.nff " in balls
+    assert isinstance(icosphere, Missing) and "icosphere is made in memory" in str(icosphere)

@@ -5,7 +5,18 @@ import csv
 import numpy as np
 import pytest
 
-from reports import blocks_figure, fault_figure, gpu, gpu_figure, launch_figure, report, roofline_figure, study, summary
+from reports import (
+    blocks_figure,
+    fault_figure,
+    gpu,
+    gpu_figure,
+    launch_figure,
+    operations,
+    report,
+    roofline_figure,
+    study,
+    summary,
+)
 from reports.results import Missing
 
 SERIES = "t,cpu_s,gpu_percent,gpu_power_w,gpu_throttle\n0.0,0.0,0,70,none\n0.5,0.5,,300,none\n1.5,1.0,100,350,none\n"
@@ -94,7 +105,7 @@ def test_what_a_gpu_does_not_tell_has_a_reason(report_text, tmp_path, gpu_record
 def test_flops_are_rays_times_spheres_times_twenty_over_the_kernel(load, gpu_record):
     results = load([gpu_record(kernel_s=(9, 0.1, 0.3))])
     (cell,) = results.cells
-    assert roofline_figure.tests(results, cell) == 20 * 48  # 20 rays
+    assert operations.tests(results, cell) == 20 * 48  # 20 rays
     assert roofline_figure.rate(results, cell).value == pytest.approx(20 * 48 * 20 / 0.2)
     assert roofline_figure.share(results, cell).value == pytest.approx(20 * 48 * 20 / 0.2 / 2e13)
     results = load([gpu_record(parameters={"precision": "float32"})], name="single")

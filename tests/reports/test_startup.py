@@ -98,5 +98,5 @@ def test_in_the_report(section, told, tmp_path):
     assert reach == pytest.approx({0: 7.075, 1: 1.575, 2: 4.45, 3: 1.45})
     with open(tmp_path / "start.csv", newline="") as file:
         rows = {(row["variant"], row["cache"], row["phase"]): row for row in csv.DictReader(file)}
-    assert float(rows["cpp", "cold", "build"]["value_s"]) == 3
+    assert float(rows["cpp", "cold", "compiled beforehand"]["value_s"]) == 3
     assert rows["cpp", "cold", "sum"]["processes"] == "3"

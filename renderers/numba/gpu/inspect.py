@@ -57,12 +57,14 @@ def kernels_of(job):
     """The functions of a job's kernels, each with the arguments that it would be started with, on the host."""
     import numpy as np
 
-    from ..load import tables, work
+    from ..load import build, tables, work
     from . import render
     from .assemble import Layout
 
     real = np.dtype(job.precision).type
     fields = tables(job, real)
+    if needs.TREE:
+        build(fields, real)
     layout = Layout(fields, work(job, real, fields))
     given, counts = layout.arguments, np.zeros(5, np.int64)
     if job.kind == "rays":

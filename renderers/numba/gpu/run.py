@@ -1,4 +1,4 @@
-"""Uploads the scene, compiles the kernel, renders on the GPU, brings the picture back and saves it."""
+"""Loads the scene, builds its tree, uploads both, compiles the kernel, renders on the GPU, and saves the picture."""
 
 import sys
 import time
@@ -13,7 +13,7 @@ import numpy as np  # noqa: E402
 from numba import cuda  # noqa: E402
 
 from .. import needs  # noqa: E402
-from ..load import tables, work, work_of_walk  # noqa: E402
+from ..load import build, tables, work, work_of_walk  # noqa: E402
 from . import compiler, device, render  # noqa: E402
 from .assemble import Layout  # noqa: E402
 from .occupancy import occupancy  # noqa: E402
@@ -87,11 +87,16 @@ def run(job):
 
     with worker.phase("load"):
         fields = tables(job, real)
+        rays = np.load(job.array("rays")).astype(real) if job.kind == "rays" else None
+        if not needs.SIMULATED:
+            cuda.current_context()  # begins the GPU, which is no part of what follows
+    if needs.TREE:
+        with worker.phase("build"):
+            build(fields, real)
+    with worker.phase("upload"):
         layout = Layout(fields, work(job, real, fields))
         check_local_memory(layout)
         assemble = layout.assemble()
-        rays = np.load(job.array("rays")).astype(real) if job.kind == "rays" else None
-    with worker.phase("upload"):
         worker.say_device(**device.describe())
         values = [upload(value) if isinstance(value, np.ndarray) else value for value in layout.arguments]
         given = type(layout.arguments)(*values)
