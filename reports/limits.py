@@ -19,7 +19,8 @@ CAPTION = (
     "thread and as many threads as the renderer has can do: fused multiply-adds that wait for nothing, counted as two "
     "operations, in vectors as wide as the processor's and one number at a time, and bytes to and from memory. Share "
     "of the peak: of vectors of the cell's precision on its threads, the median over repetitions of rate over peak; "
-    "code that fuses nothing cannot pass half of it, and code of single numbers is in the figure below its own roof. "
+    "code that fuses nothing cannot pass half of it, and code of single numbers is in the figure below its own roof, "
+    "where renderers are drawn side by side about the number of operations a byte that they share. "
     "Parallel efficiency: time on one thread over time on several, over what the calibration gains by the same "
     "threads, round by round: 100 % is all that the machine had to give."
 )

@@ -111,7 +111,7 @@ def test_a_part_of_the_picture_is_left_out(load, told):
 def test_section(section, told):
     text, figures = section(told(), limits.TITLE)
     assert "| precision = float32, vector = on | cpp | float32 | on | 1 | 0.125" in text
-    (figure,) = figures.values()
+    figure = figures["limits-0-comparison"]
     top, below = figure.axes
     assert [label.get_text() for label in below.get_yticklabels()] == ["cpp-threads, float64"]
     assert "vectors, float32, 1 thread" in [note.get_text() for note in top.texts]
