@@ -58,9 +58,11 @@ def _roofline(axes, limits, points) -> None:
             xs = [x for x in (low, ridge, high) if low <= x <= high]
             axes.plot(xs, [min(told[kind], told["bytes"] * x) / 1e9 for x in xs], line, color=shade, lw=1)
             count = f"{told['threads']:.0f} thread{'s' if told['threads'] > 1 else ''}"
+            # at the one end or the other: the peak of two threads in float64 is that of one in float32
+            place, side = ((max(ridge, low), "left"), (high, "right"))[of == "one"]
             axes.annotate(
-                f"{label}, {count}", (high, told[kind] / 1e9), textcoords="offset points", xytext=(-2, 2),
-                ha="right", fontsize=5.5, color=shade,
+                f"{label}, {count}", (place, told[kind] / 1e9), textcoords="offset points",
+                xytext=(2 if side == "left" else -2, 2), ha=side, fontsize=5.5, color=shade,
             )  # fmt: skip
     variants = list(dict.fromkeys(cell.variant for cell, *_ in points))
     for cell, x, y in points:
