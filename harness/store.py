@@ -42,8 +42,8 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
                 temperature_c, throttled}, each a number (throttled: [reason, ..]) or {unavailable: reason}: gpu_use.py
     disturbed   {steal_s, other_cpu_s, waited_s, swapped_pages, held_back_s, throttled}: what the system counted
                 meanwhile, each a number or {unavailable: reason}: trouble.py
-    peaks       null, or what the machine could do at most just before: {one, all}, rates of one thread and of as many as
-                the variant has, or {unavailable: reason}: calibration.py
+    peaks       null, or what the machine could do at most just before: {one, all}, rates of one thread and of as many
+                as the variant has, or {unavailable: reason}: calibration.py
     build       {seconds, compiler, command}: of the build it ran, when that was made
     picture     {file, sha256}
     accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, and psnr_db, ssim, flip (each a
