@@ -6,12 +6,15 @@ study: .venv/installed  ## run the study's comparison and write its report
 	$(BIN)/rayrace run experiments/comparison.toml --report
 
 # Pictures do not depend on who else is at work, so those tests share the cores; tests that measure run alone.
+# Checks of whole renderers, which compile most of the time, share them too.
 PICTURES = -n auto --dist loadfile tests/conformance tests/renderers tests/stability
 MEASURES = tests/harness tests/reports
+CHECKS = tests/harness/test_check.py
 
 test: quick  ## all tests, the fast ones first
 	$(BIN)/pytest -q -m slow $(PICTURES)
-	$(BIN)/pytest -q -m slow $(MEASURES)
+	$(BIN)/pytest -q -m slow -n auto --dist worksteal $(CHECKS)
+	$(BIN)/pytest -q -m slow $(MEASURES) --ignore=$(CHECKS)
 
 quick: .venv/installed  ## the fast tests alone
 	$(BIN)/ruff check .
