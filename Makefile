@@ -5,21 +5,17 @@ BIN = .venv/bin
 study: .venv/installed  ## run the study's comparison and write its report
 	$(BIN)/rayrace run experiments/comparison.toml --report
 
-# Pictures do not depend on who else is at work, so those tests share the cores; tests that measure run alone.
-# Checks of whole renderers, which compile most of the time, share them too.
-PICTURES = -n auto --dist loadfile tests/conformance tests/renderers tests/stability
-MEASURES = tests/harness tests/reports
-CHECKS = tests/harness/test_check.py
+# Most tests share the cores; those that measure run alone.
+SHARED = -n auto --dist
 
 test: quick  ## all tests, the fast ones first
-	$(BIN)/pytest -q -m slow $(PICTURES)
-	$(BIN)/pytest -q -m slow -n auto --dist worksteal $(CHECKS)
-	$(BIN)/pytest -q -m slow $(MEASURES) --ignore=$(CHECKS)
+	$(BIN)/pytest -q -m "slow and not alone" $(SHARED) worksteal
+	$(BIN)/pytest -q -m "slow and alone"
 
-quick: .venv/installed  ## the fast tests alone
+quick: .venv/installed  ## the fast tests
 	$(BIN)/ruff check .
-	$(BIN)/pytest -q -m "not slow" $(MEASURES)
-	$(BIN)/pytest -q -m "not slow" $(PICTURES)
+	$(BIN)/pytest -q -m "not slow and alone"
+	$(BIN)/pytest -q -m "not slow and not alone" $(SHARED) loadfile
 
 cudasim: .venv/installed  ## the conformance suite for numba-cuda in Numba's simulator of a GPU
 	RAYRACE_CUDASIM=1 $(BIN)/pytest -q -m "not slow" -n auto tests/conformance -k numba-cuda

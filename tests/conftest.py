@@ -1,6 +1,7 @@
 """Shared by all tests: who can be raced here, and one way to let them work."""
 
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -33,14 +34,26 @@ def known():
     return registry.entries()
 
 
-def padded(needed):
-    """`needed` with what costs a renderer little, so that fewer kernels must be compiled: the pictures are the same."""
-    more = {"sphere", "box", "polygon", "ellipsoid", *({"mesh", "csg"} if {"mesh", "csg"} & set(needed) else ())}
-    if {"ambient", "diffuse", "phong", "reflection", "transmission"} & set(needed):
-        more |= {"ambient", "diffuse", "phong"}
-    if "transmission" in needed:
-        more |= {"attenuation", "media"}
-    return tuple(sorted(more | set(needed)))
+SIMPLE = ("sphere", "box", "polygon", "ellipsoid")
+LIGHT = ("ambient", "diffuse", "phong", "shadows", "reflection")
+# Numba's time to compile grows with the kernel: of each of these, all or none.
+TOGETHER = ("mesh", "csg"), ("transmission", "attenuation", "media"), ("soft", "glossy", "supersampling", "lens")
+
+
+def sharing(entry, parameters, needed):
+    """`parameters` with a kernel that carries more than is needed, so that tests share what `entry` compiles.
+
+    The pictures are the same (test_kernel.py).
+    """
+    if "general" not in entry.methods.get("kernel", ()):
+        return parameters
+    if entry.renderer.manifest.build:  # C++, where everything takes hardly longer to build than the least
+        return replace(parameters, kernel="general")
+    more = [*SIMPLE, *(LIGHT if parameters.kind == "image" else ())]
+    for names in TOGETHER:
+        if set(names) & set(needed):
+            more += names
+    return replace(parameters, kernel="+".join(["needed", *more]))
 
 
 def blocks(entry):
@@ -51,7 +64,7 @@ def blocks(entry):
 class Bench:
     """Renders scene text and traces rays with any variant, sharing compiled code between the tests of a session."""
 
-    padded = staticmethod(padded)
+    sharing = staticmethod(sharing)
 
     def __init__(self, known, caches):
         self.known, self.caches = known, caches
@@ -69,14 +82,14 @@ class Bench:
     def result(self, variant, scene_text, exact=False, **parameters):
         """The Result of a picture; the test is skipped if the manifest says that the variant cannot make it.
 
-        exact: the job's needs are those of the scene, and not `padded`.
+        exact: the kernel is what the job asks for, and nothing that it can do without.
         """
         entry = self.entry(variant)
         scene = text.read(scene_text, "scene of the test")
         wanted = Parameters(**{"threads": entry.threads(), **blocks(entry), **parameters})
         needed = needs(scene, wanted)
-        if not exact and not entry.renderer.manifest.external:
-            needed = padded(needed)
+        if not exact and wanted.kernel == "needed":
+            wanted = sharing(entry, wanted, needed)
         reason = repetition.unsupported(entry, wanted, needed)
         if reason:
             pytest.skip(f"{variant} {reason}")
@@ -92,8 +105,9 @@ class Bench:
         entry = self.entry(variant)
         scene = text.read(scene_text, "scene of the test")
         wanted = Parameters(kind="rays", precision=precision, **{**blocks(entry), **methods})
+        wanted = sharing(entry, wanted, shapes(scene))
         arrays = {**flatten(scene), "rays": np.asarray(rays, dtype=np.float64).reshape(-1, 6)}
-        result = repetition.run(entry, arrays, wanted, padded(shapes(scene)), cache=self.caches / variant)
+        result = repetition.run(entry, arrays, wanted, shapes(scene), cache=self.caches / variant)
         if result.status == "unsupported":
             pytest.skip(f"{variant} {result.reason}")
         assert result.status == "ok", f"{variant}: {result.status}: {result.reason}\n{result.stderr}"

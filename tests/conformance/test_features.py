@@ -49,9 +49,9 @@ def reference_of(known, bench, scenes):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_pictures_and_counts_agree(bench, reference_of, scenes, serial, name):
-    """With kernels of what the scene needs and no more."""
+    """Each feature alone with a kernel of what the scene needs and no more."""
     source, jobs = scenes[name]
-    result = bench.result(serial, source, exact=True, **SIZE, **jobs)
+    result = bench.result(serial, source, exact=name not in MIXES, **SIZE, **jobs)
     found = reference_of(serial, name, Parameters(**SIZE, **jobs))
     verdict = judge.judge(result.array, found.picture, found.mask, "float64")
     print(f"{serial} against {found.maker}: {verdict} {result.said.rays}")

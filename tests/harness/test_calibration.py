@@ -8,6 +8,8 @@ from harness.bench import Bench
 from harness.executors.local import Local
 from harness.store import Run
 
+pytestmark = pytest.mark.alone
+
 EXPERIMENT = """title = "peaks"
 scenes = ["scene.txt"]
 renderers = ["cpp", "cpp-threads", "numba-cuda"]

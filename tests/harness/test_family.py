@@ -13,6 +13,8 @@ import pytest
 from harness import builder, events, row
 from harness.process import Outcome
 
+pytestmark = pytest.mark.alone
+
 MB = 10**6
 SOURCE = Path(__file__).with_name("family.c")
 MODES = ("short", "holds", "waits", "does not wait", "orphan", "leaves", "between ticks")

@@ -15,6 +15,8 @@ from harness.job import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 
+pytestmark = pytest.mark.alone
+
 REPOSITORY = Path(__file__).parents[2]
 HEAVY = {"pandas", "matplotlib", "pydantic", "scipy", "rich", "typer", "psutil", "PIL", "harness", "reports"}
 

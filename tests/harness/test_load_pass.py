@@ -20,6 +20,8 @@ from harness.job import Parameters
 from harness.nvml import NO_TICK, TOO_SOON
 from harness.plan import Cell, Plan
 
+pytestmark = pytest.mark.alone
+
 HERE = Path(__file__).parent
 NVML = HERE.parent / "support" / "nvml"
 RENDERER = HERE / "load_renderer"

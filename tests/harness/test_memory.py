@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.alone
+
 MB = 10**6
 HARNESS = """
 import json, sys

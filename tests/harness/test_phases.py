@@ -12,6 +12,8 @@ from harness.scene.flatten import flatten
 from harness.scene.generate import comparison
 from harness.scene.needs import needs
 
+pytestmark = pytest.mark.alone
+
 
 @pytest.mark.parametrize("name", [n for n, entry in registry.entries().items() if not entry.variant.exhibit])
 def test_phases_sum_to_the_wall_time(name, known, tmp_path):

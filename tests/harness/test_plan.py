@@ -16,6 +16,8 @@ from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.generate import comparison
 
+pytestmark = pytest.mark.alone
+
 BASE = 'title = "t"\nscenes = ["scene.txt"]\nrenderers = ["python", "numpy"]\n'
 SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nSPHERE (0,0,-1) 0.8 (0.7,0.5,0.3) 0.4 20 (0,0,0) 1e6 1\n"
 

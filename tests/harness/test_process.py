@@ -12,6 +12,8 @@ import pytest
 
 from harness import gpu, process, row
 
+pytestmark = pytest.mark.alone
+
 
 @pytest.fixture
 def run(tmp_path):

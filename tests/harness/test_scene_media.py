@@ -176,6 +176,7 @@ def test_no_more_than_a_set_can_hold():
     assert ranks(apart) == []
 
 
+@pytest.mark.alone
 def test_many_objects_take_little_time():
     scene = text.read(CAMERA + "SPHERE (0,0,0) 0.4" + GLASS)
     (glass,) = scene.objects

@@ -118,6 +118,7 @@ def test_no_file_at_all(tmp_path):
         load("a\0.txt")
 
 
+@pytest.mark.alone
 def test_reading_is_linear():
     def seconds(spheres):
         content = CAMERA + ("SPHERE (1,2,3) 4" + MATERIAL) * spheres
@@ -129,6 +130,7 @@ def test_reading_is_linear():
     assert min(seconds(4800) for _ in range(3)) < 4 * 16 * once
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("token", ["1" * 50_000 + "x", "1." * 25_000, "(" * 50_000, "S" * 50_000])
 def test_long_tokens_take_no_time(token):
     start = time.process_time()

@@ -6,6 +6,8 @@ import pytest
 from harness import store
 from harness.errors import UserError
 
+pytestmark = pytest.mark.alone
+
 
 @pytest.fixture
 def run(tmp_path):

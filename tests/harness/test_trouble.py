@@ -9,6 +9,8 @@ import pytest
 
 from harness import trouble
 
+pytestmark = pytest.mark.alone
+
 HERTZ = os.sysconf("SC_CLK_TCK")
 
 

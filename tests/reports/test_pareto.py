@@ -12,6 +12,8 @@ import pytest
 from reports import budget_table, command, method, pareto, pareto_figure, pareto_table, repetition, style
 from reports.cell import Missing
 
+pytestmark = pytest.mark.alone
+
 NOISE = 1.2e-4  # standard error of a made-up sampled truth
 DEFAULTS = {
     "width": 512, "height": 512, "region": "0,0,512,512", "depth": 10, "shadows": 1, "sampler": "one", "samples": 1,

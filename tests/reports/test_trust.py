@@ -9,6 +9,8 @@ import pytest
 
 from reports import provenance, ranking, results, summary, thinning, times_figure, times_table
 
+pytestmark = pytest.mark.alone
+
 COUNT = 8
 
 

@@ -24,8 +24,8 @@ def strain(bench):
         if reason:
             pytest.skip(f"{variant} {reason}")
         arrays, needs = wanted.flat(image.arithmetic)[1], wanted.needs(parameters)
-        if parameters.kind == "rays":  # pictures tell what a pixel takes, which hangs on the needs
-            needs = bench.padded(needs)
+        if parameters.kind == "rays":  # pictures tell what a pixel takes, which hangs on the kernel
+            parameters = bench.sharing(entry, parameters, needs)
         result = repetition.run(entry, arrays, parameters, needs, cache=bench.caches / variant)
         assert result.status == "ok", f"{variant}: {result.status}: {result.reason}\n{result.stderr}"
         finding = wanted.trial.judge(result)
