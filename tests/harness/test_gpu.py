@@ -183,6 +183,7 @@ def test_older_names_and_calls_are_fallen_back_to(nvml, how):
         (None, 100, columns.NO_PROCESS),
         (os.getpid(), None, "NVML does not tell the memory of one process here"),
     ],
+    ids=("of the host", "another", "none", "its memory is not told"),
 )
 def test_processes_that_cannot_be_matched(nvml, process, memory, reason):
     """In a container the numbers may be the host's."""
