@@ -13,6 +13,8 @@ from harness.judging import Judging
 from harness.plan import Cell, Plan
 from harness.registry import Entry
 
+RAYS = "primary", "reflected", "transmitted", "shadow", "non_finite"
+
 
 class Bench:
     """What the repetitions of one run share: what they are judged by, pictures seen, caches of compiled code."""
@@ -82,6 +84,8 @@ class Bench:
             if wrong and result.status == "ok":
                 result.status, result.reason = "wrong picture", wrong
         elif result.array is not None and result.status == "ok":
+            if cell.parameters.kind == "rays":
+                record["rays"] = {**dict.fromkeys(RAYS, 0), "primary": len(result.array)}
             record["picture"] = self._keep(cell, result.array, record["warnings"])
             told = self.judging.judge(cell, result, record["picture"])
             record["accuracy"], record["error"], record["bound"], wrong = told
@@ -100,13 +104,16 @@ class Bench:
             return None
         return {"seconds": built.seconds, "compiler": built.compiler, "command": list(built.command)}
 
-    def _keep(self, cell: Cell, picture: np.ndarray, warnings: list[str]) -> dict:
-        """Store the first picture of a cell; later ones must have the same bytes."""
+    def _keep(self, cell: Cell, picture: np.ndarray, warnings: list[str]) -> dict | None:
+        """Store the first picture of a cell; later ones must have the same bytes, hits too, which are not stored."""
         digest = hashlib.sha256(np.ascontiguousarray(picture).tobytes()).hexdigest()
         name = f"pictures/{cell.key}.npy"
         if self.pictures.setdefault(cell.key, digest) != digest:
-            warnings.append("the picture is not the same as in the first repetition")
+            what = "hits are" if cell.parameters.kind == "rays" else "picture is"
+            warnings.append(f"the {what} not the same as in the first repetition")
             name = f"pictures/{cell.key}-{digest[:8]}.npy"
+        if cell.parameters.kind == "rays":
+            return None
         if not (self.store.folder / name).exists():
             store.save_whole(self.store.folder / name, picture)
         return {"file": name, "sha256": digest}

@@ -52,6 +52,7 @@ Kernel = Annotated[str, AfterValidator(kernel), WithJsonSchema({"type": "string"
 class Image(Strict):
     """What is rendered. Every key may also be swept."""
 
+    rays: Annotated[int, Field(ge=0, le=10**7)] = 0  # first hits of so many rays, in place of a picture
     width: Size = 512
     height: Size = 512
     region: Region = "all"
@@ -117,7 +118,7 @@ class Image(Strict):
     def parameters(self, threads: int, frames: int, least_frame: float = 0.0) -> Parameters:
         if self.lens_radius and self.focal_distance is None:
             raise UserError("lens_radius: also needs focal_distance, from the eye to what is in focus")
-        values = self.model_dump(exclude={"region", "threads", "sampler"}, exclude_none=True)
+        values = self.model_dump(exclude={"rays", "region", "threads", "sampler"}, exclude_none=True)
         asked = {"threads": threads, "frames": frames, "least_frame": least_frame}
         return Parameters(**values, **asked, region=self.bounds(), sampler=self.chosen_sampler())
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness import bound, certificate, job, judge, perception, reference, repetition, store, truth
+from harness import bound, certificate, hits, job, judge, perception, reference, repetition, store, truth
 from harness.executors import Executor
 from harness.experiment import Reference as Wanted
 from harness.kept import Kept
@@ -31,11 +31,15 @@ class Judging:
         self.seen: dict[tuple[str, str], dict] = {}  # perception by picture and what it is beside
         self.compared: dict[tuple, dict] = {}
 
-    def judge(self, cell: Cell, result: repetition.Result, picture: dict) -> tuple[dict, dict, dict | None, str | None]:
+    def judge(
+        self, cell: Cell, result: repetition.Result, picture: dict | None
+    ) -> tuple[dict, dict | None, dict | None, str | None]:
         """`accuracy`, `error` and `bound` of a record (store.py), and why the picture is wrong, or None.
 
-        picture: where the array of `result` is stored.
+        picture: where the array of `result` is stored; None for hits.
         """
+        if cell.parameters.kind == "rays":
+            return self._hits(cell, result)
         limit, bounded = self._bound(cell, result, picture)
         broken = judge.broken(result)
         found, files = self._reference(cell)
@@ -47,6 +51,16 @@ class Judging:
             accuracy, mask = {"reference": found.maker, **files, **verdict.record(), **seen}, found.mask
             wrong = wrong or broken
         return accuracy, self._error(cell, result.array, picture, mask, broken), bounded, wrong
+
+    def _hits(self, cell: Cell, result: repetition.Result):
+        """`judge` of a list of hits, of which there is no other truth than the reference."""
+        found, files = self._reference(cell)
+        if isinstance(found, NoReference):
+            return {"unavailable": found.reason}, None, None, None
+        verdict = hits.judge(result.array, found, cell.parameters.precision)
+        unseen = {key: {"unavailable": "hits are no picture"} for key in ("psnr_db", "ssim", "flip")}
+        told = {"reference": found.maker, **files, **verdict.record(), **unseen, "flip_file": None}
+        return told, None, None, verdict.wrong
 
     def _verdict(self, cell: Cell, result: repetition.Result, found: Reference, limit):
         precision, external = cell.parameters.precision, cell.entry.renderer.manifest.external
@@ -113,7 +127,8 @@ class Judging:
 
         def make():
             arrays, cache = self.plan.arrays[cell.scene_version], self.caches / f"{maker.name}.reference"
-            return reference.make(maker, arrays, cell.parameters, needs, cache, self.executor.run)
+            way = hits if cell.parameters.kind == "rays" else reference
+            return way.make(maker, arrays, cell.parameters, needs, cache, self.executor.run)
 
         def unpack(facts, arrays):
             return Reference(facts["maker"], arrays["reference"], arrays["mask"], facts["rays"])

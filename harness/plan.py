@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from harness import registry, stress, sweep, truth
 from harness.errors import UserError
 from harness.experiment import Experiment, Reference
+from harness.hits import Aimed
 from harness.image import Image
 from harness.job import Parameters
 from harness.registry import Entry
@@ -149,7 +150,7 @@ class Truths:
 class _Picture:
     """A point of the sweep before it is said who renders it. table: the [[points]] table that it is from."""
 
-    source: Source | Stressed
+    source: Source | Aimed | Stressed
     image: Image
     point: dict
     table: int
@@ -162,8 +163,7 @@ class _Picture:
             processes = (override and override.processes) or experiment.processes
             if experiment.where and not constraints.keep(self._names(entry, threads, frames, processes)):
                 continue
-            make = self.source.parameters if isinstance(self.source, Stressed) else Image.parameters
-            parameters = make(self.image, threads, frames, experiment.measure.least_frame)
+            parameters = self.source.parameters(self.image, threads, frames, experiment.measure.least_frame)
             version, _ = self.source.flat(self.image.arithmetic)
             objects, lights = self.source.counts
             yield Cell(
@@ -230,7 +230,7 @@ def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
                 chosen |= {"width": swept["side"], "height": swept["side"]}
             where = [f'case "{case["case"]}"'] if case else []
             found = _image(chosen, file, [*where, *([f"sweep {swept}"] if swept else [])])
-            yield _Picture(source, found, point, table)
+            yield _Picture(sources.aimed(source, found), found, point, table)
         if not seen:
             raise UserError(f"generate: no point is of {Path(name).stem}, which lacks a count of each", file=file)
 

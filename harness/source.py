@@ -10,6 +10,8 @@ from pydantic import ValidationError
 
 from harness.errors import UserError
 from harness.experiment import Experiment, Generate
+from harness.hits import Aimed
+from harness.image import Image
 from harness.job import Parameters, count_shapes, fingerprint
 from harness.scene import load
 from harness.scene.flatten import flatten
@@ -53,6 +55,9 @@ class Source:
             self._flat[arithmetic] = fingerprint(arrays), arrays
         return self._flat[arithmetic]
 
+    def parameters(self, image: Image, threads: int, frames: int, least_frame: float = 0.0) -> Parameters:
+        return image.parameters(threads, frames, least_frame)
+
     def needs(self, parameters: Parameters) -> tuple[str, ...]:
         asked = {name: getattr(parameters, name) for name in ASKED}
         key = tuple(asked.values())
@@ -90,6 +95,13 @@ class Sources:
         if key not in self.known:
             self.known[key] = self._generated(name, scene, counts)
         return self.known[key]
+
+    def aimed(self, source: Source, image: Image) -> Source | Aimed:
+        """What a point asks of a scene: a picture, or first hits of rays."""
+        if not image.rays:
+            return source
+        key = f"{id(source)}, {image.rays} rays, seed {image.seed}"
+        return self.known.setdefault(key, Aimed(source, image.rays, image.seed))
 
     def _generated(self, name: str, scene: str, counts: dict) -> Source:
         try:

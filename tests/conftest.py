@@ -36,8 +36,7 @@ def known():
 
 SIMPLE = ("sphere", "box", "polygon", "ellipsoid")
 LIGHT = ("ambient", "diffuse", "phong", "shadows", "reflection")
-# Numba's time to compile grows with the kernel: of each of these, all or none.
-TOGETHER = ("mesh", "csg"), ("transmission", "attenuation", "media"), ("soft", "glossy", "supersampling", "lens")
+GLASS = ("transmission", "attenuation", "media")
 
 
 def sharing(entry, parameters, needed):
@@ -49,11 +48,9 @@ def sharing(entry, parameters, needed):
         return parameters
     if entry.renderer.manifest.build:  # C++, where everything takes hardly longer to build than the least
         return replace(parameters, kernel="general")
-    more = [*SIMPLE, *(LIGHT if parameters.kind == "image" else ())]
-    for names in TOGETHER:
-        if set(names) & set(needed):
-            more += names
-    return replace(parameters, kernel="+".join(["needed", *more]))
+    light = LIGHT if parameters.kind == "image" else ()
+    glass = GLASS if set(GLASS) & set(needed) else ()  # Numba takes the longer the more there is
+    return replace(parameters, kernel="+".join(["needed", *SIMPLE, *light, *glass]))
 
 
 def blocks(entry):

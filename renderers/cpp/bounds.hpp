@@ -9,16 +9,13 @@ struct Bounds {
     static constexpr Real infinity = std::numeric_limits<Real>::infinity();
     Vec3<Real> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
 
-    void hold(Vec3<Real> p)
-    {
-        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-        high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
+    void hold(Vec3<Real> p) { hold(Bounds{p, p}); }
 
-    void hold(const Bounds& other)
+    void hold(const Bounds& other)  // which may be empty
     {
-        hold(other.low);
-        hold(other.high);
+        const Vec3<Real>&l = other.low, &h = other.high;
+        low = {std::min(low.x, l.x), std::min(low.y, l.y), std::min(low.z, l.z)};
+        high = {std::max(high.x, h.x), std::max(high.y, h.y), std::max(high.z, h.z)};
     }
 
     bool empty() const { return !(low.x <= high.x && low.y <= high.y && low.z <= high.z); }

@@ -150,7 +150,7 @@ private:
     // the node meets them. Puts `order` in order; `begin` says that not to split is best, or that nothing tells halves.
     int split_by_area(const Bounds<Real>& all, const Bounds<Real>& middles, int begin, int end)
     {
-        Real best = all.area() * Real(end - begin - 2);  // of a leaf, less a step down, which takes two tests
+        Real best = all.area() * Real(end - begin - 1);  // of a leaf, less a step down, which is about one test
         int best_axis = -1, best_bin = 0;
         for (int axis = 0; axis < 3; axis++) {
             Bounds<Real> boxes[bins];

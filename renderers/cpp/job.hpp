@@ -197,7 +197,7 @@ struct Job {
     // VEC-1: does a picture of so many spheres go with its rays in lanes, or else (VEC-3) through a hierarchy in lanes?
     bool has_rays_in_lanes(std::size_t spheres) const
     {
-        constexpr std::size_t many = 1500;  // NOTES.md has the times
+        const std::size_t many = precision == Precision::float32 ? 1600 : 800;  // NOTES.md has the times
         const bool few = accel == Accel::none || (accel == Accel::automatic && spheres < many);
         return few && not_in_lanes().empty();
     }

@@ -73,11 +73,11 @@ public:
         bool built = false;
         if constexpr (needs::csg)
             for (MeshPart<Real>& mesh : parts.meshes)
-                if (is_wanted(accel, 2 * mesh.triangles.size()))
+                if (is_wanted(accel, 4 * mesh.triangles.size()))
                     mesh.build_hierarchy(), built = true;
-        std::size_t work = 2 * roles.size();
+        std::size_t work = 4 * roles.size();
         if constexpr (needs::sphere)
-            work -= spheres.size();
+            work -= 3 * spheres.size();
         if ((methods::in_lanes && accel != Accel::none) || is_wanted(accel, work))
             build_hierarchy();
         return built || accelerated();
@@ -134,8 +134,8 @@ public:
     }
 
 private:
-    // HIT-6: `auto` takes a hierarchy from so many spheres on, or half as many of other kinds (NOTES.md has the times).
-    static constexpr std::size_t many = 80;
+    // HIT-6: `auto` takes a hierarchy from so many spheres on, or a quarter of other kinds (NOTES.md has the times).
+    static constexpr std::size_t many = 64;
 
     [[no_unique_address]] List<needs::sphere, Sphere<Real>, 's'> spheres;
     [[no_unique_address]] List<needs::box, Box<Real>, 'b'> boxes;

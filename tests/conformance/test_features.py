@@ -49,9 +49,9 @@ def reference_of(known, bench, scenes):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_pictures_and_counts_agree(bench, reference_of, scenes, serial, name):
-    """Each feature alone with a kernel of what the scene needs and no more."""
+    """With kernels of what the scene needs and no more."""
     source, jobs = scenes[name]
-    result = bench.result(serial, source, exact=name not in MIXES, **SIZE, **jobs)
+    result = bench.result(serial, source, exact=True, **SIZE, **jobs)
     found = reference_of(serial, name, Parameters(**SIZE, **jobs))
     verdict = judge.judge(result.array, found.picture, found.mask, "float64")
     print(f"{serial} against {found.maker}: {verdict} {result.said.rays}")
@@ -68,7 +68,7 @@ def test_pictures_and_counts_agree(bench, reference_of, scenes, serial, name):
 @pytest.mark.parametrize("name", MIXES[:4])
 def test_float32(bench, reference_of, scenes, serial, name):
     source, jobs = scenes[name]
-    result = bench.result(serial, source, **SIZE, **jobs, precision="float32")
+    result = bench.result(serial, source, exact=True, **SIZE, **jobs, precision="float32")
     found = reference_of(serial, name, Parameters(**SIZE, **jobs, precision="float32"))
     verdict = judge.judge(result.array, found.picture, found.mask, "float32")
     assert verdict.wrong is None, verdict.wrong
@@ -84,9 +84,9 @@ def test_threads_change_no_byte(bench, known, scenes, name):
             continue
         if "box" not in entry.renderer.manifest.features:  # peers that know fewer shapes have tests of their own
             continue
-        twin = bench.result(entry.renderer.manifest.variant[0].name, source, **SIZE, **jobs)
+        twin = bench.result(entry.renderer.manifest.variant[0].name, source, exact=True, **SIZE, **jobs)
         for threads in (1, 2, 5):
-            result = bench.result(variant, source, **SIZE, **jobs, threads=threads)
+            result = bench.result(variant, source, exact=True, **SIZE, **jobs, threads=threads)
             assert result.array.tobytes() == twin.array.tobytes(), f"{variant} on {threads} threads"
             assert result.said.rays == twin.said.rays
 
@@ -95,8 +95,8 @@ def test_threads_change_no_byte(bench, known, scenes, name):
 @pytest.mark.parametrize("name", ["media", "glossy", "mix: jittered glass, soft shadows"])
 def test_every_walk_makes_the_same_picture(bench, scenes, serial, name, walk):
     source, jobs = scenes[name]
-    least = bench.result(serial, source, **SIZE, **jobs)
-    other = bench.result(serial, source, **SIZE, **jobs, walk=walk)
+    least = bench.result(serial, source, exact=True, **SIZE, **jobs)
+    other = bench.result(serial, source, exact=True, **SIZE, **jobs, walk=walk)
     np.testing.assert_allclose(other.array, least.array, rtol=0, atol=1e-12)
     assert other.said.rays == least.said.rays
     assert other.said.used["methods"]["walk"] == walk
@@ -112,10 +112,10 @@ def test_every_walk_makes_the_same_picture(bench, scenes, serial, name, walk):
 
 def test_a_chain_is_the_least_for_mirrors(bench, scenes, serial):
     source, jobs = scenes["mesh"]
-    least = bench.result(serial, source, **SIZE, **jobs)
+    least = bench.result(serial, source, exact=True, **SIZE, **jobs)
     assert least.said.used["methods"]["walk"] in ("chain", "wavefront")
     for walk in ("chain", "stack", "table"):
-        other = bench.result(serial, source, **SIZE, **jobs, walk=walk)
+        other = bench.result(serial, source, exact=True, **SIZE, **jobs, walk=walk)
         np.testing.assert_allclose(other.array, least.array, rtol=0, atol=1e-12)
 
 

@@ -1,0 +1,87 @@
+"""The hierarchy of cpp spares the tests that it is there for (HIT-6), which no picture tells."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness import builder, registry
+
+SEED = 11
+PROGRAM = r"""
+#include "bvh.hpp"
+#include <cstdio>
+
+// Of boxes and then rays on standard input: how many boxes each ray is tried against, and how many of them it meets.
+int main()
+{
+    int boxes, rays;
+    if (std::scanf("%d %d", &boxes, &rays) != 2)
+        return 1;
+    std::vector<Bounds<double>> bounds(static_cast<std::size_t>(boxes));
+    std::vector<int> numbers;
+    double x[6];
+    const auto read = [&] { for (double& number : x) if (std::scanf("%lf", &number) != 1) std::abort(); };
+    for (Bounds<double>& box : bounds) {
+        read();
+        box = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
+        numbers.push_back(int(numbers.size()));
+    }
+    const Bvh<double> tree(bounds, numbers);
+    const double most = 1e9;
+    for (int i = 0; i < rays; i++) {
+        read();
+        int tried = 0;
+        const Ray<double> ray{{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
+        tree.search(ray, 0.0, most, [&](int) { return tried++, false; });
+        std::printf("%d\n", tried);
+    }
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def tried(tmp_path_factory):
+    """tried(boxes (B, 6), rays (R, 6)): how many boxes each ray is tried against."""
+    compiler = builder.find_compiler("c++")
+    if compiler is None:
+        pytest.skip(builder.MISSING["c++"])
+    folder = tmp_path_factory.mktemp("tree")
+    (folder / "tree.cpp").write_text(PROGRAM)
+    sources = registry.entries()["cpp"].renderer.folder
+    words = ["-std=c++20", "-O1", f"-I{Path(sources)}", "-DNEED_SPHERE", "-DKIND_RAYS", "-DPRECISION_FLOAT64"]
+    subprocess.run([compiler, *words, folder / "tree.cpp", "-o", folder / "tree"], check=True, timeout=120)
+
+    def run(boxes, rays):
+        lines = [f"{len(boxes)} {len(rays)}", *(" ".join(map(repr, row)) for row in [*boxes.tolist(), *rays.tolist()])]
+        done = subprocess.run([folder / "tree"], input="\n".join(lines), capture_output=True, text=True, check=True)
+        return np.array(done.stdout.split(), dtype=int)
+
+    return run
+
+
+def met(boxes, rays):
+    """How many boxes each ray meets."""
+    low, high = boxes[:, None, :3], boxes[:, None, 3:]
+    sides = (np.stack([low, high]) - rays[:, :3]) / rays[:, 3:]
+    enter, leave = sides.min(axis=0).max(axis=-1), sides.max(axis=0).min(axis=-1)
+    return (np.maximum(enter, 0) <= leave).sum(axis=0)
+
+
+@pytest.mark.parametrize("gap", [1.0, 3.0, 30.0])
+def test_few_boxes_are_tried_in_vain(tried, gap):
+    """Clusters of boxes with nothing between them: most of the bins in which a split is sought are empty."""
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    places = np.stack(np.meshgrid(*3 * [np.arange(4)]), axis=-1).reshape(-1, 3) * gap
+    turns = rng.normal(size=(200, 3))
+    centres = (places[:, None] + 0.4 * turns / np.linalg.norm(turns, axis=1, keepdims=True)).reshape(-1, 3)
+    boxes = np.hstack([centres - 0.03, centres + 0.03])
+    towards = boxes[rng.integers(len(boxes), size=400), :3] + 0.03
+    origins = 4 * gap * rng.normal(size=(400, 3))
+    rays = np.hstack([origins, (towards - origins) / np.linalg.norm(towards - origins, axis=1, keepdims=True)])
+    found, right = tried(boxes, rays), met(boxes, rays)
+    print(f"tried {found.mean():.1f} of {len(boxes)}, {right.mean():.1f} of them met")
+    assert (found >= right).all() and right.mean() > 1
+    assert found.mean() < 3 * right.mean()
