@@ -1,4 +1,4 @@
-"""What is rendered: the keys of [image] of an experiment, which are also options of `rayrace render`, but for `rays`."""
+"""What is rendered: the keys of [image] of an experiment; all but `rays` are also options of `rayrace render`."""
 
 import re
 from typing import Annotated, Any, Literal

@@ -36,7 +36,7 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
                 what the measurer's series comes to; how many of them lost their parent, and their part of the seconds
     memory      {peak_bytes, render_peak_bytes, peak_virtual_bytes, method, at_least_bytes, floor_bytes,
                 wait4_peak_bytes}: row.py says how method finds the peak
-    rays        {primary, reflected, transmitted, shadow, non_finite}
+    rays        {primary, reflected, transmitted, shadow, non_finite}; where first hits are asked for, primary alone
     used, versions, device   what the renderer said
     gpu         null, or {utilisation_percent, power_w, energy_j, energy_s, joules_per_mray, process_memory_bytes,
                 temperature_c, throttled}, each a number (throttled: [reason, ..]) or {unavailable: reason}: gpu_use.py
@@ -45,9 +45,10 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
     peaks       null, or what the machine could do at most just before: {one, all}, rates of one thread and of as many
                 as the variant has, or {unavailable: reason}: calibration.py
     build       {seconds, compiler, command}: of the build it ran, when that was made
-    picture     {file, sha256}
+    picture     {file, sha256}; null of first hits, which are not stored
     accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, and psnr_db, ssim, flip (each a
-                number or {unavailable: reason}: perception.py) with `flip_file`; or {unavailable: reason}
+                number or {unavailable: reason}: perception.py) with `flip_file`; or {unavailable: reason}. Of first
+                hits max_outside and max_inside are of distances (hits.py), and what is of pictures is null
     error       how far it is from the truth (truth.py): {truth, truth_file, pictures, standard_error,
                 standard_error_file, certificate, rmse, max, bad_pixels, relative_mse, rmse_outside, max_outside,
                 max_inside, mask_fraction, psnr_db, ssim, flip, flip_file}; or {unavailable: reason}; null without a

@@ -12,9 +12,11 @@ def _max_outside(cell: Cell):
     return worst
 
 
+UNIT = "linear RGB; of first hits 1"
+
 COLUMNS = [
-    Column("largest error outside the mask", "max_error_outside_mask", "linear RGB", _max_outside),
-    Column("its tolerance", "tolerance", "linear RGB", lambda cell: cell.worst("tolerance")),
+    Column("largest error outside the mask", "max_error_outside_mask", UNIT, _max_outside),
+    Column("its tolerance", "tolerance", UNIT, lambda cell: cell.worst("tolerance")),
     Column(
         "pixels in the mask (%)", "mask_fraction", "1", lambda cell: cell.worst("mask_fraction"),
         lambda value: quantity.text(value) if isinstance(value, Missing) else f"{100 * value:.2f}",
@@ -25,7 +27,8 @@ CAPTION = (
     "The error is the largest absolute difference in any channel of linear RGB from the reference, which another "
     "renderer made in float64, outside the mask of ill-conditioned pixels; beside it the tolerance above which a "
     "picture is wrong. The mask marks the pixels whose colour in float64 changes visibly when the sample moves by "
-    "4 float32 steps."
+    "4 float32 steps. Where first hits of rays are asked for in place of a picture, the error is that of a hit's "
+    "distance, as a share of it; outside the mask, which is of rays, all must hit what the reference says."
 )
 
 

@@ -69,7 +69,7 @@ def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
     """The places to be drawn, each with its cells."""
     found, seen = [], set()
     for place in results.places:
-        cells = [cell for cell in results.at(place) if not cell.exhibit]
+        cells = [cell for cell in results.at(place) if not cell.exhibit and cell.parameters.get("kind") != "rays"]
         alike = frozenset((cell.scene, cell.variant, launch.rest(cell, launch.UNSEEN)) for cell in cells)
         if cells and (alike not in seen or any(cell.status != "ok" for cell in cells)):
             found.append((place, cells))
