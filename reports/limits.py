@@ -15,10 +15,12 @@ TITLE = "Close to the limit"
 CAPTION = (
     "Ratios are of times of a steady frame, paired by round, as in the table of times: to the readable kernel of cpp, "
     "one thread, float64 (below 1 is faster), and POV-Ray's time over the cell's, with as many threads (above 1 is "
-    f"faster). {operations.CAPTION} Peak: before each repetition a program measured, for some 20 ms each, what one "
-    "thread and as many threads as the renderer has can do: fused multiply-adds that wait for nothing, counted as two "
-    "operations, in vectors as wide as the processor's and one number at a time, and bytes to and from memory. Share "
-    "of the peak: of vectors of the cell's precision on its threads, the median over repetitions of rate over peak; "
+    "faster). Of first hits, the time of a whole frame over what Embree alone takes of its own frame, whose rest is "
+    f"NumPy (below 1 is faster). {operations.CAPTION} Peak: before each repetition a program measured, for some 20 ms "
+    "each, what one thread and as many threads as the renderer has can do: fused multiply-adds that wait for nothing, "
+    "counted as two operations, in vectors as wide as the processor's and one number at a time, and bytes to and from "
+    "memory. Share of the peak: of vectors of the cell's precision on its threads, the median over repetitions of rate "
+    "over peak; "
     "code that fuses nothing cannot pass half of it, and code of single numbers is in the figure below its own roof, "
     "where renderers are drawn side by side about the number of operations a byte that they share. "
     "Parallel efficiency: time on one thread over time on several, over what the calibration gains by the same "
@@ -52,6 +54,17 @@ class Limits:
         if cell.variant == name:
             return "1 (POV-Ray)"
         return self._ratio(self._find(name), cell, f"{name} is not in the run")
+
+    def over_search(self, cell: Cell) -> Estimate | Missing:
+        """Time of the cell, all that a frame takes, over what Embree alone took of its own."""
+        embree = self._find("embree")
+        if embree is None or cell.unranked:
+            return Missing(f"not ranked: {cell.unranked}" if cell.unranked else "embree is not in the run")
+        mine, search = cell.rounds("steady_s"), embree.rounds("search_s")
+        both = sorted(mine.keys() & search.keys())
+        if not both:
+            return Missing("its search is not told")
+        return statistics.ratio([mine[number] for number in both], [search[number] for number in both], paired=True)
 
     def share(self, cell: Cell) -> Estimate | Missing:
         """Of the machine's peak, 0 to 1."""
@@ -171,12 +184,16 @@ def columns(limits: Limits) -> list[Column]:
     def scaled(scale):
         return lambda value: quantity.text(value, scale)
 
+    if any(cell.parameters.get("kind") == "rays" for cell in limits.cells):
+        beside = Column("time ÷ Embree's search", "time_over_search_of_embree", "1", limits.over_search, ratio)
+    else:
+        beside = Column("POV-Ray ÷ time", "pov_ray_over_time", "1", limits.faster_than_pov_ray, ratio)
     return [
         Column("precision", "precision", "", lambda cell: cell.parameters["precision"]),
         Column("lanes", "vector", "", vector),
         Column("threads", "threads", "1", lambda cell: float(threads(cell)), lambda value: f"{value:.0f}"),
         Column("time ÷ readable cpp", "time_over_readable_cpp", "1", limits.over_base, ratio),
-        Column("POV-Ray ÷ time", "pov_ray_over_time", "1", limits.faster_than_pov_ray, ratio),
+        beside,
         Column("Gflop/s", "flops", "1/s", limits.rate, scaled(1e-9)),
         Column("share of the peak (%)", "share", "1", limits.share, scaled(100)),
         Column("flop per byte", "intensity", "1/byte", limits.intensity),

@@ -18,11 +18,12 @@ GPU = "upload_s", "kernel_s", "download_s", "end_to_end_s"
 FRAMES = "steady_state", "steady_note", "steady_frames", "warmup_frames", "outlier_frames"
 AUDIT = "measured_cpu_s", "cpu_off", "tick_p50_s", "tick_p99_s", "ticks", "missed_ticks", "measurer_cpu_s"
 DISTURBED = "steal_s", "other_cpu_s", "waited_s", "swapped_pages", "held_back_s", "throttled"  # harness/trouble.py
-OF_STEADY = "steady_s", "rays_per_s", "kernel_s", "download_s", "end_to_end_s"  # known in a steady state alone
+# Known in a steady state alone.
+OF_STEADY = "steady_s", "rays_per_s", "search_s", "kernel_s", "download_s", "end_to_end_s"
 COLUMNS = (
     "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked", "wall_s",
     "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
-    "rays", "rays_per_s", *GPU, *MEMORY, "memory_method", *ACCURACY, *SEEN, *NOT_SEEN, "not_judged",
+    "rays", "rays_per_s", "search_s", *GPU, *MEMORY, "memory_method", *ACCURACY, *SEEN, *NOT_SEEN, "not_judged",
     *ERROR.values(), "no_error", "no_error_flip", *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
 )  # fmt: skip
 CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time is off by too much (harness/row.py)
@@ -72,6 +73,7 @@ def row(record: dict) -> dict:
         "build_s": (record["build"] or {}).get("seconds"),
         "rays": rays,
         "rays_per_s": rays / steady_s if rays and steady_s else None,
+        "search_s": _part(record, "search", found.start),
         "upload_s": upload_s,
         "kernel_s": _part(record, "kernel", found.start),
         "download_s": _part(record, "download", found.start),

@@ -33,9 +33,9 @@ def main(arguments):
     with worker.phase("build"):
         scene.build()
     if job.kind == "rays":
-        answer = worker.render(job, lambda: first_hits(scene, rays))
+        answer = worker.render(job, lambda: first_hits(scene, rays), scene.parts)
     else:
-        counts = worker.render(job, lambda: trace(scene, job, picture))
+        counts = worker.render(job, lambda: trace(scene, job, picture), scene.parts)
         answer = picture.T.reshape(y1 - y0, x1 - x0, 3)
     with worker.phase("save"):
         name = "hits.npy" if job.kind == "rays" else "image.npy"

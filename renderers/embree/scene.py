@@ -1,5 +1,7 @@
 """The meshes of a job, as Embree and as NumPy need them. Arrays are float32, vectors (3, N), but rows for Embree."""
 
+import time
+
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
@@ -47,6 +49,7 @@ class Scene:
         n_of_air, mu_of_air = np.sqrt(air[0] * air[1]), air[1]
         self.entering = np.stack([n_of_air / n, mu_of_air / mu]).astype(np.float32)  # N and M of REF-1
         self.leaving = np.stack([n / n_of_air, mu / mu_of_air]).astype(np.float32)
+        self.searching = 0.0  # s in Embree since it was last taken
         self.embree = EmbreeScene(robust=True)
         if len(corners):
             TriangleMesh(self.embree, vertices.astype(np.float32), corners.astype(np.int32))
@@ -57,12 +60,23 @@ class Scene:
 
     def nearest(self, origins, directions):
         """Distances and numbers of the triangles that rays hit, -1 for a miss (HIT-1)."""
-        found = self.embree.run(rows(origins), rows(directions), output=True)
+        found = self._run(rows(origins), rows(directions), output=True)
         return found["tfar"], found["primID"]
 
     def blocked(self, origins, directions, limits):
         """Which feelers hit something nearer than their limit (HIT-5)."""
-        return self.embree.run(rows(origins), rows(directions), dists=limits, query="OCCLUDED") >= 0
+        return self._run(rows(origins), rows(directions), dists=limits, query="OCCLUDED") >= 0
+
+    def _run(self, *rays, **how):
+        start = time.monotonic()
+        found = self.embree.run(*rays, **how)
+        self.searching += time.monotonic() - start
+        return found
+
+    def parts(self):
+        """Of the frames since it was last asked, seconds that Embree searched."""
+        told, self.searching = self.searching, 0.0
+        return {"search": told}
 
     def surface(self, triangles, origins, directions, t):
         """Points and normals of hits (TRI-2)."""

@@ -63,6 +63,24 @@ def test_ratios_by_hand(load, told):
     assert "povray-threads" in group.faster_than_pov_ray(cells["cpp-threads", "float64", "off"]).reason
 
 
+def test_first_hits_are_beside_what_embree_searches(load, told, tmp_path):
+    """Its frame takes 0.5 s, of which 0.2 s are its search."""
+    hits = {("cpp", "cpp", 1, "float32", "off"): 0.4, ("embree", "embree", 1, "float32", "off"): 0.5}
+    rows = told(hits)
+    for row in rows:
+        row["parameters"] |= {"kind": "rays", "width": 500, "height": 1, "region": "0,0,500,1"}
+        if row["variant"] == "embree":
+            row["frame_parts"] = [{"search": 0.4 * seconds} for seconds in row["frames_s"]]
+    loaded = load(rows)
+    group, cells = the(loaded)
+    assert group.over_search(cells["cpp", "float32", "off"]).value == pytest.approx(2)
+    assert group.over_search(cells["embree", "float32", "off"]).value == pytest.approx(2.5)
+    text = limits.write(loaded, tmp_path)
+    assert "time ÷ Embree's search" in text and "POV-Ray ÷ time" not in text
+    group, cells = the(load(rows[:5], name="alone"))
+    assert group.over_search(cells["cpp", "float32", "off"]).reason == "embree is not in the run"
+
+
 def test_shares_follow_the_machine_of_each_round(load, told):
     """In a round in which the machine is 10 % faster, both are."""
     group, cells = the(load(told()))
