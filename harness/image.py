@@ -52,7 +52,6 @@ Kernel = Annotated[str, AfterValidator(kernel), WithJsonSchema({"type": "string"
 class Image(Strict):
     """What is rendered. Every key may also be swept."""
 
-    rays: Annotated[int, Field(ge=0, le=10**7)] = 0  # first hits of so many rays, in place of a picture
     width: Size = 512
     height: Size = 512
     region: Region = "all"
@@ -88,6 +87,7 @@ class Image(Strict):
     sample_y: Annotated[float, Field(ge=0, lt=1)] = 0.5
     precision: Precision = "float64"
     threads: Annotated[int, Field(ge=1)] | Literal["default"] = "default"
+    rays: Annotated[int, Field(ge=0, le=10**7)] = 0  # first hits of so many rays, in place of a picture
     scene_memory: Literal["auto", "global", "constant", "shared"] = "auto"  # of a GPU, as what follows
     block_width: Annotated[int, Field(ge=1, le=BLOCK)] = 16
     block_height: Annotated[int, Field(ge=1, le=BLOCK)] = 16
