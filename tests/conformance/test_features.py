@@ -65,7 +65,7 @@ def test_pictures_and_counts_agree(bench, reference_of, scenes, serial, name):
     assert result.array.std() > 1e-3, "the scene shows nothing"
 
 
-@pytest.mark.parametrize("name", MIXES[:4])
+@pytest.mark.parametrize("name", MIXES[1:3])  # which have every feature but adaptive between them
 def test_float32(bench, reference_of, scenes, serial, name):
     source, jobs = scenes[name]
     result = bench.result(serial, source, exact=True, **SIZE, **jobs, precision="float32")
