@@ -34,7 +34,7 @@ def counts(bench, variant, text, **parameters):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PUBLISHED)
-@pytest.mark.parametrize("variant", ["cpp", "cpp-threads", "numba", "numba-parallel"])
+@pytest.mark.parametrize("variant", ["cpp", "numba"])
 def test_ray_counts_of_the_default_sizes(bench, name, variant):
     text, published = PUBLISHED[name]
     rays = counts(bench, variant, text, width=512, height=512, **CORNERS)
