@@ -27,8 +27,8 @@ ABLE = [
 SERIAL = [name for name in ABLE if registry.entries()[name].variant.threads == 1]  # the others run the same code
 # Scenes that use each need between them, and none of them all.
 MIXED = (
-    *("air", "csg mesh", "jittered", "lens", "soft", "glossy, the study's weight", "mix: adaptive glass"),
-    "mix: glass mesh and solid in water",
+    *("air", "glossy, the study's weight", "mix: adaptive glass", "mix: glass mesh and solid in water"),
+    "mix: soft shadows and gloss through a lens",
 )
 FEW = {"width": 6, "height": 5} if cuda.simulated() else {"width": 26, "height": 22}
 MIRRORS = text.read(comparison(12, 2), "mirrors")
