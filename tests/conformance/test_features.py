@@ -12,7 +12,7 @@ from harness.scene.needs import needs
 
 SIZE = {"width": 26, "height": 22}
 if cuda.simulated():
-    SIZE = {"width": 16, "height": 16}  # a millisecond a ray
+    SIZE = {"width": 13, "height": 10}  # a millisecond a ray
 NAMES = [
     *("transmission", "attenuation", "air", "media", "mesh", "open mesh", "csg", "csg mesh", "uniform", "jittered"),
     *("adaptive", "lens", "soft", "glossy", "glossy, the study's weight", "mix: glass, mirrors, shadows"),
