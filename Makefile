@@ -8,20 +8,26 @@ study: .venv/installed  ## run the study's comparison and write its report
 # Most tests share the cores; those that measure run alone.
 SHARED = -n auto --dist
 
-test: quick  ## all tests, the fast ones first
-	$(BIN)/pytest -q -m "slow and not alone" $(SHARED) worksteal
-	$(BIN)/pytest -q -m "slow and alone"
+test: quick  ## all tests but those of `nightly`, the fast ones first
+	$(BIN)/pytest -q -m "slow and not alone and not nightly" $(SHARED) worksteal
+	$(BIN)/pytest -q -m "slow and alone and not nightly"
 
 quick: .venv/installed  ## the fast tests
 	$(BIN)/ruff check .
-	$(BIN)/pytest -q -m "not slow and alone"
-	$(BIN)/pytest -q -m "not slow and not alone" $(SHARED) loadfile
+	$(BIN)/pytest -q -m "not slow and alone and not nightly"
+	$(BIN)/pytest -q -m "not slow and not alone and not nightly" $(SHARED) loadfile
 
 # What the kernel computes is the source of numba, tested there; here it is how a GPU comes to run it.
-SIMULATED = $(addprefix tests/conformance/test_,agreement.py features.py hits.py meshes.py csg.py samples.py cutoff.py)
+SIMULATED = $(addprefix tests/conformance/test_,features.py hits.py meshes.py samples.py)
+SIMULATOR = RAYRACE_CUDASIM=1 $(BIN)/pytest -q -n auto -k numba-cuda
 
-cudasim: .venv/installed  ## most of the conformance suite for numba-cuda in Numba's simulator of a GPU
-	RAYRACE_CUDASIM=1 $(BIN)/pytest -q -m "not slow" -n auto $(SIMULATED) -k numba-cuda
+cudasim: .venv/installed  ## some of the conformance suite for numba-cuda in Numba's simulator of a GPU
+	$(SIMULATOR) -m "not slow and not nightly" $(SIMULATED)
+
+nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
+	$(BIN)/pytest -q -m nightly $(SHARED) worksteal
+	$(SIMULATOR) -m "not slow" $(filter-out $(SIMULATED),$(wildcard tests/conformance/test_*.py))
+	$(SIMULATOR) -m "not slow and nightly" $(SIMULATED)
 
 gallery: .venv/installed  ## the study's figures, with scenes of our own
 	$(BIN)/rayrace run experiments/gallery.toml --report
@@ -43,4 +49,4 @@ format: .venv/installed
 clean:  ## forget the environment; results stay
 	rm -rf .venv .pytest_cache build dist *.egg-info
 
-.PHONY: study test quick cudasim gallery stability smoke format clean
+.PHONY: study test quick cudasim nightly gallery stability smoke format clean

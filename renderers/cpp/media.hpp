@@ -12,12 +12,12 @@ using Inside = Only<needs::media, Solids, 'm'>;
 
 template<typename Real>
 struct Medium {
-    Real n, mu;
+    double n, mu;
     Vec3<Real> attenuation;
     bool attenuates;  // ATT-1: else A is 1
 
     Medium(double eps, double mu, Vec3<double> a)
-        : n(Real(std::sqrt(eps * mu))), mu(Real(mu)), attenuation(rounded<Real>(a)),
+        : n(std::sqrt(eps * mu)), mu(mu), attenuation(rounded<Real>(a)),
           attenuates((a.x != 0 || a.y != 0 || a.z != 0) && (a.x != 1 || a.y != 1 || a.z != 1))
     {
     }
@@ -67,7 +67,7 @@ public:
     Interface<Real> between(const Sides& sides) const
     {
         const Medium<Real>&i = (*this)[sides.i], &t = (*this)[sides.t];
-        return {i.n / t.n, i.mu / t.mu};
+        return {Real(i.n / t.n), Real(i.mu / t.mu)};  // rounded once, as those of a Material
     }
 
     const Medium<Real>& operator[](int medium) const { return of_material[std::size_t(medium)]; }

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nightly import by_night
 from random_scenes import random_material, random_scene, random_stage
 
 from harness import judge, reference
@@ -79,7 +80,7 @@ def test_float32_pictures_are_within_a_step(bench, reference_of, serial, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["comparison.txt", "local.txt"])
+@pytest.mark.parametrize("name", by_night(["comparison.txt", "local.txt"], "local.txt"))
 def test_large_float32_pictures_with_shadows(bench, reference_of, serial, name):
     """Where a mask of too few perturbations, or a reference with another epsilon, leaves single pixels outside."""
     compare(bench, reference_of, serial, name, width=512, height=512, depth=10, shadows=True, precision="float32")

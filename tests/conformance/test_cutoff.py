@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from feature_scenes import features
+from nightly import by_night
 from random_scenes import random_material, random_scene, random_stage, words
 from stage import camera, close, reflectance, square, turned
 
@@ -19,6 +20,8 @@ NAMES = [
     *("mix: soft shadows and gloss through a lens", "mix: jittered glass, soft shadows", "mirrors 31", "mirrors 32"),
     "uniform mirrors 33",
 ]
+MIX, MIRRORS = NAMES[4], NAMES[-1]
+LATE = ("glossy, the study's weight", "mix: jittered glass, soft shadows", "mirrors 31", MIRRORS)
 CUTOFFS = (2.0**-3, 2.0**-7)
 ROUNDING = {"float64": 1e-12, "float32": 1e-5}
 
@@ -66,7 +69,7 @@ def check_bound(source, depth, whole, cut, slack):
     assert all(traced(cut)[kind] <= traced(whole)[kind] for kind in traced(cut))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", by_night(NAMES, *LATE))
 def test_the_bound_holds_for_every_pixel_and_fewer_rays_drop_more(make, scenes, serial, name):
     source, jobs = scenes[name]
     whole, coarse, fine = (make(serial, name, cutoff=cutoff) for cutoff in (0.0, *CUTOFFS))
@@ -82,7 +85,7 @@ def test_the_bound_holds_for_every_pixel_and_fewer_rays_drop_more(make, scenes, 
     assert "cutoff" not in whole.said.used["methods"]
 
 
-@pytest.mark.parametrize("name", ["mix: glass, mirrors, shadows", "glossy"])
+@pytest.mark.parametrize("name", by_night([MIX, "glossy"], MIX))
 def test_float32(make, scenes, serial, name):
     source, jobs = scenes[name]
     whole, cut = (make(serial, name, cutoff=cutoff, precision="float32") for cutoff in (0.0, CUTOFFS[1]))
@@ -120,7 +123,7 @@ def test_a_region_has_the_weights_of_the_whole(make, serial):
     assert part.dropped.tobytes() == whole.dropped[3:7, 2:9].tobytes()
 
 
-@pytest.mark.parametrize("name", ["mix: glass, mirrors, shadows", "uniform mirrors 33", "glossy"])
+@pytest.mark.parametrize("name", by_night(["glossy", MIX, MIRRORS], MIX, MIRRORS))
 def test_threads_change_no_byte(bench, make, known, name):
     """Of the serial twin's picture and weights either."""
     for variant, entry in known.items():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from feature_scenes import features
+from nightly import by_night
 
 from harness import cuda, judge, reference
 from harness.job import Parameters
@@ -19,6 +20,7 @@ NAMES = [
     *("mix: glass mesh and solid in water", "mix: soft shadows and gloss through a lens", "mix: adaptive glass"),
     *("mix: jittered glass, soft shadows", "mix: all of it"),
 ]
+JITTERED = "mix: jittered glass, soft shadows"
 MIXES = [name for name in NAMES if name.startswith("mix")]
 
 
@@ -75,7 +77,7 @@ def test_float32(bench, reference_of, scenes, serial, name):
     assert verdict.max_outside > 1e-9, "float32 that agrees to 1e-9 was computed in float64"
 
 
-@pytest.mark.parametrize("name", ["media", "adaptive", "mix: all of it"])
+@pytest.mark.parametrize("name", by_night(["media", "adaptive", "mix: all of it"], "mix: all of it"))
 def test_threads_change_no_byte(bench, known, scenes, name):
     """Of the serial twin's picture either."""
     source, jobs = scenes[name]
@@ -92,7 +94,7 @@ def test_threads_change_no_byte(bench, known, scenes, name):
 
 
 @pytest.mark.parametrize("walk", ["recursion", "table", "stack"])
-@pytest.mark.parametrize("name", ["media", "glossy", "mix: jittered glass, soft shadows"])
+@pytest.mark.parametrize("name", by_night(["media", "glossy", JITTERED], JITTERED))
 def test_every_walk_makes_the_same_picture(bench, scenes, serial, name, walk):
     source, jobs = scenes[name]
     least = bench.result(serial, source, exact=True, **SIZE, **jobs)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from feature_scenes import features
+from nightly import by_night
 from random_scenes import MATERIAL, random_material, random_scene, random_stage, words
 from tessellate import ball, obj
 
@@ -170,13 +171,18 @@ def attempt(bench, variant, source, **parameters):
     entry = bench.entry(variant)
     read = text.read(source, "scene of the test")
     wanted = Parameters(**{**SIZE, "vector": "on", **parameters})
-    return repetition.run(entry, flatten(read), wanted, needs(read, wanted), cache=bench.caches / variant)
+    needed = needs(read, wanted)
+    wanted = bench.sharing(entry, wanted, needed)
+    return repetition.run(entry, flatten(read), wanted, needed, cache=bench.caches / variant)
 
 
 @pytest.mark.parametrize(
     "parameters",
-    [{"walk": "stack"}, {"sphere": "textbook"}, {"offset": "none"}, {"lens_radius": 0.1}],
-    ids=lambda parameters: next(iter(parameters)),
+    by_night(
+        [{"walk": "stack"}, {"sphere": "textbook"}, {"offset": "none"}, {"lens_radius": 0.1}],
+        *("sphere", "offset"),  # each a build of its own
+        ids=lambda parameters: next(iter(parameters)),
+    ),
 )
 def test_refuses_without_a_hierarchy_what_rays_have_no_lanes_for(bench, laned, parameters):
     scene = STAGE + LIGHTS + f"SPHERE (0,0,0) 1 {MIRROR}\n"

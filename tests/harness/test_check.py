@@ -1,6 +1,7 @@
 """`rayrace check`: the shipped renderers pass, and a bad one fails by the name of the rule it breaks."""
 
 import pytest
+from nightly import by_night
 
 from harness import check, check_scenes, cuda, registry
 from harness.job import Parameters
@@ -10,10 +11,11 @@ FOLDERS = registry.folders()
 PEERS = ("taichi", "jax", "typed", "embree")  # optional: where one is missing there is nothing to check
 
 
+# Numba compiles 16 times, Python takes its time; the tests of conformance ask the same of both.
 @pytest.mark.slow
-@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
+@pytest.mark.parametrize("folder", by_night(FOLDERS, "numba", "python", ids=lambda folder: folder.name))
 def test_shipped(folder, rayrace):
-    done = rayrace("check", folder, timeout=900)  # numba compiles 16 times
+    done = rayrace("check", folder, timeout=900)
     if "FAIL  available here" in done.stdout:
         pytest.skip(done.stdout)
     assert done.returncode == 0 and done.stdout.endswith("all checks passed\n"), done.stdout

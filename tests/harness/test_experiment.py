@@ -2,6 +2,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from nightly import by_night
 
 from harness import experiment
 from harness.errors import UserError
@@ -121,7 +122,10 @@ def test_shipped_experiments(file, rayrace):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("file", sorted((REPOSITORY / "experiments").glob("cuda-*.toml")), ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "file",
+    by_night(sorted((REPOSITORY / "experiments").glob("cuda-*.toml")), "cuda-memory.toml", ids=lambda path: path.name),
+)
 def test_cuda_experiments_in_the_simulator(file, rayrace, rows, known, tmp_path):
     """By the command that the head of the file tells."""
     if known["numba-cuda"].missing:

@@ -104,8 +104,12 @@ def test_drift_is_cancelled_by_interleaving_and_not_by_running_in_order(mock_run
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("truth", "more"),
-    [(1.0, {}), (1.0, {"process_outliers": 0.12}), (1.05, {}), (1.05, {"outliers": 0.12})],
-    ids=["equal", "equal, 12 % of processes outlying", "5 % slower", "5 % slower, 12 % of frames outlying"],
+    [
+        pytest.param(1.0, {}, id="equal", marks=pytest.mark.nightly),
+        pytest.param(1.0, {"process_outliers": 0.12}, id="equal, 12 % of processes outlying"),
+        pytest.param(1.05, {}, id="5 % slower", marks=pytest.mark.nightly),
+        pytest.param(1.05, {"outliers": 0.12}, id="5 % slower, 12 % of frames outlying"),
+    ],
 )
 def test_a_hundred_runs(mock_run, truth, more):
     """2 % noise, 20 repetitions: equals are told apart in at most 5 of 100 runs, 5 % is found in at least 95."""

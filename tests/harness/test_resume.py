@@ -45,7 +45,7 @@ def test_killed_at_any_time_and_resumed(rayrace, experiment, environment, tmp_pa
     assert finished(folder) == done
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_killed_at_twenty_random_instants(rayrace, experiment, environment, tmp_path):
     """Each kill meets what the one before it left: what is there is whole and stays, nothing is there twice."""
     seed = 50

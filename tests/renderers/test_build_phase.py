@@ -3,6 +3,7 @@
 import itertools
 
 import pytest
+from nightly import by_night
 
 from harness import repetition, row
 from harness.job import Parameters
@@ -19,11 +20,13 @@ AND MESH sphere.obj (0.1,0.2,-1) (13,29,31) 0.8 NOT SPHERE (0.5,0.5,-0.4) 0.5 EN
 """
 
 
-def phases(entry, scene, tmp_path, **parameters):
+def phases(bench, entry, scene, tmp_path, **parameters):
     """Its phases, start and exit included."""
     size = 4 if entry.simulated else 24
     parameters = Parameters(width=size, height=size, depth=1, frames=1, threads=entry.threads(), **parameters)
-    result = repetition.run(entry, flatten(scene), parameters, needs(scene, parameters), cache=tmp_path / "cache")
+    needed = needs(scene, parameters)
+    parameters = bench.sharing(entry, parameters, needed)
+    result = repetition.run(entry, flatten(scene), parameters, needed, cache=bench.caches / entry.variant.name)
     assert result.status == "ok", result.reason
     made = row.measured(result, tmp_path / "no.csv")
     assert not [text for text in made["warnings"] if "wall time" not in text]
@@ -39,20 +42,20 @@ def _seamless(told):
     return all(before[2] == after[1] for before, after in itertools.pairwise(told[1:-1]))
 
 
-@pytest.fixture(params=HAVE)
+@pytest.fixture(params=by_night(HAVE, "numba-parallel", "cpp-threads"))
 def entry(request, known):
     if known[request.param].unavailable:
         pytest.skip(known[request.param].unavailable)
     return known[request.param]
 
 
-def test_said_with_a_hierarchy_and_not_without(entry, tmp_path):
+def test_said_with_a_hierarchy_and_not_without(bench, entry, tmp_path):
     scene = generated("icosphere", size=1)
-    built = phases(entry, scene, tmp_path, accel="bvh")
+    built = phases(bench, entry, scene, tmp_path, accel="bvh")
     names = _names(built)
     assert names.index("load") + 1 == names.index("build") < names.index("render") and names.count("build") == 1
     assert names[names.index("build") + 1] in ("compile", "upload", "render")
-    plain = phases(entry, scene, tmp_path, accel="none")
+    plain = phases(bench, entry, scene, tmp_path, accel="none")
     assert _names(plain) == [name for name in names if name != "build"]
     for told in (built, plain):
         assert _seamless(told)  # a phase begins where the one before it ended
@@ -60,9 +63,9 @@ def test_said_with_a_hierarchy_and_not_without(entry, tmp_path):
 
 
 @pytest.mark.slow
-def test_of_a_mesh_that_is_a_part(entry, tmp_path):
+def test_of_a_mesh_that_is_a_part(bench, entry, tmp_path):
     """Meshes in solids have hierarchies of their own."""
     (tmp_path / "sphere.obj").write_text(obj(1))
     scene = text.read(SOLID, tmp_path / "scene.txt")
-    assert "build" in _names(phases(entry, scene, tmp_path, accel="bvh"))
-    assert "build" not in _names(phases(entry, scene, tmp_path, accel="none"))
+    assert "build" in _names(phases(bench, entry, scene, tmp_path, accel="bvh"))
+    assert "build" not in _names(phases(bench, entry, scene, tmp_path, accel="none"))
