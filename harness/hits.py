@@ -11,11 +11,12 @@ from harness import repetition
 from harness.image import Image
 from harness.job import Parameters, fingerprint
 from harness.judge import Verdict
-from harness.reference import ULPS, NoReference, Reference, job_of, perturbations
+from harness.reference import ULPS, NoReference, Reference, job_of, of_results, perturbations
 from harness.registry import Entry
 from harness.scene.model import Scene
 from harness.scene.needs import shapes
 
+DISTANCE, OBJECT = 0, 7  # columns of hits (renderers/README.md)
 # Of a hit's distance, as a share of it, outside the mask.
 TOLERANCE = {"float64": 1e-9, "float32": 1e-4}
 THRESHOLD = 1e-5  # by which share the distance of a well-conditioned hit changes at most
@@ -75,31 +76,25 @@ def make(
     cache: Path,
     run: Callable[..., repetition.Result] = repetition.run,
 ) -> Reference | NoReference:
-    """The Reference of a list of rays, made by `entry`: `picture` (R, 2) has distance and object, `mask` (R,).
+    """The Reference of a list of rays, made by `entry`: `picture` (R, 8) has their hits, `mask` (R,).
 
     A ray is ill-conditioned if a turn by ULPS of float32 changes the object, or the distance by more than THRESHOLD.
     """
     wanted = job_of(parameters)
 
-    def answer(rays):
-        result = run(entry, {**arrays, "rays": rays}, wanted, needs, cache=cache)
-        return result, None if result.array is None else result.array[:, [0, 7]]
+    def results():
+        rays, rng = arrays["rays"], np.random.default_rng(20)
+        yield run(entry, arrays, wanted, needs, cache=cache)
+        for _ in range(perturbations(parameters.precision)):
+            turned = rays.copy()
+            turned[:, 3:] += ULPS * np.spacing(np.float32(0.5)) * _unit(rng.normal(size=(len(rays), 3)))
+            turned[:, 3:] = _unit(turned[:, 3:])
+            yield run(entry, {**arrays, "rays": turned}, wanted, needs, cache=cache)
 
-    rays = arrays["rays"]
-    result, right = answer(rays)
-    if result.status != "ok":
-        return NoReference(f"{entry.name} could not make the reference: {result.status}: {result.reason}")
-    mask = np.zeros(len(rays), dtype=bool)
-    rng = np.random.default_rng(20)
-    for _ in range(perturbations(parameters.precision)):
-        turned = rays.copy()
-        turned[:, 3:] += ULPS * np.spacing(np.float32(0.5)) * _unit(rng.normal(size=(len(rays), 3)))
-        turned[:, 3:] = _unit(turned[:, 3:])
-        result, found = answer(turned)
-        if result.status != "ok":
-            return NoReference(f"{entry.name} could not make the mask: {result.status}: {result.reason}")
-        mask |= (found[:, 1] != right[:, 1]) | ~(_off(found, right) <= THRESHOLD)
-    return Reference(entry.name, right, mask, None)
+    def moved(hits, right):
+        return (hits[:, OBJECT] != right[:, OBJECT]) | ~(_off(hits, right) <= THRESHOLD)
+
+    return of_results(entry.name, results(), moved)
 
 
 def judge(hits: np.ndarray, reference: Reference, precision: str) -> Verdict:
@@ -110,8 +105,7 @@ def judge(hits: np.ndarray, reference: Reference, precision: str) -> Verdict:
     right, mask = reference.picture, reference.mask
     if len(hits) != len(right):
         return Verdict(f"{len(hits)} answers, expected {len(right)}")
-    found = hits[:, [0, 7]].astype(np.float64)
-    other, off = found[:, 1] != right[:, 1], _off(found, right)
+    other, off = hits[:, OBJECT] != right[:, OBJECT], _off(hits, right)
     tolerance = TOLERANCE.get(precision, TOLERANCE["float64"])
     wrong = None
     if (other & ~mask).any():
@@ -131,11 +125,11 @@ def judge(hits: np.ndarray, reference: Reference, precision: str) -> Verdict:
     )
 
 
-def _off(found: np.ndarray, right: np.ndarray) -> np.ndarray:
+def _off(hits: np.ndarray, right: np.ndarray) -> np.ndarray:
     """By which share the distances differ of those that hit the same; 0 of the others."""
-    same = (found[:, 1] == right[:, 1]) & (right[:, 1] >= 0)
+    same = (hits[:, OBJECT] == right[:, OBJECT]) & (right[:, OBJECT] >= 0)
     off = np.zeros(len(right))
-    off[same] = np.abs(found[same, 0] / right[same, 0] - 1)
+    off[same] = np.abs(hits[same, DISTANCE].astype(np.float64) / right[same, DISTANCE] - 1)
     return off
 
 

@@ -1,6 +1,6 @@
 """The picture that others are judged by, and the mask of pixels where no picture can be trusted."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -112,23 +112,34 @@ def make(
     """A Reference made by `entry`, with its compiled code in `cache`, or a NoReference. `run` starts it."""
     wanted = job_of(parameters)
 
-    def render(sample_x, sample_y):
-        moved = replace(wanted, sample_x=sample_x, sample_y=sample_y)
-        return run(entry, arrays, moved, needs, cache=cache)
+    def results():
+        for x, y in [(wanted.sample_x, wanted.sample_y), *perturbed(wanted, perturbations(parameters.precision))]:
+            yield run(entry, arrays, replace(wanted, sample_x=x, sample_y=y), needs, cache=cache)
 
-    result = render(wanted.sample_x, wanted.sample_y)
-    if result.status != "ok":
-        return NoReference(f"{entry.name} could not make the reference: {result.status}: {result.reason}")
-    picture = result.array.astype(np.float64)
-    if not np.isfinite(picture).all():
+    def moved(picture, right):
+        return ~(np.abs(picture - right).max(axis=-1) <= THRESHOLD)
+
+    found = of_results(entry.name, results(), moved)
+    if isinstance(found, Reference) and not np.isfinite(found.picture).all():
         return NoReference(f"the reference of {entry.name} has pixels that are not finite")
-    mask = np.zeros(picture.shape[:2], dtype=bool)
-    for x, y in perturbed(wanted, perturbations(parameters.precision)):
-        moved = render(x, y)
-        if moved.status != "ok":
-            return NoReference(f"{entry.name} could not make the mask: {moved.status}: {moved.reason}")
-        mask |= ~(np.abs(moved.array - picture).max(axis=-1) <= THRESHOLD)
-    return Reference(entry.name, picture, mask, result.said.rays)
+    return found
+
+
+def of_results(
+    maker: str, results: Iterable[repetition.Result], differs: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> Reference | NoReference:
+    """The Reference by `maker` from the Result of its job and those of the same job perturbed.
+
+    differs(array, right): where the array of a perturbed job and that of the job itself are not alike.
+    """
+    first, mask = None, False
+    for result in results:
+        if result.status != "ok":
+            what = "mask" if first else "reference"
+            return NoReference(f"{maker} could not make the {what}: {result.status}: {result.reason}")
+        first = first or result
+        mask |= differs(result.array, first.array)
+    return Reference(maker, first.array.astype(np.float64), mask, first.said.rays)
 
 
 def perturbed(parameters: Parameters, count: int, seed: int = 20) -> list[tuple[float, float]]:

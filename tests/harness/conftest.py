@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from harness import cuda, registry, store
+from harness import cuda, plan, registry, store
+from harness import experiment as experiments
 
 HERE = Path(__file__).parent
 REPOSITORY = HERE.parents[1]
@@ -107,3 +108,12 @@ def rows():
         return found
 
     return read
+
+
+@pytest.fixture
+def generate(write, known):
+    def make(more, renderers='["numpy"]'):
+        file = write("experiment.toml", f'title = "t"\nrenderers = {renderers}\n{more}')
+        return plan.make(experiments.load(file), file, known)
+
+    return make

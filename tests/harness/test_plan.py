@@ -1,7 +1,4 @@
-import random
-from collections import Counter
-from dataclasses import fields, replace
-from pathlib import Path
+from dataclasses import replace
 from types import SimpleNamespace
 
 import cpu_time
@@ -11,12 +8,6 @@ from harness import experiment as experiments
 from harness import plan, registry
 from harness.errors import UserError
 from harness.manifest import Requires
-from harness.plan import Cell, Plan, Turn
-from harness.scene import text
-from harness.scene.flatten import flatten
-from harness.scene.generate import comparison
-
-pytestmark = pytest.mark.alone
 
 BASE = 'title = "t"\nscenes = ["scene.txt"]\nrenderers = ["python", "numpy"]\n'
 SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nSPHERE (0,0,-1) 0.8 (0.7,0.5,0.3) 0.4 20 (0,0,0) 1e6 1\n"
@@ -30,67 +21,6 @@ def make(write, known):
         return plan.make(experiments.load(file), file, known, only)
 
     return make
-
-
-def cells(*processes):
-    rest = dict.fromkeys(field.name for field in fields(Cell))
-    return tuple(Cell(**{**rest, "key": f"c{n}", "processes": count}) for n, count in enumerate(processes))
-
-
-def test_every_cell_once_a_round():
-    rng = random.Random(7)
-    for seed in range(20):
-        counts = [rng.randint(1, 6) for _ in range(rng.randint(1, 8))]
-        order = Plan(cells(*counts), {}).order(seed)
-        assert Counter(turn.cell.key for turn in order) == {f"c{n}": count for n, count in enumerate(counts)}
-        rounds = [turn.number for turn in order]
-        assert rounds == sorted(rounds)
-        for repetition in range(max(counts)):
-            keys = [turn.cell.key for turn in order if turn.number == repetition]
-            assert sorted(keys) == sorted(f"c{n}" for n, count in enumerate(counts) if count > repetition)
-
-
-def test_the_seed_decides_the_order():
-    some = Plan(cells(*[5] * 8), {})
-
-    def keys(seed):
-        return [turn.cell.key for turn in some.order(seed)]
-
-    assert keys(1) == keys(1) != keys(2)
-    assert keys(1)[:8] != keys(1)[16:24]
-    assert Plan((), {}).order(1) == []
-
-
-def test_linear_drift_meets_all_cells_alike():
-    order = Plan(cells(*[6] * 9), {}).order(3)
-    places = {}
-    for place, turn in enumerate(order):
-        places.setdefault(turn.cell.key, []).append(place)
-    assert len({sum(found) for found in places.values()}) == 1
-    assert len({tuple(found) for found in places.values()}) == 9
-
-
-def test_sequential():
-    order = Plan(cells(2, 1, 3), {}).order(1, "sequential")
-    assert [(turn.cell.key, turn.number) for turn in order] == [
-        ("c0", 0), ("c0", 1), ("c1", 0), ("c2", 0), ("c2", 1), ("c2", 2),
-    ]  # fmt: skip
-
-
-def test_the_pair_has_turns_of_its_own():
-    some = cells(5, 3, 5)
-    paired = Plan(some, {}, pair=some[0])
-    order = paired.order(4)
-    assert Counter(turn.kind for turn in order) == {"timed": 13, "pair": 5}
-    first = [turn for turn in order if turn.kind == "pair"]
-    assert [turn.number for turn in first] == [0, 1, 2, 3, 4] and {turn.cell.key for turn in first} == {"c0"}
-    assert [turn.number for turn in order] == sorted(turn.number for turn in order)
-    between = [
-        order.index(Turn(some[0], number, "pair")) - order.index(Turn(some[0], number, "timed")) for number in range(5)
-    ]
-    assert min(between) < 0 < max(between)
-    kinds = [turn.kind for turn in paired.order(4, "sequential") if turn.cell is some[0]]
-    assert kinds == ["timed"] * 5 + ["pair"] * 5
 
 
 @pytest.mark.parametrize(
@@ -190,93 +120,6 @@ def test_faulty_constraints(expression, message, make):
     assert message in str(fault.value)
 
 
-@pytest.fixture
-def generate(write, known):
-    def make(more, renderers='["numpy"]'):
-        file = write("experiment.toml", f'title = "t"\nrenderers = {renderers}\n{more}')
-        return plan.make(experiments.load(file), file, known)
-
-    return make
-
-
-def test_generated_scenes(generate):
-    made = generate('[generate]\nscene = "comparison"\nlights = 2\n[sweep]\nobjects = [0, 5, 9]\n')
-    assert [(cell.objects, cell.lights, cell.point) for cell in made.cells] == [
-        (count, 2, {"objects": count}) for count in (0, 5, 9)
-    ]
-    assert {cell.label for cell in made.cells} == {f"numpy, comparison-lights-2, objects {n}" for n in (0, 5, 9)}
-    for cell in made.cells:
-        arrays, alone = made.arrays[cell.scene_version], flatten(text.read(comparison(cell.objects, 2)))
-        assert all((arrays[name] == alone[name]).all() for name in alone)
-    assert ["sphere" in cell.needs for cell in made.cells] == [False, True, True]
-    default = generate('[generate]\nscene = "comparison"\n').cells[0]
-    assert (default.label, default.objects, default.lights) == ("numpy, comparison", 48, 3)
-    spd = generate('[generate]\nscene = "balls"\n[[points]]\nsize = [0, 1]\n[[points]]\ndepth = 2\nsize = 1\n')
-    assert [(cell.objects, cell.point) for cell in spd.cells] == [
-        (2, {"size": 0, "depth": 10}), (11, {"size": 1, "depth": 10}), (11, {"size": 1, "depth": 2}),
-    ]  # fmt: skip
-
-
-SEVERAL = """where = ["scene != 'balls' or size <= 1"]
-[[generate]]
-scene = "comparison"
-lights = 2
-[[generate]]
-scene = "balls"
-[[generate]]
-scene = "icosphere"
-"""
-
-
-def test_several_generated_scenes(generate):
-    """Each point is of the scenes that have its counts; `where` is asked before a scene is made."""
-    made = generate(SEVERAL + "[[points]]\nobjects = [3, 4]\n[[points]]\nsize = [0, 1, 8]\n[sweep]\ndepth = [1, 2]\n")
-    told = [(Path(cell.scene).stem, cell.objects, cell.lights, cell.point) for cell in made.cells]
-    assert told == [
-        *(("comparison-lights-2", n, 2, {"objects": n, "depth": d}) for n in (3, 4) for d in (1, 2)),
-        *(("balls", n, 3, {"size": s, "depth": d}) for s, n in ((0, 2), (1, 11)) for d in (1, 2)),
-        *(("icosphere", 20 * 4**s, 3, {"size": s, "depth": d}) for s in (0, 1, 8) for d in (1, 2)),
-    ]
-    assert made.left_out == (("scene != 'balls' or size <= 1", 2),)
-    assert len({cell.scene_version for cell in made.cells}) == 7
-    with pytest.raises(UserError, match="generate: no point is of comparison-lights-2, which lacks a count of each"):
-        generate(SEVERAL + "[sweep]\nsize = [0, 1]\n")
-    with pytest.raises(UserError, match=r"generate\.1: lights is no count of balls; it has size"):
-        generate('[[generate]]\nscene = "tetra"\n[[generate]]\nscene = "balls"\nlights = 2\n')
-
-
-def test_hierarchies(known):
-    """The plan of experiments/hierarchy.toml, without its largest scenes."""
-    file = Path(__file__).parents[2] / "experiments" / "hierarchy.toml"
-    asked = experiments.load(file)
-    asked = asked.model_copy(update={"where": (*asked.where, "objects <= 100000")})
-    made = plan.make(asked, file, known)
-    assert {Path(cell.scene).stem for cell in made.cells} == {"comparison", "balls", "icosphere"}
-    for cell in made.cells:
-        parameters = cell.parameters
-        assert parameters.accel == "bvh" or cell.objects <= 10_000
-        assert cell.entry.name == "cpp" or parameters.vector == "off"
-        assert cell.entry.name != "python" or cell.objects <= 100
-    for scene in ("comparison", "balls", "icosphere"):
-        for name, methods in (("cpp", ("off", "on")), ("numba", ("off",)), ("python", ("off",))):
-            mine = [cell for cell in made.cells if (Path(cell.scene).stem, cell.entry.name) == (scene, name)]
-            assert {cell.parameters.vector for cell in mine} == set(methods)
-            for accel in ("none", "bvh"):
-                assert len({cell.objects for cell in mine if cell.parameters.accel == accel}) > 1
-    assert (min(cell.objects for cell in made.cells), max(cell.objects for cell in made.cells)) == (2, 81_920)
-
-
-def test_counts_that_a_scene_cannot_have(generate):
-    for more, message in (
-        ('scene = "tetra"\n[sweep]\nsize = [0]\n', "experiment.toml: generate: expected a size factor from 1, found 0"),
-        ('scene = "balls"\n[sweep]\nsize = [9]\n', "experiment.toml: sweep.size: Input should be less than or equal"),
-        ('scene = "comparison"\n[sweep]\nlights = ["x"]\n', "sweep.lights: Input should be a valid integer"),
-    ):
-        with pytest.raises(UserError) as fault:
-            generate(f"[generate]\n{more}")
-        assert message in str(fault.value)
-
-
 def test_least_frame(make):
     assert {cell.parameters.least_frame for cell in make().cells} == {0.001}
     assert {cell.parameters.least_frame for cell in make("[measure]\nleast_frame = 0\n").cells} == {0}
@@ -317,6 +160,7 @@ def test_no_pair_of_what_cannot_run_or_be_compared(make, known):
     )  # fmt: skip
 
 
+@pytest.mark.alone
 def test_ten_thousand_cells_in_two_seconds(generate):
     """The bound of the planner, of which it takes a third to a half. Time of the processor: the machine may be busy."""
     more = """where = ["objects * lights <= 5000", "renderer != 'python' or side <= 128"]
@@ -415,7 +259,7 @@ def test_keys_change_with_the_renderer(make, known, bad_folder):
     assert after != before and same == other
 
 
-def test_label():
-    entry = SimpleNamespace(name="cpp")
-    cell = replace(cells(1)[0], entry=entry, scene="scenes/a.txt", point={"depth": 3, "region": "all"})
+def test_label(make):
+    cell = make().cells[0]
+    cell = replace(cell, entry=SimpleNamespace(name="cpp"), scene="scenes/a.txt", point={"depth": 3, "region": "all"})
     assert cell.label == "cpp, a, depth 3, region all"

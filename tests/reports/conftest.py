@@ -1,10 +1,12 @@
 """A small synthetic run with numbers that can be checked by hand."""
 
 import json
+from zlib import crc32
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from made_up_errors import DEFAULTS, error
 
 from harness import store
 from reports import report, results, style
@@ -202,3 +204,58 @@ def section(make_run, tmp_path, monkeypatch):
         return text.partition(f"## {title}")[2].partition("\n## ")[0], figures
 
     return find
+
+
+@pytest.fixture
+def cell(record):
+    """A function that gives the records of a cell: its variant, times of its processes (s), error, and parameters."""
+
+    def make(variant, times, rmse, sampled=True, scene="scenes/mirrors.txt", **parameters):
+        key = f"{variant}-{scene[7:-4]}-{crc32(repr(sorted(parameters.items())).encode())}"
+        told = {"cell": key, "scene": scene, "point": parameters, "series": None, "error": error(rmse, sampled)}
+        told |= {"parameters": record("")["parameters"] | DEFAULTS | parameters}
+        told |= {"picture": {"file": f"pictures/{key}.npy", "sha256": "0"}}
+        return [record(variant, number, frames=[time] * 4, **told) for number, time in enumerate(times)]
+
+    return make
+
+
+@pytest.fixture
+def jittered(cell):
+    """A function that gives cells along n × n samples, whose error falls with n to the power -1.5."""
+
+    def make(variant, speed, sides=(1, 2, 4, 8), sampler="jittered", **parameters):
+        rng = np.random.default_rng(len(variant))
+        told = []
+        for n in sides:
+            times = speed * n * n * rng.lognormal(0, 0.03, 6)
+            told += cell(variant, times, 0.08 / n**1.5, sampler=sampler, samples=n, **parameters)
+        return told
+
+    return make
+
+
+@pytest.fixture
+def many(cell, jittered, bad, record):
+    """A run of some thirty methods in two views, with one that failed."""
+    told = []
+    for variant, speed in {
+        "numpy": 2.0,
+        "numba": 0.1,
+        "numba-parallel": 0.06,
+        "cpp": 0.09,
+        "cpp-threads": 0.05,
+    }.items():
+        told += jittered(variant, speed)
+        for size, precision in ((1e-15, "float64"), (1e-3, "float32")):
+            times = [speed * (1 + 0.01 * n) * (1 if precision == "float64" else 0.7) for n in range(6)]
+            told += cell(variant, times, size * (1 + speed), False, "scenes/local.txt", precision=precision)
+    for variant, speed in {"numba": 0.1, "cpp": 0.09}.items():
+        for k in (6, 10, 14):
+            told += cell(variant, [speed * (0.5 + k / 40)] * 6, 0.3 * 2**-k, False, "scenes/local.txt", cutoff=2.0**-k)
+    told += cell("cpp-threads", [0.04] * 6, 0.0, False, "scenes/local.txt", floating_point="contract")
+    parameters = record("")["parameters"] | DEFAULTS
+    return [
+        *told,
+        bad("numba-cuda", "unsupported", "has no sampler", scene="scenes/local.txt", parameters=parameters),
+    ]
