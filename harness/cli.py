@@ -114,7 +114,7 @@ def report(
     run_folder: Annotated[Path, typer.Argument(help="Folder that `rayrace run` wrote.", metavar="RUN")],
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder for the report. Default: RUN/report.")] = None,
 ) -> None:
-    """Write every table and figure of a run, and report.md."""
+    """Write every table and figure of a run, and report.html and report.md, which hold them."""
     from reports import report as reports
 
     print(reports.write(run_folder, out or run_folder / "report"))

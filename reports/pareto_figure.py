@@ -40,7 +40,7 @@ OUTLINE = [withStroke(linewidth=1.5, foreground="white")]
 def draw(results: Results, chart: Chart):
     """The figure of a chart with points. Points have the gid "method-N", N their place in `chart.points`."""
     variants = [name for name in results.variants if any(name == point.cell.variant for point in chart.points)]
-    of_cell = _families(chart)
+    of_cell = family_of(chart)
     families = list(dict.fromkeys(of_cell.values()))
     shown = families[:MOST_FAMILIES]
     columns = 3 if max(map(len, [*variants, *shown])) < 30 else 2
@@ -73,7 +73,7 @@ def draw(results: Results, chart: Chart):
     return figure
 
 
-def _families(chart: Chart) -> dict[Cell, str]:
+def family_of(chart: Chart) -> dict[Cell, str]:
     """What the method of each cell is called, whatever the dial says of the first curve that it belongs to by name.
 
     Where that gives more than can be told apart, whatever all dials say.

@@ -1,4 +1,4 @@
-"""The report of a run: every table and figure, and report.md that holds them together. Same run, same bytes."""
+"""The report of a run: every table and figure, and report.md and report.html that hold them. Same run, same bytes."""
 
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from reports import (
     cpu_figure,
     cpu_table,
     cutoff_figure,
+    doubts,
     fault_figure,
     gpu_figure,
     gpu_table,
@@ -22,6 +23,7 @@ from reports import (
     markdown,
     memory_table,
     needs,
+    page,
     pareto_figure,
     peers,
     pictures_figure,
@@ -44,31 +46,29 @@ from reports import (
 )
 
 PARTS = (
-    machine_table, times_table, times_figure, accuracy_table, pareto_figure, budget_table, startup_table,
-    startup_figure, memory_table, peers, pictures_figure, needs, cpu_table, cpu_figure, gpu_table, gpu_figure,
-    roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, hierarchy,
-    convergence_figure, cutoff_figure, precision_figure, chaos_figure,
+    summary, doubts, machine_table, times_table, times_figure, accuracy_table, pareto_figure, budget_table,
+    startup_table, startup_figure, memory_table, peers, pictures_figure, needs, cpu_table, cpu_figure, gpu_table,
+    gpu_figure, roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity,
+    hierarchy, convergence_figure, cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
 # Of a run that puts methods under stress, where nothing is ranked.
 STABILITY = (
-    machine_table, stability_overview, stability_pictures, stability_window, stability_cost, stability_figure,
+    stability_summary, machine_table, stability_overview, stability_pictures, stability_window, stability_cost,
+    stability_figure,
 )  # fmt: skip
 
 
 def write(run: Path, out: Path) -> Path:
-    """Write the report of the run in the folder `run` into the folder `out`; the path of report.md."""
+    """Write the report of the run in the folder `run` into the folder `out`; the path of report.html."""
     loaded = results.load(Path(run))
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     loaded.repetitions.to_csv(out / "repetitions.csv", index=False, na_rep="NaN", lineterminator="\n")
-    stressed = loaded.facts.get("stability")
-    sections = [
-        f"# {markdown.escape(loaded.facts['title'])}",
-        (stability_summary if stressed else summary).write(loaded),
-        *(part.write(loaded, out) for part in (STABILITY if stressed else PARTS)),
-        provenance.write(loaded),
-        "Every repetition, one row each: [repetitions.csv](repetitions.csv)",
-    ]
-    path = out / "report.md"
-    path.write_text("\n\n".join(filter(None, sections)) + "\n", encoding="utf-8")
-    return path
+    told = [(part, part.write(loaded, out)) for part in (STABILITY if loaded.facts.get("stability") else PARTS)]
+    rows = "Every repetition, one row each: [repetitions.csv](repetitions.csv)"
+    told.append((provenance, f"{provenance.write(loaded)}\n\n{rows}"))
+    named = [(part.__name__.rpartition(".")[2], text) for part, text in told if text]
+    title = f"# {markdown.escape(loaded.facts['title'])}"
+    text = "\n\n".join([title, *(text for _, text in named)]) + "\n"
+    (out / "report.md").write_text(text, encoding="utf-8")
+    return page.write(loaded, named, out)

@@ -1,6 +1,7 @@
 """What came out of a run that put methods under stress, in plain words: what broke first, and what did not run."""
 
 from collections import Counter
+from pathlib import Path
 
 from reports import markdown, stability
 from reports import stability_style as look
@@ -8,7 +9,7 @@ from reports.results import Results
 from reports.stability import Curve, Row
 
 
-def write(results: Results) -> str:
+def write(results: Results, _: Path | None = None) -> str:
     """The section of the report."""
     rows = stability.rows(results)
     parts = ["## Summary", markdown.escape(_counts(rows)), markdown.bullets([_first(row) for row in rows])]

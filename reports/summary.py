@@ -1,18 +1,16 @@
-"""What came out, in plain words: who is fastest, by how much, what has no rank and why, what is doubtful."""
+"""What came out, in plain words: who is fastest, by how much, what has no rank and why."""
 
-import re
 from collections import Counter
+from pathlib import Path
 
 from reports import accuracy_columns, launch, markdown, quantity, ranking, thinning
-from reports.results import Cell, Results, place_label, point_label
+from reports.results import Cell, Results, place_label
 
-STARVED = 0.9  # of a core: a renderer that computes all the time and is let uses more
-SHORTEST = 0.2  # s of a process, of which starting is then a small part
 MOST = 40  # sentences on places
 MOST_NAMED = 8  # places that a sentence names
 
 
-def write(results: Results) -> str:
+def write(results: Results, _: Path | None = None) -> str:
     """The section of the report."""
     parts = ["## Summary", _floor(results), markdown.bullets(_rankings(results))]
     unranked = _reasons(results, [cell for cell in results.cells if cell.unranked and not cell.as_meant])
@@ -23,8 +21,6 @@ def write(results: Results) -> str:
         parts += ["Shown, and in no comparison:", markdown.bullets(apart)]
     if not unranked + apart:
         parts.append("Every variant is ranked.")
-    doubts = _warnings(results)
-    parts += ["Doubtful:", markdown.bullets(doubts)] if doubts else ["No repetition has a warning."]
     return "\n\n".join(parts)
 
 
@@ -102,7 +98,7 @@ def _reasons(results: Results, cells: list[Cell]) -> list[str]:
     for cell in cells:
         found.setdefault((cell.variant, _reason(cell)), []).append(cell)
     return [
-        f"{markdown.escape(variant)}: {markdown.escape(why)} ({_where(results, [cell.place for cell in cells])})"
+        f"{markdown.escape(variant)}: {markdown.escape(why)} ({where(results, [cell.place for cell in cells])})"
         for (variant, why), cells in found.items()
     ]
 
@@ -114,58 +110,7 @@ def _reason(cell: Cell) -> str:
     return f"{cell.apart}; its picture is {'wrong, as meant' if cell.status == 'wrong picture' else 'right here'}"
 
 
-def _warnings(results: Results) -> list[str]:
-    """One item a variant and kind of doubt, with the places where it holds."""
-    found: dict[tuple[str, str], list[tuple[str, tuple]]] = {}
-    for cell in results.cells:
-        for kind, text in _doubts(results, cell):
-            found.setdefault((cell.variant, kind), []).append((text, cell.place))
-    for record in results.records:
-        if record.get("pass") == "pair":
-            place = record["scene"], point_label(record["point"])
-            for kind, text in _of_row(record, "a second process of the A/A pair"):
-                found.setdefault((record["variant"], kind), []).append((text, place))
-    return [
-        f"{markdown.escape(variant)}: {markdown.escape(said[0][0])}"
-        + (f", and {len(said) - 1} more like it" if len({text for text, _ in said}) > 1 else "")
-        + f" ({_where(results, [place for _, place in said])})"
-        for (variant, _), said in found.items()
-    ]
-
-
-def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
-    """What makes a cell doubtful, each with its kind: its text, numbers apart."""
-    found = [(_kind(text), f"ok{text}") for text in (cell.lost, cell.disturbed) if text and cell.status == "ok"]
-    for row in cell.timed:
-        found += [(_kind(text), text) for text in results.records[row]["warnings"]]
-    for row in cell.loaded:
-        found += _of_row(results.records[row], "" if cell.as_meant else "a repetition of its load pass")
-    share = _share_of_a_core(cell)
-    if share is not None and share < STARVED and not cell.gpu:
-        found.append(
-            ("starved", f"used {share:.0%} of one core over its life: it waited, or other programs had the cores")
-        )
-    return found
-
-
-def _of_row(record: dict, what: str) -> list[tuple[str, str]]:
-    """What makes a row doubtful that is in no table of times; with `what` it is, also that it is not ok."""
-    bad = [f"{what} is not ok: {record['status']}: {record['reason']}"] if what and record["status"] != "ok" else []
-    return [(_kind(text), text) for text in bad + record["warnings"]]
-
-
-def _kind(text: str) -> str:
-    return re.sub(r"[-+.\de]*\d", "#", text)
-
-
-def _share_of_a_core(cell: Cell) -> float | None:
-    """CPU time over wall time of its repetitions that are long enough to tell; None if there are none."""
-    cpu, wall = cell.known("cpu_s"), cell.known("wall_s")
-    long = [row for row in cpu if wall[row] > SHORTEST]
-    return sum(cpu[row] for row in long) / sum(wall[row] for row in long) if long else None
-
-
-def _where(results: Results, places: list[tuple[str, str]]) -> str:
+def where(results: Results, places: list[tuple[str, str]]) -> str:
     places = list(dict.fromkeys(places))
     if len(places) == len(results.places) > 1:
         return "everywhere"

@@ -62,11 +62,11 @@ def compare(bench, reference_of, variant, name, **parameters):
 
 @pytest.mark.parametrize("job", JOBS)
 @pytest.mark.parametrize("name", ["comparison.txt", "local.txt", *SEEDS])
-def test_float64_pictures_agree(bench, reference_of, variant, name, job):
+def test_float64_pictures_agree(bench, reference_of, serial, name, job):
     print("seed", name)
     depth, shadows = JOBS[job]
-    width, height = (16, 16) if bench.known[variant].simulated else (48, 40)
-    compare(bench, reference_of, variant, name, width=width, height=height, depth=depth, shadows=shadows)
+    width, height = (16, 16) if bench.known[serial].simulated else (48, 40)
+    compare(bench, reference_of, serial, name, width=width, height=height, depth=depth, shadows=shadows)
 
 
 @pytest.mark.parametrize("name", ["comparison.txt", "local.txt", *SEEDS])

@@ -11,9 +11,9 @@ FOLDERS = registry.folders()
 PEERS = ("taichi", "jax", "typed", "embree")  # optional: where one is missing there is nothing to check
 
 
-# Numba compiles 16 times, Python takes its time; the tests of conformance ask the same of both.
+# Two compile 16 times, Python takes its time; the tests of conformance ask the same of them.
 @pytest.mark.slow
-@pytest.mark.parametrize("folder", by_night(FOLDERS, "numba", "python", ids=lambda folder: folder.name))
+@pytest.mark.parametrize("folder", by_night(FOLDERS, "cpp", "numba", "python", ids=lambda folder: folder.name))
 def test_shipped(folder, rayrace):
     done = rayrace("check", folder, timeout=900)
     if "FAIL  available here" in done.stdout:

@@ -124,7 +124,12 @@ def test_shipped_experiments(file, rayrace):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "file",
-    by_night(sorted((REPOSITORY / "experiments").glob("cuda-*.toml")), "cuda-memory.toml", ids=lambda path: path.name),
+    by_night(
+        sorted((REPOSITORY / "experiments").glob("cuda-*.toml")),
+        "cuda-memory.toml",
+        "cuda-faults.toml",
+        ids=lambda path: path.name,
+    ),
 )
 def test_cuda_experiments_in_the_simulator(file, rayrace, rows, known, tmp_path):
     """By the command that the head of the file tells."""

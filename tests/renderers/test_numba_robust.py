@@ -53,8 +53,14 @@ def small(bench, variant, scene, **methods):
     return bench.result(variant, scene, exact=True, width=40, height=32, depth=2, shadows=True, **methods)
 
 
+PAIRS = [(method, value) for method in METHODS for value in METHODS[method]]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("method", "value"), [(method, value) for method in METHODS for value in METHODS[method]])
+@pytest.mark.parametrize(
+    ("method", "value"),
+    [pytest.param(*pair, marks=[pytest.mark.nightly] * (pair[1] in ("stable", "relative", "fixed"))) for pair in PAIRS],
+)
 def test_a_method_is_what_python_makes_of_it(bench, scene, method, value):
     source = scene(OF[method]) if method in OF else scene("sphere", "ellipsoid")
     usual, found = (small(bench, "numba", source, **chosen) for chosen in ({}, {method: value}))

@@ -9,7 +9,7 @@ import pytest
 from made_up_errors import DEFAULTS, error
 
 from harness import store
-from reports import report, results, style
+from reports import page, report, results, style
 
 SCENE = "scenes/comparison.txt"
 PARAMETERS = {
@@ -182,11 +182,18 @@ def load(make_run):
     return lambda records, **facts: results.load(make_run(records, **facts))
 
 
+def _text(monkeypatch, run, out):
+    """report.md of a run, without the page, which needs the files of the figures."""
+    monkeypatch.setattr(page, "write", lambda *_: None)
+    report.write(run, out)
+    return (out / "report.md").read_text("utf-8")
+
+
 @pytest.fixture
 def report_text(make_run, tmp_path, monkeypatch):
     """A function that gives the text of the report on the given records; figures are drawn and not saved."""
     monkeypatch.setattr(style, "save", lambda figure, path: plt.close(figure))
-    return lambda records, **facts: report.write(make_run(records, **facts), tmp_path / "report").read_text("utf-8")
+    return lambda records, **facts: _text(monkeypatch, make_run(records, **facts), tmp_path / "report")
 
 
 @pytest.fixture
@@ -200,7 +207,7 @@ def section(make_run, tmp_path, monkeypatch):
 
     def find(records, title):
         monkeypatch.setattr(style, "save", keep)
-        text = report.write(make_run(records), tmp_path).read_text("utf-8")
+        text = _text(monkeypatch, make_run(records), tmp_path)
         return text.partition(f"## {title}")[2].partition("\n## ")[0], figures
 
     return find

@@ -7,6 +7,7 @@ import pytest
 
 from reports import (
     blocks_figure,
+    doubts,
     fault_figure,
     gpu,
     gpu_figure,
@@ -36,7 +37,7 @@ def test_a_failed_load_pass_is_told_and_spoils_no_time(load, gpu_record, bad):
     results = load([gpu_record(), bad("numba-cuda", "failed", "it broke", 1, **{"pass": "load"})])
     assert results.cells[0].verdict == "ok" and not results.cells[0].unranked
     assert gpu.observed(results, results.cells[0], "power_w") == Missing("failed: it broke")
-    assert "a repetition of its load pass is not ok: failed: it broke" in summary.write(results)
+    assert "a repetition of its load pass is not ok: failed: it broke" in doubts.write(results)
 
 
 def test_an_old_run_has_timed_repetitions_and_no_part_of_a_gpu(report_text, load, record):

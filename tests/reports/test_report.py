@@ -20,7 +20,7 @@ def test_twice_the_same_bytes(make_run, tmp_path, record, bad):
     for name in ("a", "b"):
         report.write(run, tmp_path / name)
     files = sorted(path.name for path in (tmp_path / "a").iterdir())
-    assert {path.split(".")[-1] for path in files} == {"md", "csv", "png", "svg"}
+    assert {path.split(".")[-1] for path in files} == {"html", "md", "csv", "png", "svg"}
     assert files == sorted(path.name for path in (tmp_path / "b").iterdir())
     for name in files:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
@@ -115,7 +115,8 @@ def test_a_run_that_was_cut_off_shows_what_was_not_run(make_run, load, record):
     (folder / "repetitions.jsonl").write_text(lines[0] + lines[1][:40])
     found = {cell.variant: cell.verdict for cell in results.load(folder).cells}
     assert found == {"cpp": "ok", "numba": "not run: the run ended before it"}
-    assert "not run: the run ended before it" in report.write(folder, folder / "report").read_text()
+    report.write(folder, folder / "report")
+    assert "not run: the run ended before it" in (folder / "report" / "report.md").read_text()
 
 
 def test_a_run_without_cpp_is_measured_against_the_first_ranked(report_text, record, bad):
@@ -131,7 +132,7 @@ def test_warnings_are_told_once_for_each_kind(report_text, record):
 
 def test_a_process_that_did_not_get_its_core_is_doubtful(report_text, record):
     starved = record("numba", cpu={"user_s": 0.5, "system_s": 0.1, "series_s": 0.6})  # of 2 s
-    text = report_text([record("cpp"), starved]).split("Doubtful:")[1].split("## Machine")[0]
+    text = report_text([record("cpp"), starved]).split("## Doubtful")[1].split("## Machine")[0]
     assert "- numba: used 30% of one core" in text and "cpp" not in text
 
 
@@ -146,6 +147,7 @@ def test_one_pixel_and_broken_pictures_do_not_stop_it(make_run, tmp_path, record
     picture = np.zeros((4, 4, 3))
     picture[0, 0] = np.nan
     np.save(run / "pictures" / "numba.npy", picture)
-    text = report.write(run, tmp_path / "out").read_text()
+    report.write(run, tmp_path / "out")
+    text = (tmp_path / "out" / "report.md").read_text()
     assert "one pixel is no picture" in text
     assert (tmp_path / "out" / "pictures-1-comparison-region-all.png").exists()

@@ -7,7 +7,7 @@ import cpu_time
 import numpy as np
 import pytest
 
-from reports import provenance, ranking, results, summary, thinning, times_figure, times_table
+from reports import doubts, provenance, ranking, results, summary, thinning, times_figure, times_table
 
 pytestmark = pytest.mark.alone
 
@@ -73,7 +73,7 @@ def test_no_floor_says_why(load, record, facts, again, reason):
 
 def test_a_pair_that_fails_is_told(load, record, bad):
     broken = bad("cpp", "timeout", "killed after 9 s", **{"pass": "pair"})
-    said = summary.write(load([*rounds(record, "cpp", [1.0] * 5), broken], pair={"cell": "key-cpp", "label": "cpp"}))
+    said = doubts.write(load([*rounds(record, "cpp", [1.0] * 5), broken], pair={"cell": "key-cpp", "label": "cpp"}))
     assert "cpp: a second process of the A/A pair is not ok: timeout: killed after 9 s" in said
 
 
@@ -97,7 +97,7 @@ def test_a_few_processes_without_a_steady_state_count_and_are_told(load, record)
     (cell,) = load(records).cells
     assert cell.values("steady_s") == pytest.approx([0.5, 0.5, 0.85, 0.85]) and not cell.unranked
     told = "ok, but 2 of 4 repetitions have no steady state: its frames still get 16 % faster"
-    assert cell.verdict == told and told in summary.write(load(records, name="again"))
+    assert cell.verdict == told and told in doubts.write(load(records, name="again"))
     (cell,) = load([*records, record("cpp", 4, frames=DRIFT)], name="two").cells
     assert cell.unranked.endswith("16 % faster, in 3 of 5 repetitions") and cell.values("steady_s") == []
 

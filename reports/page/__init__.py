@@ -1,0 +1,81 @@
+"""report.html: the report as one page that needs no other file and no network, with charts to try out."""
+
+import base64
+import hashlib
+from pathlib import Path
+
+import orjson
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from reports.page import chart, comparer, sections, series
+from reports.page.embedded import Embedded
+from reports.results import Results
+
+LIMIT = 8_000_000  # bytes of the page
+TAGS = 20_000  # of them for what stands around figures
+ROOM = 1_300_000  # of them for pictures to compare and of points; figures have what is left
+
+# Sections that a reader looks for first, in this order, and those that have something to try out.
+FIRST = ("summary", "stability_summary", "pareto_figure", "stability_overview", "pictures_figure", "cpu_figure")
+TRIED = {"pareto_figure": chart, "pictures_figure": comparer, "cpu_figure": series}
+
+
+def write(results: Results, told: list[tuple[str, str]], out: Path) -> Path:
+    """Write report.html into the folder `out`, where the figures are; its path.
+
+    told: pairs (name of a part of the report, its Markdown).
+    """
+    told = sorted(told, key=_place)
+    pictures = Embedded(ROOM)
+    data = {name: TRIED[name].data(results, pictures) for name, _ in told if name in TRIED}
+    data = {name: found for name, found in data.items() if found}
+    block = orjson.dumps({**data, "images": pictures.images}).decode().replace("<", "\\u003c")
+    bare = _made(results, sections.of(told, out, Embedded(0)), 0, data, block)
+    figures = Embedded(LIMIT - TAGS - len(bare.encode()))
+    found = sections.of(told, out, figures)
+    path = out / "report.html"
+    path.write_text(_made(results, found, figures.left_out, data, block), encoding="utf-8")
+    return path
+
+
+def _made(results: Results, found: list[sections.Section], left_out: int, data: dict, block: str) -> str:
+    """The page. left_out: how many figures are not in it."""
+    drawing, program = get_plotlyjs(), _source("page.js")
+    made = Environment(
+        loader=PackageLoader("reports.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True, keep_trailing_newline=True,
+    ).get_template("page.html.jinja")  # fmt: skip
+    return made.render(
+        title=results.facts["title"],
+        lead=_lead(results),
+        sections=found,
+        data=data,
+        left_out=left_out,
+        block=Markup(block),
+        look=Markup(_source("page.css")),
+        programs=[Markup(drawing), Markup(program)],
+        allowed=" ".join(map(_fingerprint, (drawing, program))),
+    )
+
+
+def _source(name: str) -> str:
+    return (Path(__file__).parent / name).read_text(encoding="utf-8")
+
+
+def _place(told: tuple[str, str]) -> int:
+    return FIRST.index(told[0]) if told[0] in FIRST else len(FIRST)
+
+
+def _fingerprint(script: str) -> str:
+    """What the page's policy calls a script that may run: no other can, whatever names and messages hold."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+
+
+def _lead(results: Results) -> str:
+    """What was run, where and when, in a line."""
+    facts, places = results.facts, len(results.places)
+    counts = f"{len(results.variants)} variants, {len(results.records)} processes"
+    many = f", {places} places" if places > 1 else ""
+    return f"{counts}{many}; {facts['environment']['cpu']}; begun {facts['started'][:16].replace('T', ' ')} UTC"

@@ -1,0 +1,130 @@
+"""Speed against accuracy, to be tried out: the points of reports.pareto with all that a reader may ask of one."""
+
+from pathlib import Path
+
+import numpy as np
+
+from reports import command, pareto, pareto_figure, quantity, style, thinning, view
+from reports.cell import Cell, Missing
+from reports.page.embedded import Embedded, smaller
+from reports.pareto import VISIBLE, Chart, Point
+from reports.pictures_figure import shown
+from reports.results import Results
+
+MOST = 2000  # points inside a page
+MOST_SEEN = 240  # pictures of points
+LONGEST = 132  # pixels of such a picture
+TOLD = ("error (RMSE, linear RGB)", "steady frame", "peak memory", "efficiency", "its repetitions")
+
+
+def data(results: Results, pictures: Embedded) -> dict:
+    """{} without errors; else `charts`, `colours` by variant, and what it says of itself."""
+    charts = [chart for chart in pareto.charts(results) if chart.points]
+    if not charts:
+        return {}
+    there = sum(len(chart.points) for chart in charts)
+    seen = _seen(results, charts, pictures)
+    made, left, words = [], MOST, Words()
+    for number, chart in enumerate(charts):
+        share = max(1, left // (len(charts) - number))
+        kept = _kept(chart, share)
+        left -= len(kept)
+        made.append(_chart(results, chart, kept, seen, words))
+    colours = {name: style.colour(name, results.variants) for name in results.variants}
+    says = " ".join(
+        filter(
+            None,
+            [
+                thinning.told(MOST - left, there, "points", "the CSV files have all"),
+                "" if len(seen) == there else f"Pictures are shown of {len(seen)} of the {there} points.",
+            ],
+        )
+    )
+    return {"charts": made, "told": TOLD, "words": words.all, "colours": colours, "visible": VISIBLE, "says": says}
+
+
+class Words:
+    """Texts as lists of places in `all`, since commands differ in a few words only."""
+
+    def __init__(self):
+        self._places: dict[str, int] = {}
+
+    @property
+    def all(self) -> list[str]:
+        return list(self._places)
+
+    def of(self, text: str) -> list[int]:
+        return [self._places.setdefault(word, len(self._places)) for word in text.split(" ")]
+
+
+def _kept(chart: Chart, most: int) -> list[Point]:
+    """At most `most` of its points: the front, and of the others some, evenly spread."""
+    front = thinning.few(chart.front, most)
+    others = thinning.few([point for point in chart.points if not point.number], most - len(front))
+    some = set(map(id, [*front, *others]))
+    return [point for point in chart.points if id(point) in some]
+
+
+def _seen(results: Results, charts: list[Chart], pictures: Embedded) -> dict[Cell, str]:
+    """The keys of small pictures, those of the fronts before the others."""
+    cells = [point.cell for chart in charts for point in chart.front]
+    cells += [cell for chart in charts for cell in thinning.few([point.cell for point in chart.points], MOST_SEEN)]
+    found: dict[Cell, str] = {}
+    for cell in dict.fromkeys(cells):
+        picture = view.picture(results, cell) if len(found) < MOST_SEEN else None
+        if isinstance(picture, np.ndarray):
+            key = pictures.add_pixels(smaller(shown(picture, cell.parameters.get("arithmetic", "linear")), LONGEST))
+            found |= {cell: key} if key else {}
+    return found
+
+
+def _chart(results: Results, chart: Chart, kept: list[Point], seen: dict[Cell, str], words: Words) -> dict:
+    families = pareto_figure.family_of(chart)
+    names = list(dict.fromkeys(families[point.cell] for point in kept))
+    place = {id(point): number for number, point in enumerate(kept)}
+    by_cell = {point.cell: point for point in kept}
+    curves = [[place[id(by_cell[cell])] for cell in curve.cells if cell in by_cell] for curve in chart.curves]
+    points = [_point(results, point, names.index(families[point.cell]), seen.get(point.cell), words) for point in kept]
+    return {
+        "label": chart.view.label,
+        "resolution": chart.resolution,
+        "sampled": chart.sampled,
+        "points": points,
+        "front": [place[id(point)] for point in chart.front if id(point) in place],
+        "curves": [curve for curve in curves if len(curve) > 1],
+        "lacking": len(chart.lacking),
+    }
+
+
+def _point(results: Results, point: Point, family: int, seen: str | None, words: Words) -> dict:
+    cell = point.cell
+    memory = cell.median("peak_bytes", "not told")
+    return {
+        "variant": cell.variant,
+        "name": point.name,
+        "where": Path(cell.scene).stem if cell.point == "no sweep" else f"{Path(cell.scene).stem}, {cell.point}",
+        "error": point.error,
+        "time": [point.time.value, point.time.low, point.time.high],
+        "share": round(point.share, 3),
+        "number": point.number,
+        "family": family,
+        "told": [
+            f"{point.error:.3g}",
+            f"{quantity.text(point.time)} s",
+            _memory(memory),
+            _efficiency(point),
+            cell.verdict,
+        ],
+        "picture": seen,
+        "render": words.of(str(command.of(results, cell))),
+        "again": words.of(str(command.again(results, cell))),
+    }
+
+
+def _memory(value) -> str:
+    return str(value) if isinstance(value, Missing) else f"{quantity.text(value, 1e-6)} MB"
+
+
+def _efficiency(point: Point) -> str:
+    found = point.efficiency
+    return str(found) if isinstance(found, Missing) else f"{found:.3g} /s"

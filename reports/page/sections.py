@@ -1,0 +1,88 @@
+"""The Markdown of a report as HTML: sections with headings to jump to, and figures inside the page."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from markdown_it import MarkdownIt
+from markupsafe import Markup, escape
+from PIL import Image
+
+from reports import markdown
+from reports.page.embedded import Embedded, smaller
+
+LARGEST_DRAWING = 220_000  # bytes of an SVG file; a larger one, which holds pictures, becomes pixels
+LONGEST = 1400  # pixels of such a figure
+POINT = 96 / 72  # pixels of a page
+
+
+@dataclass(frozen=True)
+class Section:
+    """name: of the part that told it. anchor: of its heading, with which `title` is. body: HTML without the heading."""
+
+    name: str
+    anchor: str
+    title: str
+    body: Markup
+
+
+def of(told: list[tuple[str, str]], folder: Path, figures: Embedded) -> list[Section]:
+    """The sections of pairs (name of a part, Markdown). Text without a heading of its own belongs to the one before."""
+    reader = MarkdownIt("commonmark", {"html": False}).enable("table")
+    reader.add_render_rule("image", lambda self, tokens, n, *_: _image(tokens[n], folder, figures))
+    reader.add_render_rule("table_open", lambda *_: '<div class="wide" tabindex="0"><table>\n')
+    reader.add_render_rule("table_close", lambda *_: "</table></div>\n")
+    found: list[Section] = []
+    for name, text in told:
+        for title, body in _parts(text):
+            html = Markup(reader.render(body))
+            if title is None and found:
+                html, title = found[-1].body + html, found[-1].title
+                found[-1] = Section(found[-1].name, found[-1].anchor, title, html)
+            else:
+                anchor = f"s{len(found)}-{markdown.slug(title or name)}"
+                found.append(Section(name, anchor, _plain(reader, title or name), html))
+    return found
+
+
+def _parts(text: str) -> Iterator[tuple[str | None, str]]:
+    """The text by its headings of the second level: pairs (heading or None, what follows it)."""
+    pieces = re.split(r"^## (.*)$", text, flags=re.MULTILINE)
+    if pieces[0].strip():
+        yield None, pieces[0]
+    yield from zip(pieces[1::2], pieces[2::2], strict=True)
+
+
+def _plain(reader: MarkdownIt, title: str) -> str:
+    """A heading without its escapes."""
+    (inline,) = (token for token in reader.parse(title) if token.type == "inline")
+    return "".join(child.content for child in inline.children)
+
+
+def _image(token, folder: Path, figures: Embedded) -> str:
+    """A figure of the report: its drawing, or its pixels, or where there is no room for either its file."""
+    name, alt = Path(token.attrs["src"]).name, "".join(child.content for child in token.children)
+    drawing, pixels = (folder / name).with_suffix(".svg"), folder / name
+    if drawing.exists() and drawing.stat().st_size <= LARGEST_DRAWING:
+        data = drawing.read_bytes()
+        size, key = _size(data), figures.add(data, "image/svg+xml")
+    else:
+        with Image.open(pixels) as opened:
+            made = smaller(np.asarray(opened.convert("RGB")), LONGEST)
+        size, key = (made.shape[1], made.shape[0]), figures.add_pixels(made)
+    if key is None:
+        return f'<p class="note">Not inside this page, for want of room: <a href="{escape(name)}">{escape(alt)}</a></p>'
+    wide, high = size
+    return (
+        f'<img class="figure" src="{figures.images[key]}" alt="{escape(alt)}" width="{wide}" height="{high}" '
+        'loading="lazy" decoding="async">'
+    )
+
+
+def _size(svg: bytes) -> tuple[int, int]:
+    """Width and height of a drawing in pixels of a page."""
+    head = ElementTree.fromstring(svg)
+    return tuple(round(float(head.get(side).removesuffix("pt")) * POINT) for side in ("width", "height"))

@@ -1,0 +1,59 @@
+"""What a process used over its life, to be looked at: processor, memory and GPU between the marks of its phases."""
+
+import numpy as np
+import pandas as pd
+
+from reports import cpu_figure, style, timeline
+from reports.page.embedded import Embedded
+from reports.results import Cell, Results, place_label
+
+FINEST = 150  # steps of a curve
+MOST = 12  # scenes
+HIGH = 130  # pixels of a process
+LEVELS = {
+    "resident memory (MB)": ("rss_bytes", 1e-6),
+    "address space (MB)": ("vms_bytes", 1e-6),
+    "GPU use (%)": ("gpu_percent", 1),
+    "GPU memory (MB)": ("gpu_process_memory_bytes", 1e-6),
+    "GPU power (W)": ("gpu_power_w", 1),
+}
+
+
+def data(results: Results, _: Embedded) -> dict:
+    """{} without series; else `places`, each with the processes that have one, the colours of phases, and pixels."""
+    places = []
+    for scene in results.scenes[:MOST]:
+        place = timeline.largest_place(results.of(scene))
+        processes = [told for cell in results.at(place) if (told := _process(results, cell))]
+        if processes:
+            places.append({"label": place_label(place), "processes": processes})
+    if not places:
+        return {}
+    names = {name for place in places for told in place["processes"] for name, _, _ in told["phases"]}
+    colours = {name: style.PHASES.get(name, style.OTHER_PHASE) for name in (*style.PHASES, *sorted(names))}
+    kinds = {kind for place in places for told in place["processes"] for kind in told["curves"]}
+    shown = [kind for kind in ("CPU use (% of one core)", *LEVELS) if kind in kinds]
+    phases = {name: colours[name] for name in colours if name in names}
+    return {"places": places, "phases": phases, "kinds": shown, "step": HIGH}
+
+
+def _process(results: Results, cell: Cell) -> dict | None:
+    """The first good repetition of a cell, which finds its caches cold."""
+    record = results.records[cell.counting[0]] if cell.counting else None
+    if record is None or not record["series"]:
+        return None
+    path, wall = results.folder / record["series"], record["wall_s"]
+    t, percent = cpu_figure.rates(path, wall / FINEST)
+    curves = {"CPU use (% of one core)": _curve((t[1:] + t[:-1]) / 2, percent)} if len(percent) else {}
+    table = pd.read_csv(path)
+    for kind, (column, scale) in LEVELS.items():
+        known = table[["t", column]].dropna() if column in table else table[:0]
+        if len(known):
+            kept = np.unique(np.linspace(0, len(known) - 1, min(len(known), FINEST)).round().astype(int))
+            some = known.iloc[kept]
+            curves[kind] = _curve(some["t"].to_numpy(float), some[column].to_numpy(float) * scale)
+    return {"label": cell.label, "wall": wall, "phases": record["phases"], "curves": curves}
+
+
+def _curve(t: np.ndarray, y: np.ndarray) -> list[list[float]]:
+    return [[float(f"{value:.4g}") for value in values] for values in (t, y)]
