@@ -32,6 +32,10 @@ nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
 gallery: .venv/installed  ## the study's figures, with scenes of our own
 	$(BIN)/rayrace run experiments/gallery.toml --report
 
+docs: .venv/installed  ## the documentation as a site, in build/site
+	$(BIN)/pip install -q -c constraints.txt -e '.[docs]'
+	$(BIN)/mkdocs build
+
 stability: .venv/installed  ## where methods fail: every row of the catalogue, and its charts
 	$(BIN)/rayrace run experiments/stability.toml --report
 
@@ -49,4 +53,4 @@ format: .venv/installed
 clean:  ## forget the environment; results stay
 	rm -rf .venv .pytest_cache build dist *.egg-info
 
-.PHONY: study test quick cudasim nightly gallery stability smoke format clean
+.PHONY: study test quick cudasim nightly docs gallery stability smoke format clean
