@@ -113,11 +113,22 @@ app.command()(cli_picture.trace)
 def report(
     run_folder: Annotated[Path, typer.Argument(help="Folder that `rayrace run` wrote.", metavar="RUN")],
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder for the report. Default: RUN/report.")] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing: make it again and tell what has other data; exit 1 if any.")
+    ] = False,
 ) -> None:
     """Write every table and figure of a run, and report.html and report.md, which hold them."""
     from reports import report as reports
 
-    print(reports.write(run_folder, out or run_folder / "report"))
+    folder = out or run_folder / "report"
+    if not check:
+        print(reports.write(run_folder, folder))
+        return
+    said = reports.check(run_folder, folder)
+    for line in said:
+        print(line)
+    print(f"{len(said)} of its figures and tables differ" if said else "every figure and table has the same data")
+    raise typer.Exit(1 if said else 0)
 
 
 @app.command()

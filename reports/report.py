@@ -1,7 +1,9 @@
 """The report of a run: every table and figure, and report.md and report.html that hold them. Same run, same bytes."""
 
+import tempfile
 from pathlib import Path
 
+from harness.errors import UserError
 from reports import (
     accuracy_table,
     blocks_figure,
@@ -13,6 +15,7 @@ from reports import (
     cpu_table,
     cutoff_figure,
     doubts,
+    drawn,
     fault_figure,
     gpu_figure,
     gpu_table,
@@ -72,3 +75,12 @@ def write(run: Path, out: Path) -> Path:
     text = "\n\n".join([title, *(text for _, text in named)]) + "\n"
     (out / "report.md").write_text(text, encoding="utf-8")
     return page.write(loaded, named, out)
+
+
+def check(run: Path, old: Path) -> list[str]:
+    """What of the report in the folder `old` has other data than the same run gives now, a sentence each."""
+    if not (old / "report.md").exists():
+        raise UserError(f"{old}: no report is there; make one with: rayrace report {run}")
+    with tempfile.TemporaryDirectory() as made:
+        write(run, Path(made))
+        return drawn.differences(old, Path(made))

@@ -10,6 +10,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
+from reports import drawn
+
 DPI = 200
 
 # Okabe and Ito's colours, told apart with any colour vision (jfly.uni-koeln.de/color).
@@ -81,7 +83,9 @@ def log_ticks(axis) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write `path`.png and `path`.svg, without dates, and close the figure."""
+    """Write `path`.png, .svg and .pdf, without dates, and .json, which tells what they show; and close the figure."""
     figure.savefig(path.with_suffix(".png"), metadata={"Software": None})
     figure.savefig(path.with_suffix(".svg"), metadata={"Date": None, "Creator": None})
+    figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None, "Creator": None, "Producer": None})
+    drawn.describe(figure, path)
     plt.close(figure)

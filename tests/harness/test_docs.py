@@ -29,7 +29,8 @@ def test_the_first_experiment(tmp_path, rayrace):
     (experiment,) = blocks("first-experiment.md", "toml")
     (tmp_path / "mine.txt").write_text(scene)
     (tmp_path / "mine.toml").write_text(experiment)
-    rayrace("render", tmp_path / "mine.txt", "-o", tmp_path / "mine.png", "--width", 32, "--height", 24, "--depth", 4, "--shadows", code=0)  # fmt: skip
+    small = ("--width", 32, "--height", 24, "--depth", 4, "--shadows")
+    rayrace("render", tmp_path / "mine.txt", "-o", tmp_path / "mine.png", *small, code=0)
     few = ("--set", "processes=1", "--set", "frames=1", "--set", "image.width=16", "--set", "image.height=12")
     done = rayrace("run", tmp_path / "mine.toml", "--out", tmp_path / "run", "--report", *few, timeout=300, code=0)
     assert done.stdout.splitlines()[-1] == f"report: {tmp_path / 'run' / 'report' / 'report.html'}"

@@ -20,7 +20,7 @@ def test_twice_the_same_bytes(make_run, tmp_path, record, bad):
     for name in ("a", "b"):
         report.write(run, tmp_path / name)
     files = sorted(path.name for path in (tmp_path / "a").iterdir())
-    assert {path.split(".")[-1] for path in files} == {"html", "md", "csv", "png", "svg"}
+    assert {path.split(".")[-1] for path in files} == {"html", "md", "csv", "json", "pdf", "png", "svg"}
     assert files == sorted(path.name for path in (tmp_path / "b").iterdir())
     for name in files:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
