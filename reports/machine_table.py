@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from reports import markdown, study
+from reports import latex, markdown, study
 from reports.results import Results
 
 
@@ -56,5 +56,6 @@ def write(results: Results, out: Path) -> str:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows(body)
+    latex.write(header, list(map(list, body)), out / "machine.tex")
     title = "## Machine (the study's table 2.1)"
     return "\n\n".join([title, markdown.table(header, body), "[machine.csv](machine.csv)"])

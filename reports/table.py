@@ -1,4 +1,4 @@
-"""A table of cells by columns, written twice from the same values: for people (Markdown) and in full (CSV)."""
+"""A table of cells by columns, from the same values for people (Markdown, LaTeX) and in full (CSV)."""
 
 import csv
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.statistics import Estimate
-from reports import markdown, quantity, study, thinning
+from reports import latex, markdown, quantity, study, thinning
 from reports.results import Cell, Missing
 
 CSV_HEADER = ("scene", "point", "variant", "status", "quantity", "unit", "value", "low", "high", "processes", "note")
@@ -32,7 +32,7 @@ class Column:
 
 
 def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell], list[Column]]], caption: str) -> str:
-    """The Markdown of tables, each (scene, cells, columns); each also goes to `out`/STEM-NUMBER-SCENE.csv.
+    """The Markdown of tables, each (scene, cells, columns); each also goes to `out`/STEM-NUMBER-SCENE.csv and .tex.
 
     People are spared the study's columns where no cell of a table repeats a case of the study.
     """
@@ -45,7 +45,9 @@ def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell]
         places = list(dict.fromkeys(cell.place for cell in cells))
         kept = set(thinning.few(places, max(1, MOST * len(places) // len(cells))))
         rows = [cell for cell in cells if cell.place in kept]
-        parts += [f"### {markdown.escape(scene)}", to_markdown(rows, shown)]
+        header, body = to_texts(rows, shown)
+        latex.write(header, body, (out / name).with_suffix(".tex"))
+        parts += [f"### {markdown.escape(scene)}", markdown.table(header, body)]
         if len(rows) < len(cells):
             parts.append(thinning.told(len(rows), len(cells), "rows, whole places", "the CSV file has all"))
         if shown != columns:
@@ -54,10 +56,10 @@ def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell]
     return "\n\n".join([*parts, markdown.escape(caption)])
 
 
-def to_markdown(cells: list[Cell], columns: list[Column]) -> str:
-    """One row a cell. A reason is told once a row; why a cell is not ok, in its last column."""
+def to_texts(cells: list[Cell], columns: list[Column]) -> tuple[list[str], list[list[str]]]:
+    """Header and rows, one a cell. A reason is told once a row; why a cell is not ok, in its last column."""
     header = ["point", "variant", *(column.title for column in columns), "status"]
-    return markdown.table(header, [[cell.point, cell.label, *_shown(cell, columns), cell.verdict] for cell in cells])
+    return header, [[cell.point, cell.label, *_shown(cell, columns), cell.verdict] for cell in cells]
 
 
 def _shown(cell: Cell, columns: list[Column]) -> list[str]:

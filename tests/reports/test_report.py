@@ -20,7 +20,7 @@ def test_twice_the_same_bytes(make_run, tmp_path, record, bad):
     for name in ("a", "b"):
         report.write(run, tmp_path / name)
     files = sorted(path.name for path in (tmp_path / "a").iterdir())
-    assert {path.split(".")[-1] for path in files} == {"html", "md", "csv", "json", "pdf", "png", "svg"}
+    assert {path.split(".")[-1] for path in files} == {"html", "md", "csv", "json", "pdf", "png", "svg", "tex"}
     assert files == sorted(path.name for path in (tmp_path / "b").iterdir())
     for name in files:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
@@ -151,3 +151,13 @@ def test_one_pixel_and_broken_pictures_do_not_stop_it(make_run, tmp_path, record
     text = (tmp_path / "out" / "report.md").read_text()
     assert "one pixel is no picture" in text
     assert (tmp_path / "out" / "pictures-1-comparison-region-all.png").exists()
+
+
+def test_tables_for_a_paper(make_run, tmp_path, record, bad):
+    """LaTeX with the rows of the Markdown, whatever characters are in them."""
+    run = make_run([record("cpp_1", n) for n in range(5)] + [bad("numba", "failed", "100 % of $x & {y} #1")])
+    report.write(run, tmp_path / "out")
+    text = (tmp_path / "out" / next(path.name for path in (tmp_path / "out").glob("times-0*.tex"))).read_text()
+    assert text.startswith("\\begin{tabular}{l") and text.count("\\\\") == 3
+    assert "cpp\\_1" in text and "100 \\% of \\$x \\& \\{y\\} \\#1" in text
+    assert (tmp_path / "out" / "machine.tex").exists()
