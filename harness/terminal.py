@@ -97,18 +97,27 @@ def progress():
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[left]}")
+    texts = [TextColumn(f"{{task.{name}}}") for name in ("description", "fields[used]", "fields[left]")]
+    columns = texts[0], texts[1], BarColumn(), MofNCompleteColumn(), texts[2]
     # Drawn between repetitions only: the harness is to sleep while a renderer is measured.
     with Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
-        task = bar.add_task("starting", total=None, left="")
+        task = bar.add_task("starting", total=None, used="", left="")
 
         def tell(cell, record, done, total, left_s):
-            label, left = escape(cell.label), _left(done, total, left_s)
-            bar.update(task, completed=done, total=total, description=label, left=left, refresh=True)
+            told = {"description": escape(cell.label), "used": _used(record), "left": _left(done, total, left_s)}
+            bar.update(task, completed=done, total=total, refresh=True, **told)
             if record["status"] != "ok" and record["repetition"] == 0:
                 bar.console.print(escape(_line(cell, record, done, total, left_s)))
 
         yield tell
+
+
+def _used(record) -> str:
+    """What the process took that ended last: of a core, and of memory at most."""
+    cpu, memory, wall = record["cpu"], record["memory"], record["wall_s"]
+    cores = f"{(cpu['user_s'] + cpu['system_s']) / wall:.0%} of a core" if cpu and wall else ""
+    peak = (memory or {}).get("peak_bytes")
+    return ", ".join(filter(None, [cores, f"{peak / 1e6:.3g} MB" if peak else ""]))
 
 
 def _left(done, total, seconds) -> str:
