@@ -23,6 +23,17 @@ VARIANTS = tuple(
 )
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """By night: what Numba compiles longest for, and C++ shows as well (slopes of samplers), or float32 (stress)."""
+    for item in items:
+        told = item.callspec.params if hasattr(item, "callspec") else {}
+        slopes = item.path.name == "test_convergence.py"
+        stress = item.path.parent.name == "stability" and told.get("precision") == "float64"
+        if "numba" in (told.get("serial"), told.get("variant")) and (slopes or stress):
+            item.add_marker(pytest.mark.nightly)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(request):
     """Builds of tests stay with the tests. They are kept by their content, so all sessions and workers share them."""

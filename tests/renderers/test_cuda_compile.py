@@ -81,7 +81,7 @@ def test_a_cap_on_registers_is_kept(inspect):
     assert kernel["registers"] <= 40 and kernel["spill_store_bytes"] > 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_no_feature_brings_float64_into_float32(inspect, tmp_path):
     known = features(tmp_path)
     for name in ("media", "csg mesh", "adaptive", "lens", "glossy, the study's weight", "mix: all of it"):
@@ -91,7 +91,7 @@ def test_no_feature_brings_float64_into_float32(inspect, tmp_path):
             assert kernel["spill_store_bytes"] == 0 or name.startswith("mix"), (name, kernel)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_trees_tables_and_tiles_compile(inspect):
     import numpy as np
 

@@ -72,8 +72,8 @@ def test_a_method_is_what_python_makes_of_it(bench, scene, method, value):
     assert found.said.rays == expected.said.rays
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("floating_point", by_night(["contract", "fast"], "contract"))
+@pytest.mark.nightly
+@pytest.mark.parametrize("floating_point", ["contract", "fast"])
 def test_all_run_with_floating_point_that_is_not_strict(bench, scene, floating_point):
     for which, precision in ((0, "float32"), (-1, "float64")):
         methods = {method: values[which] for method, values in METHODS.items()}
