@@ -17,18 +17,19 @@ GREY = (221, 221, 221)
 def data(results: Results, pictures: Embedded) -> dict:
     """{} without pictures; else `places` with pictures to compare, and what it says of itself."""
     found = pictures_figure.places(results)
-    places, lacking = [], 0
+    places, there = [], 0
     for place, cells in found:
         if cells[0].pixels == 1:
             continue
         told = [shown for cell in cells[:MOST] if (shown := _picture(results, cell, pictures))]
-        lacking += len(cells) - len(told)
+        there += len(cells)
         if told:
             places.append({"label": place_label(place), "pictures": told})
     if not places:
         return {}
-    says = f"{lacking} more pictures are not inside this page: there are none, or there was no room." if lacking else ""
-    return {"places": places, "says": says}
+    shown = sum(len(place["pictures"]) for place in places)
+    lacking = f"Inside this page are {shown} of {there} pictures: others were not stored, or had no room."
+    return {"places": places, "says": lacking if shown < there else ""}
 
 
 def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:

@@ -165,7 +165,7 @@ def test_what_has_no_room_is_told(make_run, tmp_path, record):
     data = json.loads(Reader(text).scripts[0])
     (place,) = data["pictures_figure"]["places"]
     assert 0 < len(place["pictures"]) < 12
-    assert f"{12 - len(place['pictures'])} more pictures are not inside this page" in text
+    assert f"Inside this page are {len(place['pictures'])} of 12 pictures" in text
 
 
 def test_many_points_are_thinned_and_the_front_is_kept(cell, load, monkeypatch):
