@@ -1,0 +1,6 @@
+"""The files of figures (reports/style.py)."""
+
+
+def drawn_files(*stems):
+    """Their names, sorted."""
+    return sorted(f"{stem}.{kind}" for stem in stems for kind in ("json", "pdf", "png", "svg"))
