@@ -61,7 +61,7 @@ def compare(bench, reference_of, variant, name, **parameters):
 
 
 @pytest.mark.parametrize("job", JOBS)
-@pytest.mark.parametrize("name", ["comparison.txt", "local.txt", *SEEDS])
+@pytest.mark.parametrize("name", by_night(["comparison.txt", "local.txt", *SEEDS], *map(str, SEEDS[1:])))
 def test_float64_pictures_agree(bench, reference_of, serial, name, job):
     print("seed", name)
     depth, shadows = JOBS[job]

@@ -142,8 +142,14 @@ def same(one, other):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SERIAL)
-@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize(
+    ("name", "precision"),
+    by_night(
+        [(name, precision) for name in SERIAL for precision in ("float64", "float32")],
+        *(["numba-float64"] if "numba" in SERIAL else []),
+        ids="-".join,
+    ),
+)
 def test_what_is_carried_changes_no_byte(name, precision, known, request, tmp_path):
     """All needs, and of C++ a third at a time: of a scene that uses few, whose lights have a radius.
 

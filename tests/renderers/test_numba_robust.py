@@ -53,13 +53,14 @@ def small(bench, variant, scene, **methods):
     return bench.result(variant, scene, exact=True, width=40, height=32, depth=2, shadows=True, **methods)
 
 
+REST = ("stable", "textbook", "moller-trumbore", "relative", "fixed")  # stability tests have them too
 PAIRS = [(method, value) for method in METHODS for value in METHODS[method]]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "value"),
-    [pytest.param(*pair, marks=[pytest.mark.nightly] * (pair[1] in ("stable", "relative", "fixed"))) for pair in PAIRS],
+    [pytest.param(*pair, marks=[pytest.mark.nightly] * (pair[1] in REST)) for pair in PAIRS],
 )
 def test_a_method_is_what_python_makes_of_it(bench, scene, method, value):
     source = scene(OF[method]) if method in OF else scene("sphere", "ellipsoid")

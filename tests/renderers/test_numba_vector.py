@@ -10,6 +10,7 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
+from nightly import by_night
 from random_scenes import random_scene, random_stage, words
 
 from harness import job, repetition
@@ -117,7 +118,7 @@ def grazing(rng, count):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("seed", by_night([11, 12], "12"))
 def test_no_tile_leaves_out_what_it_can_see(bench, tmp_path, seed):
     """VEC-2: the same bytes as without, of spheres around the eye and of small ones that graze the cones of tiles."""
     rng = np.random.default_rng(seed)

@@ -4,6 +4,9 @@ import pytest
 
 
 def by_night(values, *late, ids=str):
-    """`values` as parameters with these ids, those whose id is among `late` marked nightly."""
-    assert set(late) <= {ids(value) for value in values}, late
-    return [pytest.param(value, id=ids(value), marks=[pytest.mark.nightly] * (ids(value) in late)) for value in values]
+    """`values` (of several parameters: tuples) with these ids, those whose id is among `late` marked nightly."""
+    values = [value if isinstance(value, tuple) else (value,) for value in values]
+    told = [ids(value[0] if len(value) == 1 else value) for value in values]
+    assert set(late) <= set(told), late
+    marks = [[pytest.mark.nightly] * (name in late) for name in told]
+    return [pytest.param(*value, id=name, marks=mark) for value, name, mark in zip(values, told, marks, strict=True)]
