@@ -111,20 +111,30 @@ app.command()(cli_picture.trace)
 
 @app.command()
 def report(
-    run_folder: Annotated[Path, typer.Argument(help="Folder that `rayrace run` wrote.", metavar="RUN")],
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder for the report. Default: RUN/report.")] = None,
+    runs: Annotated[
+        list[Path], typer.Argument(help="Folders that `rayrace run` wrote, or packed runs (.tar.xz).", metavar="RUN ..")
+    ],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Folder for the report. Default, of one folder: RUN/report.")
+    ] = None,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing: make it again and tell what has other data; exit 1 if any.")
     ] = False,
 ) -> None:
-    """Write every table and figure of a run, and report.html and report.md, which hold them."""
-    from reports import report as reports
+    """Write every table and figure of a run, and report.html and report.md, which hold them.
 
-    folder = out or run_folder / "report"
+    Of several runs each has its report, and one page has their machines side by side; nothing is pooled.
+    """
+    from harness.errors import UserError
+    from reports import several
+
+    if out is None and (len(runs) > 1 or not runs[0].is_dir()):
+        raise UserError("name the folder of the report with -o FOLDER")
+    folder = out or runs[0] / "report"
     if not check:
-        print(reports.write(run_folder, folder))
+        print(several.make(runs, folder))
         return
-    said = reports.check(run_folder, folder)
+    said = several.check(runs, folder)
     for line in said:
         print(line)
     print(f"{len(said)} of its figures and tables differ" if said else "every figure and table has the same data")
@@ -133,8 +143,8 @@ def report(
 
 @app.command()
 def compare(
-    run_a: Annotated[Path, typer.Argument(help="Folder of the run before.", metavar="RUN_A")],
-    run_b: Annotated[Path, typer.Argument(help="Folder of the run now.", metavar="RUN_B")],
+    run_a: Annotated[Path, typer.Argument(help="The run before, its folder or a packed one.", metavar="RUN_A")],
+    run_b: Annotated[Path, typer.Argument(help="The run now.", metavar="RUN_B")],
     fail_slower: Annotated[
         float | None,
         typer.Option(min=0, help="Exit 1 if something is surely slower by more, or no longer ok.", metavar="PERCENT"),
@@ -142,10 +152,12 @@ def compare(
     as_json: JsonOption = False,
 ) -> None:
     """What became faster or slower from one run to another, what is not resolved, and whose picture changed."""
+    from harness import packed
     from reports import compare as comparisons
     from reports import compare_text
 
-    found = comparisons.compare(run_a, run_b)
+    with packed.opened(run_a) as a, packed.opened(run_b) as b:
+        found = comparisons.compare(a, b)
     if as_json:
         print(compare_text.as_json(found))
     else:
@@ -162,16 +174,21 @@ def compare(
 
 @app.command()
 def export(
-    run_folder: Annotated[Path, typer.Argument(help="Folder that `rayrace run` wrote.", metavar="RUN")],
-    form: Annotated[str, typer.Option("--format", help="pyperf, hyperfine, github or parquet.", metavar="NAME")],
+    run: Annotated[Path, typer.Argument(help="Folder that `rayrace run` wrote, or a packed run.", metavar="RUN")],
+    form: Annotated[
+        str, typer.Option("--format", help="pyperf, hyperfine, github, parquet or packed (.tar.xz).", metavar="NAME")
+    ],
     out: Annotated[
-        str, typer.Option("-o", "--out", help="File; -: standard output, but for parquet.", metavar="FILE")
+        str, typer.Option("-o", "--out", help="File; -: standard output, of formats of text.", metavar="FILE")
     ] = "-",
 ) -> None:
-    """Write a run in the format of another tool."""
+    """Write a run in the format of another tool, or in one file, which `report`, `compare` and `export` read too."""
+    from harness import packed
     from reports import exporters
 
-    for line in exporters.write(run_folder, form, None if out == "-" else Path(out)):
+    with packed.opened(run) as folder:
+        left_out = exporters.write(folder, form, None if out == "-" else Path(out))
+    for line in left_out:
         print(f"left out: {line}", file=sys.stderr)
 
 

@@ -117,9 +117,9 @@ def _larger(floors: tuple[Floor, Floor]) -> float | None:
 
 
 def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, floor: float | None) -> Row:
-    other_job = _other_job(a, b, cell_a, cell_b)
-    if other_job:
-        return Row(name, INCOMPARABLE, other_job)
+    another = other_job(a, b, cell_a, cell_b)
+    if another:
+        return Row(name, INCOMPARABLE, another)
     right = cell_a.status == cell_b.status == "ok"
     picture = compare_pictures.compare(a, b, cell_a, cell_b) if right else None
     unranked = [f"in {which}: {cell.unranked}" for which, cell in (("A", cell_a), ("B", cell_b)) if cell.unranked]
@@ -131,7 +131,7 @@ def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, floor: f
     return Row(name, time, ratio.note, cell_a.steady, cell_b.steady, ratio, picture)
 
 
-def _other_job(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> str:
+def other_job(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> str:
     """ "" or why the two cells were not asked for the same picture."""
     if len({_scene_version(a, cell_a), _scene_version(b, cell_b)} - {None}) > 1:
         return "the content of the scene changed"

@@ -71,12 +71,12 @@ def differences(old: Path, new: Path) -> list[str]:
 
 def _hashes(folder: Path) -> dict[str, str]:
     found = {}
-    for path in folder.glob("*.json"):
-        found[path.stem] = json.loads(path.read_text("utf-8"))["data_sha256"]
-    for path in folder.glob("*.csv"):
+    for path in folder.rglob("*.json"):
+        found[path.relative_to(folder).with_suffix("").as_posix()] = json.loads(path.read_text("utf-8"))["data_sha256"]
+    for path in folder.rglob("*.csv"):
         with open(path, newline="", encoding="utf-8") as file:
             rows = [[_number(text) for text in row] for row in csv.reader(file)]
-        found[path.name] = hashlib.sha256(json.dumps(rows).encode()).hexdigest()
+        found[path.relative_to(folder).as_posix()] = hashlib.sha256(json.dumps(rows).encode()).hexdigest()
     return found
 
 

@@ -1,9 +1,7 @@
 """The report of a run: every table and figure, and report.md and report.html that hold them. Same run, same bytes."""
 
-import tempfile
 from pathlib import Path
 
-from harness.errors import UserError
 from reports import (
     accuracy_table,
     blocks_figure,
@@ -15,8 +13,8 @@ from reports import (
     cpu_table,
     cutoff_figure,
     doubts,
-    drawn,
     fault_figure,
+    gallery_figure,
     gpu_figure,
     gpu_table,
     hierarchy,
@@ -50,9 +48,9 @@ from reports import (
 
 PARTS = (
     summary, doubts, machine_table, times_table, times_figure, accuracy_table, pareto_figure, budget_table,
-    startup_table, startup_figure, memory_table, peers, pictures_figure, needs, cpu_table, cpu_figure, gpu_table,
-    gpu_figure, roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity,
-    hierarchy, convergence_figure, cutoff_figure, precision_figure, chaos_figure,
+    startup_table, startup_figure, memory_table, peers, pictures_figure, gallery_figure, needs, cpu_table, cpu_figure,
+    gpu_table, gpu_figure, roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure,
+    complexity, hierarchy, convergence_figure, cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
 # Of a run that puts methods under stress, where nothing is ranked.
 STABILITY = (
@@ -62,9 +60,13 @@ STABILITY = (
 
 
 def write(run: Path, out: Path) -> Path:
-    """Write the report of the run in the folder `run` into the folder `out`; the path of report.html."""
-    loaded = results.load(Path(run))
-    out = Path(out)
+    """Write the report of the run in the folder `run` into the folder `out`; the path of its report.html."""
+    write_loaded(results.load(Path(run)), Path(out))
+    return Path(out) / page.NAME
+
+
+def write_loaded(loaded: results.Results, out: Path) -> list[tuple[str, str]]:
+    """The same of a run that is loaded; its sections, each (name, Markdown)."""
     out.mkdir(parents=True, exist_ok=True)
     loaded.repetitions.to_csv(out / "repetitions.csv", index=False, na_rep="NaN", lineterminator="\n")
     told = [(part, part.write(loaded, out)) for part in (STABILITY if loaded.facts.get("stability") else PARTS)]
@@ -74,13 +76,5 @@ def write(run: Path, out: Path) -> Path:
     title = f"# {markdown.escape(loaded.facts['title'])}"
     text = "\n\n".join([title, *(text for _, text in named)]) + "\n"
     (out / "report.md").write_text(text, encoding="utf-8")
-    return page.write(loaded, named, out)
-
-
-def check(run: Path, old: Path) -> list[str]:
-    """What of the report in the folder `old` has other data than the same run gives now, a sentence each."""
-    if not (old / "report.md").exists():
-        raise UserError(f"{old}: no report is there; make one with: rayrace report {run}")
-    with tempfile.TemporaryDirectory() as made:
-        write(run, Path(made))
-        return drawn.differences(old, Path(made))
+    page.write(loaded, named, out)
+    return named

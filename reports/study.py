@@ -49,6 +49,28 @@ VMS_MB = {  # table 4.2; psutil on Windows: committed memory, not address space
     "cpp-threads": {"all": (4.93, 0.06, 10)},
 }
 
+NUMBERED = {  # its tables and figures of results: what each shows, and the experiment that has it here
+    "table 2.1": ("the machine", "comparison"),
+    "figure 2.5": ("a scene by local light", "gallery"),
+    "figure 2.6": ("colours added in linear RGB and in sRGB", "gallery"),
+    "figure 2.7": ("time against the total number of threads of a GPU", "cuda-threads"),
+    "figure 2.8": ("time against the block size of a GPU", "cuda-blocks"),
+    "figure 2.9": ("wrong pictures of shared memory", "cuda-faults"),
+    "figure 2.11": ("local light alone, and global light", "gallery"),
+    "figure 3.1": ("edges without supersampling and with it", "gallery"),
+    "figure 3.2": ("a mesh", "gallery"),
+    "figure 3.3": ("Boolean operations", "gallery"),
+    "figure 3.4": ("depth of field", "gallery"),
+    "figure 3.5": ("hard and soft shadows", "gallery"),
+    "figure 3.6": ("perfect and glossy mirrors", "gallery"),
+    "table 4.1": ("times", "comparison"),
+    "figure 4.1": ("the pictures", "comparison"),
+    "figure 4.2": ("use of the processor", "comparison"),
+    "table 4.2": ("memory", "comparison"),
+    "figure 4.3": ("use of the GPU", "comparison"),
+}
+ON_A_GPU = ("figure 2.7", "figure 2.8", "figure 2.9", "figure 4.3")
+
 VARIABLES = {"width": 512, "height": 512, "depth": 10, "shadows": 0, "precision": "float64"}
 
 

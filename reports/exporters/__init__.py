@@ -1,18 +1,18 @@
 """A run in the format of another tool: one module a format. They read result files, as all reports do.
 
 The formats for times (pyperf, hyperfine, github) have no place for a reason: a cell that takes part in no comparison is
-left out, and told of. parquet has every repetition, with status and reason.
+left out, and told of. parquet has every repetition, with status and reason; packed is the run itself in one file.
 """
 
 from pathlib import Path
 
-from harness import store
+from harness import packed, store
 from harness.errors import UserError
 from reports import naming, results
 from reports.exporters import github, hyperfine, parquet, pyperf
 
 TEXTS = {"pyperf": pyperf.text, "hyperfine": hyperfine.text, "github": github.text}
-FORMATS = (*TEXTS, "parquet")
+FORMATS = (*TEXTS, "parquet", "packed")
 
 
 def write(run: Path, form: str, out: Path | None) -> list[str]:
@@ -22,8 +22,13 @@ def write(run: Path, form: str, out: Path | None) -> list[str]:
     """
     if form not in FORMATS:
         raise UserError(f'no format "{form}"; known: {", ".join(FORMATS)}')
-    if form == "parquet" and out is None:
-        raise UserError("parquet is no text", remedy="name a file with -o FILE")
+    if form not in TEXTS and out is None:
+        raise UserError(f"{form} is no text", remedy="name a file with -o FILE")
+    if form == "packed":
+        if not out.name.endswith(packed.SUFFIX):
+            raise UserError(f"{out}: expected a name that ends in {packed.SUFFIX}")
+        packed.pack(run, out)
+        return []
     loaded = results.load(run)
     if form == "parquet":
         parquet.write(loaded, out)

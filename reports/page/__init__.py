@@ -13,6 +13,7 @@ from reports.page import chart, comparer, sections, series
 from reports.page.embedded import Embedded
 from reports.results import Results
 
+NAME = "report.html"
 LIMIT = 8_000_000  # bytes of the page
 TAGS = 20_000  # of them for what stands around figures
 ROOM = 1_300_000  # of them for pictures to compare and of points; figures have what is left
@@ -27,36 +28,45 @@ def write(results: Results, told: list[tuple[str, str]], out: Path) -> Path:
 
     told: pairs (name of a part of the report, its Markdown).
     """
-    told = sorted(told, key=_place)
     pictures = Embedded(ROOM)
     data = {name: TRIED[name].data(results, pictures) for name, _ in told if name in TRIED}
     data = {name: found for name, found in data.items() if found}
+    return _write(results.facts["title"], _lead(results), sorted(told, key=_place), data, pictures, out)
+
+
+def write_plain(title: str, lead: str, told: list[tuple[str, str]], out: Path) -> Path:
+    """The same page, in the order of `told`, with nothing to try out. lead: a line below the title."""
+    return _write(title, lead, told, {}, Embedded(0), out)
+
+
+def _write(title: str, lead: str, told: list[tuple[str, str]], data: dict, pictures: Embedded, out: Path) -> Path:
     block = orjson.dumps({**data, "images": pictures.images}).decode().replace("<", "\\u003c")
-    bare = _made(results, sections.of(told, out, Embedded(0)), 0, data, block)
-    figures = Embedded(LIMIT - TAGS - len(bare.encode()))
-    found = sections.of(told, out, figures)
-    path = out / "report.html"
-    path.write_text(_made(results, found, figures.left_out, data, block), encoding="utf-8")
+
+    def made(figures: Embedded) -> str:
+        return _made(title, lead, sections.of(told, out, figures), figures, data, block)
+
+    path = out / NAME
+    path.write_text(made(Embedded(LIMIT - TAGS - len(made(Embedded(0)).encode()))), encoding="utf-8")
     return path
 
 
-def _made(results: Results, found: list[sections.Section], left_out: int, data: dict, block: str) -> str:
-    """The page. left_out: how many figures are not in it."""
-    drawing, program = get_plotlyjs(), _source("page.js")
+def _made(title: str, lead: str, found: list[sections.Section], figures: Embedded, data: dict, block: str) -> str:
+    """The page. figures: what is in it of them; data: by name of a section, what can be tried out there."""
+    programs = [*([get_plotlyjs()] if data else []), _source("page.js")]
     made = Environment(
         loader=PackageLoader("reports.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
     ).get_template("page.html.jinja")  # fmt: skip
     return made.render(
-        title=results.facts["title"],
-        lead=_lead(results),
+        title=title,
+        lead=lead,
         sections=found,
         data=data,
-        left_out=left_out,
+        left_out=figures.left_out,
         block=Markup(block),
         look=Markup(_source("page.css")),
-        programs=[Markup(drawing), Markup(program)],
-        allowed=" ".join(map(_fingerprint, (drawing, program))),
+        programs=list(map(Markup, programs)),
+        allowed=" ".join(map(_fingerprint, programs)),
     )
 
 

@@ -64,7 +64,7 @@ def _plain(reader: MarkdownIt, title: str) -> str:
 
 def _image(token, folder: Path, figures: Embedded) -> str:
     """A figure of the report: its drawing, or its pixels, or where there is no room for either its file."""
-    name, alt = Path(token.attrs["src"]).name, "".join(child.content for child in token.children)
+    name, alt = token.attrs["src"], "".join(child.content for child in token.children)
     drawing, pixels = (folder / name).with_suffix(".svg"), folder / name
     if drawing.exists() and drawing.stat().st_size <= LARGEST_DRAWING:
         data = drawing.read_bytes()

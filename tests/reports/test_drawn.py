@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from reports import drawn, report, style
+from reports import drawn, report, several, style
 
 
 def chart(shift=0.0, title="t", colour="red", size=(4, 3)):
@@ -44,22 +44,22 @@ def run(make_run, record):
 def test_check(run, tmp_path):
     out = tmp_path / "out"
     report.write(run, out)
-    assert report.check(run, out) == []
+    assert several.check([run], out) == []
     figure = next(path for path in sorted(out.glob("times-*.json")))
     figure.write_text(figure.read_text().replace('"data_sha256": "', '"data_sha256": "0'))
     table = next(path for path in sorted(out.glob("memory-*.csv")))
     table.write_text(table.read_text().replace("cpp", "ccp", 1))
     (out / "machine.csv").unlink()
-    said = report.check(run, out)
+    said = several.check([run], out)
     assert said == ["machine.csv is new", f"{table.name} has other data", f"{figure.stem} has other data"]
 
 
 def test_other_rows_are_told(run, tmp_path, make_run, record):
     report.write(run, tmp_path / "out")
     more = make_run([record(name, n, frames=(1, 0.4)) for name in ("cpp", "numba") for n in range(3)], name="more")
-    assert any(line.startswith("times-0") for line in report.check(more, tmp_path / "out"))
+    assert any(line.startswith("times-0") for line in several.check([more], tmp_path / "out"))
 
 
 def test_nothing_to_check(run, tmp_path):
-    with pytest.raises(Exception, match="no report is there; make one with: rayrace report"):
-        report.check(run, tmp_path / "nothing")
+    with pytest.raises(Exception, match=r"no report is there; make one with: rayrace report .* -o "):
+        several.check([run], tmp_path / "nothing")

@@ -1,0 +1,76 @@
+"""The report of one run or of several, folders or packed.
+
+Several: each has its own in a folder, and one page has machines, runs, what is beside what, and the study again.
+"""
+
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+
+from harness import packed
+from harness.errors import UserError
+from harness.statistics import Floor
+from reports import drawn, hosts, markdown, page, report, results, side_by_side, study_again
+from reports.hosts import Member
+
+TITLE = "Several runs"
+
+
+def make(runs: list[Path], out: Path) -> Path:
+    """Write the report of the runs into the folder `out`; the path of its report.html."""
+    with ExitStack() as stack:
+        folders = [stack.enter_context(packed.opened(run)) for run in runs]
+        if len(folders) == 1:
+            return report.write(folders[0], out)
+        members = hosts.members([(markdown.slug(packed.name(folder)), results.load(folder)) for folder in folders])
+        told = {}
+        for member in members:
+            (out / member.name).mkdir(parents=True, exist_ok=True)
+            told[member] = [text for _, text in report.write_loaded(member.results, out / member.name)]
+        parts = [
+            ("several_runs", _runs(members)),
+            ("several_machines", hosts.write(members)),
+            ("side_by_side", side_by_side.write(members, out)),
+            ("study_again", study_again.write(members, told)),
+        ]
+        parts = [(name, text) for name, text in parts if text]
+        (out / "report.md").write_text("\n\n".join([f"# {TITLE}", *(text for _, text in parts)]) + "\n", "utf-8")
+        return page.write_plain(TITLE, _lead(members), parts, out)
+
+
+def check(runs: list[Path], old: Path) -> list[str]:
+    """What of the report in the folder `old` has other data than the same runs give now, a sentence each."""
+    if not (old / "report.md").exists():
+        asked = " ".join(map(str, runs))
+        raise UserError(f"{old}: no report is there", remedy=f"make one with: rayrace report {asked} -o {old}")
+    with tempfile.TemporaryDirectory() as made:
+        make(runs, Path(made))
+        return drawn.differences(old, Path(made))
+
+
+def _lead(members: list[Member]) -> str:
+    machines = hosts.by_host(members)
+    count = sum(len(member.results.records) for member in members)
+    several = f"{len(machines)} machines: {', '.join(machines)}" if len(machines) > 1 else "one machine"
+    return f"{len(members)} runs, {count} processes, on {several}. Nothing is pooled over runs or machines."
+
+
+def _runs(members: list[Member]) -> str:
+    header = ["machine", "run", "what", "begun", "commit", "processes", "cells that are ok", "noise floor"]
+    rows = []
+    for member in members:
+        facts, cells = member.results.facts, member.results.cells
+        good = sum(cell.status == "ok" for cell in cells)
+        rows.append([
+            member.host, member.name, facts["title"], facts["started"][:16].replace("T", " "),
+            facts["environment"]["commit"], str(len(member.results.records)), f"{good} of {len(cells)}",
+            _floor(member.results.floor),
+        ])  # fmt: skip
+    links = [f"[{markdown.escape(member.name)}]({member.name}/report.html)" for member in members]
+    return "\n\n".join(
+        ["## Runs", markdown.table(header, rows), "Each has a report of its own: " + ", ".join(links) + "."]
+    )
+
+
+def _floor(floor: Floor) -> str:
+    return f"unavailable: {floor.reason}" if floor.value is None else f"{100 * floor.value:.2g} %"
