@@ -181,13 +181,17 @@ def export(
     out: Annotated[
         str, typer.Option("-o", "--out", help="File; -: standard output, of formats of text.", metavar="FILE")
     ] = "-",
+    pictures: Annotated[
+        bool,
+        typer.Option(help="Of a packed run: with its pictures, which take most of the room, or with errors alone."),
+    ] = True,
 ) -> None:
     """Write a run in the format of another tool, or in one file, which `report`, `compare` and `export` read too."""
     from harness import packed
     from reports import exporters
 
     with packed.opened(run) as folder:
-        left_out = exporters.write(folder, form, None if out == "-" else Path(out))
+        left_out = exporters.write(folder, form, None if out == "-" else Path(out), pictures)
     for line in left_out:
         print(f"left out: {line}", file=sys.stderr)
 

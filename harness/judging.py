@@ -122,22 +122,14 @@ class Judging:
         maker = reference.choose(cell.entry, self.known, cell.parameters, needs, judges)
         if maker is None:
             return NoReference("no other renderer here can make this picture"), {}
-        shown = reference.job_of(cell.parameters)
-        count = reference.perturbations(cell.parameters.precision)
 
         def make():
             arrays, cache = self.plan.arrays[cell.scene_version], self.caches / f"{maker.name}.reference"
             way = hits if cell.parameters.kind == "rays" else reference
             return way.make(maker, arrays, cell.parameters, needs, cache, self.executor.run)
 
-        def unpack(facts, arrays):
-            return Reference(facts["maker"], arrays["reference"], arrays["mask"], facts["rays"])
-
-        def pack(found):
-            return {"maker": found.maker, "rays": found.rays}, {"reference": found.picture, "mask": found.mask}
-
-        key = job.fingerprint({}, cell.scene_version, shown, count, maker.name, maker.renderer.version)
-        return self._once(key, make, pack, unpack)
+        key = reference.key(maker, cell.scene_version, cell.parameters)
+        return self._once(key, make, Reference.stored, Reference.restored)
 
     def _truth(self, cell: Cell, mask: np.ndarray | None) -> tuple[Truth | NoReference, dict]:
         """The truth that a cell's picture approximates, with its files and certificate."""

@@ -34,13 +34,17 @@ def name(run: Path) -> str:
     return run.resolve().name.removesuffix(SUFFIX)
 
 
-def pack(folder: Path, file: Path) -> None:
-    """Write the run in `folder` to `file`, the same bytes for the same run. UserError if it is no run."""
+def pack(folder: Path, file: Path, pictures: bool = True) -> None:
+    """Write the run in `folder` to `file`, the same bytes for the same run; without `pictures` only what they came to.
+
+    UserError if it is no run.
+    """
     store.read(folder)
     texts = [folder / "run.json", folder / "repetitions.jsonl"]
     mentioned = re.findall(r'"(?:pictures/)?([\w.-]+\.npy)"', texts[1].read_text(encoding="utf-8"))
     place = {found: number for number, found in reversed(list(enumerate(mentioned)))}
     arrays = sorted((folder / "pictures").glob("*.npy"), key=lambda path: (place.get(path.name, len(place)), path.name))
+    arrays = arrays if pictures else []
     others = sorted(path for part in ("series", "logs") for path in (folder / part).glob("*") if path.stat().st_size)
     filters = [{"id": lzma.FILTER_LZMA2, "preset": 6, "dict_size": REACH}]
 

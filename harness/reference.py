@@ -8,7 +8,8 @@ import numpy as np
 
 from harness import repetition
 from harness.builder import BuildError
-from harness.job import Parameters, count_shapes, default_epsilon
+from harness.job import Parameters, count_shapes, default_epsilon, fingerprint
+from harness.kept import Kept
 from harness.registry import Entry
 
 # Who may be the reference, the quickest first, start included. A picture is never judged by its own renderer.
@@ -36,6 +37,14 @@ class Reference:
     picture: np.ndarray
     mask: np.ndarray
     rays: dict | None
+
+    def stored(self) -> tuple[dict, dict[str, np.ndarray]]:
+        """As facts for JSON and arrays, for kept.py."""
+        return {"maker": self.maker, "rays": self.rays}, {"reference": self.picture, "mask": self.mask}
+
+    @classmethod
+    def restored(cls, facts: dict, arrays: dict[str, np.ndarray]) -> "Reference":
+        return cls(facts["maker"], arrays["reference"], arrays["mask"], facts["rays"])
 
 
 @dataclass(frozen=True)
@@ -94,6 +103,21 @@ def job_of(parameters: Parameters) -> Parameters:
 def needs_of(needs: tuple[str, ...]) -> tuple[str, ...]:
     """The needs of that job, of a picture's."""
     return tuple(name for name in needs if name != "cutoff")
+
+
+def key(maker: Entry, scene_version: str, parameters: Parameters) -> str:
+    """By what the reference by `maker` of a picture is kept."""
+    count = perturbations(parameters.precision)
+    return fingerprint({}, scene_version, job_of(parameters), count, maker.name, maker.renderer.version)
+
+
+def find(kept: Kept, judged: Entry, known: dict[str, Entry], scene_version: str, parameters: Parameters):
+    """The Reference of a picture that an earlier run made and kept, or None: nothing is rendered."""
+    for maker in (known[name] for name in JUDGES if name in known):
+        stored = kept.get(key(maker, scene_version, parameters))
+        if stored and maker.renderer.folder != judged.renderer.folder:
+            return Reference.restored(*stored)
+    return None
 
 
 def perturbations(precision: str) -> int:

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from harness import bound, export, picture, rays, registry, repetition, row
+from harness import bound, export, judge, picture, rays, reference, registry, repetition, row
 from harness.builder import cache_folder
 from harness.errors import UserError
 from harness.image import Image
-from harness.job import Parameters
+from harness.job import Parameters, fingerprint
+from harness.kept import Kept
 from harness.scene import load
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
@@ -63,11 +64,38 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     needs = needs_of(read, parameters)
     entry = pick(variant, registry.entries(folders), parameters, needs)
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
-    _, facts = make(entry, flatten(read, parameters.arithmetic), parameters, needs, out, timeout)
+    arrays = flatten(read, parameters.arithmetic)
+    result, facts = make(entry, arrays, parameters, needs, out, timeout)
+    facts["accuracy"] = _accuracy(entry, registry.entries(folders), arrays, parameters, result)
     if as_json:
         print(json.dumps(facts))
     else:
         tell(facts, parameters)
+        print(_told(facts["accuracy"]))
+
+
+def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
+    """How far it is from a reference that a run made before: keys of judge.Verdict, "reference"; or why that is open."""
+    kept = Kept(cache_folder("references"))
+    found = reference.find(kept, entry, known, fingerprint(arrays), parameters)
+    if found is None:
+        return {"unavailable": "no run here has made a reference of this picture; `rayrace run` does"}
+    limit = 0.0 if result.dropped is None else bound.bound(arrays, parameters.depth, result.dropped)
+    external = entry.renderer.manifest.external
+    verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external, limit)
+    return {"reference": found.maker, **verdict.record()}
+
+
+def _told(accuracy: dict) -> str:
+    """The error for people."""
+    if "unavailable" in accuracy:
+        return f"error unavailable: {accuracy['unavailable']}"
+    if accuracy["rmse"] is None:
+        return f"wrong: {accuracy['wrong']}"
+    outside, share = accuracy["max_outside"], accuracy["mask_fraction"]
+    most = "every pixel is in the mask" if outside is None else f"at most {outside:.2g} outside the mask"
+    told = f"error against the reference by {accuracy['reference']}: {most} ({share:.2%} of pixels)"
+    return f"{told}, RMSE {accuracy['rmse']:.2g}" + (f"; wrong: {accuracy['wrong']}" if accuracy["wrong"] else "")
 
 
 def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Result, dict]:

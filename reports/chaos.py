@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.statistics import Estimate
-from reports import precision, resampling, view
+from reports import precision, resampling, stored
 from reports.cell import Cell, Missing
 from reports.precision import STEP, STRICT
 from reports.resampling import Blocks
@@ -150,7 +150,7 @@ def _chaos(results: Results, seen: View, swept: dict, bases: dict) -> Chaos:
 
 def _light(results: Results, cells: list[Cell]) -> list[tuple[np.ndarray, np.ndarray]] | Missing:
     """For bounce 1, 2, ..: its light, (height, width, 3), and the picture up to it."""
-    pictures = [view.picture(results, cell) for cell in _depths(cells)]
+    pictures = [stored.picture(results, cell) for cell in _depths(cells)]
     for cell, picture in zip(cells, pictures, strict=False):
         if isinstance(picture, Missing):
             return Missing(f"depth {cell.parameters['depth']}: {picture.reason}")

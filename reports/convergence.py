@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from harness.statistics import Estimate
-from reports import method, resampling, view
+from reports import method, resampling, stored, view
 from reports.cell import Cell, Missing
 from reports.resampling import Blocks
 from reports.results import Results
@@ -156,7 +156,7 @@ def _squares(results: Results, cell: Cell) -> tuple[np.ndarray, float] | Missing
     error = results.record(cell).get("error") or {"unavailable": "no truth was asked for"}
     if "unavailable" in error:
         return Missing(error["unavailable"])
-    picture, truth = view.picture(results, cell), view.array(results, error["truth_file"])
+    picture, truth = stored.picture(results, cell), stored.array(results, error["truth_file"])
     for one in (picture, truth):
         if isinstance(one, Missing):
             return one

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from harness.statistics import Estimate
-from reports import markdown, method, quantity, ranking, style, view
+from reports import markdown, method, quantity, ranking, stored, style, view
 from reports.cell import Cell, Missing
 from reports.results import Results
 from reports.view import View
@@ -99,7 +99,7 @@ def _point(results: Results, cell: Cell, whole: Cell | None) -> Point | Missing:
     told = (record or {}).get("bound")
     if told is None:
         return Missing(cell.verdict if cell.status != "ok" else "nothing was cut: its scene reflects nothing")
-    arrays = view.picture(results, cell), view.picture(results, whole), view.array(results, told["dropped_file"])
+    arrays = stored.picture(results, cell), stored.picture(results, whole), stored.array(results, told["dropped_file"])
     for one in arrays:
         if isinstance(one, Missing):
             return one

@@ -6,9 +6,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from reports import gpu, launch, markdown, style
+from reports import gpu, launch, markdown, stored, style
 from reports.launch import Group
-from reports.pictures_figure import panel_size, read_reference, say, shown
+from reports.pictures_figure import panel_size, say, shown
 from reports.results import Cell, Missing, Results
 
 WHY = {
@@ -87,7 +87,7 @@ def draw(results: Results, group: Group):
 
 def _right(results: Results, cells: list[Cell], axes) -> None:
     record = next(filter(None, (_picture(results, cell) for cell in cells)), None)
-    found = Missing("no reference") if record is None else read_reference(results.folder, record["accuracy"] or {})
+    found = Missing("no reference") if record is None else stored.reference(results, record["accuracy"] or {})
     if isinstance(found, Missing):
         say(axes, str(found))
         return
@@ -100,7 +100,10 @@ def _wrong(results: Results, cell: Cell | None, axes, block: tuple[int, int], zo
     if record is None:
         say(axes, cell.verdict if cell else "not run")
         return
-    picture = np.load(results.folder / record["picture"]["file"], allow_pickle=False)
+    picture = stored.array(results, record["picture"]["file"])
+    if isinstance(picture, Missing):
+        say(axes, str(picture))
+        return
     axes.imshow(
         shown(picture, record["parameters"].get("arithmetic", "linear")), interpolation="nearest", aspect="auto"
     )

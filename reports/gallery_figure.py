@@ -8,8 +8,8 @@ import re
 import matplotlib.pyplot as plt
 import numpy as np
 
-from reports import accuracy_columns, markdown, pictures_figure, style
-from reports.results import Cell, Results
+from reports import accuracy_columns, markdown, pictures_figure, stored, style
+from reports.results import Cell, Missing, Results
 
 NAMED = re.compile(r"figure (\d+\.\d+)([a-z]?)(?:, (.*))?")
 CAPTION = (
@@ -36,10 +36,9 @@ def panels(results: Results) -> dict[str, list[tuple[str, Cell | None, str]]]:
 
 def _first(results: Results, cells: list[Cell]) -> tuple[Cell | None, str]:
     for cell in cells:
-        record = results.record(cell)
-        if cell.status == "ok" and record is not None and record["picture"]:
+        if cell.status == "ok" and not isinstance(stored.picture(results, cell), Missing):
             return cell, ""
-    return None, cells[0].verdict if cells[0].status != "ok" else "unavailable: no picture was stored"
+    return None, str(stored.picture(results, cells[0]))
 
 
 def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
@@ -68,9 +67,7 @@ def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
 
 
 def _picture(results: Results, cell: Cell) -> np.ndarray:
-    record = results.record(cell)
-    picture = np.load(results.folder / record["picture"]["file"], allow_pickle=False)
-    return pictures_figure.shown(picture, record["parameters"].get("arithmetic", "linear"))
+    return pictures_figure.shown(stored.picture(results, cell), cell.parameters.get("arithmetic", "linear"))
 
 
 def write(results: Results, out) -> str:

@@ -9,7 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 
 from harness import colour
-from reports import launch, markdown, style, thinning
+from reports import launch, markdown, stored, style, thinning
 from reports.results import Cell, Missing, Results, place_label
 
 CAPTION = (
@@ -42,13 +42,6 @@ def shown(picture: np.ndarray, arithmetic: str = "linear") -> np.ndarray:
     """uint8 sRGB of a picture (height, width, 3) made in this arithmetic; pixels that are not finite are magenta."""
     finite = np.isfinite(picture).all(axis=-1, keepdims=True)
     return colour.codes(np.where(finite, picture, BROKEN), arithmetic)
-
-
-def read_reference(folder: Path, accuracy: dict) -> np.ndarray | Missing:
-    """The picture that the record was judged by."""
-    if accuracy.get("reference_file") is None:
-        return Missing(accuracy.get("unavailable") or "not judged")
-    return np.load(folder / "pictures" / Path(accuracy["reference_file"]).name, mmap_mode="r", allow_pickle=False)
 
 
 def verdict(accuracy: dict) -> str:
@@ -110,11 +103,14 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
     if record is None or record["picture"] is None:
         say(above, cell.verdict if cell.status != "ok" else "unavailable: no picture was stored")
         return
-    picture = np.load(results.folder / record["picture"]["file"])
+    picture = stored.array(results, record["picture"]["file"])
+    if isinstance(picture, Missing):
+        say(above, str(picture))
+        return
     accuracy = record["accuracy"] or {}
     arithmetic = record["parameters"].get("arithmetic", "linear")
     above.imshow(shown(picture, arithmetic), interpolation="nearest", aspect="auto")
-    reference = read_reference(results.folder, accuracy)
+    reference = stored.reference(results, accuracy)
     text = verdict(accuracy)
     if cell.status != "ok":
         text = textwrap.fill(cell.verdict, 48)
@@ -123,7 +119,7 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
     if isinstance(reference, Missing):
         say(below, f"difference unavailable: {reference.reason}")
         return
-    difference = np.abs(picture.astype(np.float64) - reference).max(axis=-1)
+    difference = np.abs(picture - reference).max(axis=-1)
     below.set_facecolor("#DDDDDD")
     below.imshow(np.ma.masked_equal(difference, 0), norm=norm, cmap="viridis", interpolation="nearest", aspect="auto")
     broken = np.zeros((*difference.shape, 4))
@@ -158,6 +154,9 @@ def write(results: Results, out: Path) -> str:
     found = places(results)
     drawn = _few(found)
     parts.append(thinning.told(len(drawn), len(found), "places", "those where something is not ok come first"))
+    if stored.left_out(results):
+        drawn = []
+        parts.append(f"unavailable: {stored.LEFT_OUT}.")
     for number, (place, cells) in enumerate(drawn):
         x0, y0, x1, y1 = map(int, cells[0].parameters["region"].split(","))
         size = y1 - y0, x1 - x0

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reports import view
+from reports import stored, view
 from reports.cell import Cell, Missing
 from reports.results import Results
 from reports.view import View
@@ -95,7 +95,7 @@ def _errors(results: Results, cell: Cell) -> Errors | Missing:
     accuracy = results.record(cell)["accuracy"] or {"unavailable": "the judge was not asked"}
     if "unavailable" in accuracy:
         return Missing(accuracy["unavailable"])
-    right = view.array(results, accuracy.get("reference_file"))
+    right = stored.array(results, accuracy.get("reference_file"))
     if isinstance(right, Missing):
         return right
     off = np.abs(picture - right).max(axis=-1)

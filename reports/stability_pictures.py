@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from harness import colour
-from reports import markdown, stability, style, view
+from reports import markdown, stability, stored, style
 from reports import stability_style as look
 from reports.cell import Missing
 from reports.results import Results
@@ -80,11 +80,11 @@ def _picture(results: Results, point: Point) -> np.ndarray | None:
     record = results.record(point.cell)
     if record is None or not record["picture"]:
         return None
-    stored = view.array(results, record["picture"]["file"])
-    if isinstance(stored, Missing) or min(stored.shape[:2]) < LEAST:
+    found = stored.array(results, record["picture"]["file"])
+    if isinstance(found, Missing) or min(found.shape[:2]) < LEAST:
         return None
-    lost = ~np.isfinite(stored).all(axis=-1)
-    shown = colour.codes(np.where(lost[..., None], 0, stored), point.cell.parameters.get("arithmetic", "linear"))
+    lost = ~np.isfinite(found).all(axis=-1)
+    shown = colour.codes(np.where(lost[..., None], 0, found), point.cell.parameters.get("arithmetic", "linear"))
     shown[lost] = LOST
     return shown if shown.shape[0] <= TALL * shown.shape[1] else shown.transpose(1, 0, 2)  # a strip lies
 

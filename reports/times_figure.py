@@ -36,9 +36,7 @@ def draw(results: Results, scene: str):
         _panel(results, place, axes)
     if any(study.case(cell) for cell in results.of(scene)):
         ours, theirs = (Line2D([], [], ls="", marker=marker, mfc=fill, mec="black") for marker, fill in MARKS)
-        panels[0, 0].legend(
-            [ours, theirs], ["here", "the study, on its machine"], loc="lower right", bbox_to_anchor=(1, 1), ncols=2
-        )
+        figure.legend([ours, theirs], ["here", "the study, on its machine"], loc="outside lower center", ncols=2)
     return figure
 
 

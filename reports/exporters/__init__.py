@@ -15,9 +15,10 @@ TEXTS = {"pyperf": pyperf.text, "hyperfine": hyperfine.text, "github": github.te
 FORMATS = (*TEXTS, "parquet", "packed")
 
 
-def write(run: Path, form: str, out: Path | None) -> list[str]:
+def write(run: Path, form: str, out: Path | None, pictures: bool = True) -> list[str]:
     """Export the run in the folder `run` as `form` to the file `out`, or to standard output if that is None.
 
+    pictures: of a packed run, whether they are in it.
     A line for all that is left out, with the reason. UserError if the format is unknown or nothing is left.
     """
     if form not in FORMATS:
@@ -27,7 +28,7 @@ def write(run: Path, form: str, out: Path | None) -> list[str]:
     if form == "packed":
         if not out.name.endswith(packed.SUFFIX):
             raise UserError(f"{out}: expected a name that ends in {packed.SUFFIX}")
-        packed.pack(run, out)
+        packed.pack(run, out, pictures)
         return []
     loaded = results.load(run)
     if form == "parquet":

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reports import command, pareto, pareto_figure, quantity, style, thinning, view
+from reports import command, pareto, pareto_figure, quantity, stored, style, thinning
 from reports.cell import Cell, Missing
 from reports.page.embedded import Embedded, smaller
 from reports.pareto import VISIBLE, Chart, Point
@@ -71,7 +71,7 @@ def _seen(results: Results, charts: list[Chart], pictures: Embedded) -> dict[Cel
     cells += [cell for chart in charts for cell in thinning.few([point.cell for point in chart.points], MOST_SEEN)]
     found: dict[Cell, str] = {}
     for cell in dict.fromkeys(cells):
-        picture = view.picture(results, cell) if len(found) < MOST_SEEN else None
+        picture = stored.picture(results, cell) if len(found) < MOST_SEEN else None
         if isinstance(picture, np.ndarray):
             key = pictures.add_pixels(smaller(shown(picture, cell.parameters.get("arithmetic", "linear")), LONGEST))
             found |= {cell: key} if key else {}

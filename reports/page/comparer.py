@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import LogNorm
 
-from reports import pictures_figure, view
+from reports import pictures_figure, stored
 from reports.cell import Cell, Missing
 from reports.page.embedded import Embedded, smaller
 from reports.results import Results, place_label
@@ -36,7 +36,7 @@ def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
     record = results.record(cell)
     if record is None or not record["picture"]:
         return None
-    picture = view.array(results, record["picture"]["file"])
+    picture = stored.array(results, record["picture"]["file"])
     if isinstance(picture, Missing) or picture.ndim != 3:
         return None
     arithmetic = record["parameters"].get("arithmetic", "linear")
@@ -58,7 +58,7 @@ def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
 
 def _error(results: Results, picture: np.ndarray, accuracy: dict, pictures: Embedded) -> str | None:
     """The largest difference of a channel from the reference, as figure 4.1 colours it."""
-    reference = pictures_figure.read_reference(results.folder, accuracy)
+    reference = stored.reference(results, accuracy)
     if isinstance(reference, Missing) or reference.shape != picture.shape:
         return None
     difference = np.abs(picture - reference).max(axis=-1)
@@ -72,7 +72,7 @@ def _error(results: Results, picture: np.ndarray, accuracy: dict, pictures: Embe
 
 def _flip(results: Results, accuracy: dict, pictures: Embedded) -> str | None:
     """What FLIP says an eye sees, from 0 to 1, in its usual colours."""
-    found = view.array(results, accuracy.get("flip_file"))
+    found = stored.array(results, accuracy.get("flip_file"))
     if isinstance(found, Missing):
         return None
     return pictures.add_pixels(smaller(colormaps["magma"](np.clip(found, 0, 1), bytes=True)[..., :3], LONGEST))

@@ -43,6 +43,24 @@ def test_render_says_json(rayrace, scene, tmp_path):
     assert told["rays"]["primary"] == 96
 
 
+def test_render_tells_its_error_once_a_run_has_made_a_reference(rayrace, experiment, tmp_path):
+    file = experiment(["python"], scene=SCENE)
+    words = ("render", file.parent / "scene.txt", "-r", "python", "--width", 8, "--height", 7, "--depth", 1)
+    words += ("--no-shadows", "-o", tmp_path / "a.npy")
+    mine = {"RAYRACE_CACHE": str(tmp_path / "cache")}
+    before = rayrace(*words, env=mine, code=0).stdout
+    assert "error unavailable: no run here has made a reference of this picture" in before
+    rayrace("run", file, "--out", tmp_path / "run", env=mine, code=0)
+    told = json.loads(rayrace(*words, "--json", env=mine, code=0).stdout)["accuracy"]
+    (right,) = (tmp_path / "run" / "pictures").glob("*.reference.npy")
+    off = np.abs(np.load(tmp_path / "a.npy") - np.load(right))
+    assert told["reference"] != "python" and told["wrong"] is None
+    assert told["rmse"] == pytest.approx(np.sqrt((off**2).mean())) and told["max_outside"] <= off.max()
+    assert f"error against the reference by {told['reference']}: at most " in rayrace(*words, env=mine, code=0).stdout
+    other = rayrace(*words, "--depth", 2, env=mine, code=0).stdout
+    assert "error unavailable" in other
+
+
 def test_render_a_region(rayrace, scene, tmp_path):
     rayrace("render", scene, *PICTURE, "-o", tmp_path / "all.npy", code=0)
     rayrace("render", scene, *PICTURE, "--region", "3,2,9,7", "-o", tmp_path / "part.npy", code=0)
