@@ -75,7 +75,7 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
 
 
 def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
-    """How far it is from a reference that a run made before: keys of judge.Verdict, "reference"; or why that is open."""
+    """How far it is from a reference that a run made before: keys of judge.Verdict, "reference"; or why not."""
     kept = Kept(cache_folder("references"))
     found = reference.find(kept, entry, known, fingerprint(arrays), parameters)
     if found is None:

@@ -30,6 +30,7 @@ class Eye:
         else:
             self.camera = Camera(*scene.camera, job.width, job.height, scene.number)
             self.look = self.through_pinhole
+            scene.look_from(self.camera.eye)
         self.dropped = 0
         if self.tracer.cuts:
             self.look = partial(self.noting, self.look)

@@ -67,7 +67,18 @@ class Scene:
         else:
             # for each kind of shape that the scene has, its search and the rows: what it lacks costs nothing
             self.kinds = [(search, [shape.row for _, shape in kind]) for search, kind in groupby(items, lambda i: i[0])]
-            self.nearest = self.by_trying_all
+            self.nearest, self.eye = self.by_trying_all, None
+
+    def look_from(self, eye):
+        """Rays that start at `eye`, that very tuple, are many: work out once what their tests share."""
+        if not self.grown:
+            self.eye = eye
+            self.seen = [
+                (sphere.nearest_seen, sphere.seen_from(eye, rows, self.number.roundoff))
+                if search is sphere.nearest
+                else (search, rows)
+                for search, rows in self.kinds
+            ]
 
     def solids(self):
         return [shape for search, shape in self.items if search is csg.nearest]
@@ -83,7 +94,7 @@ class Scene:
     def by_trying_all(self, origin, direction, limit):
         """The first hit (t, shape, face) with 0 < t < limit, or None (HIT-1, HIT-2)."""
         best = nothing = (limit, None, None)
-        for search, rows in self.kinds:
+        for search, rows in self.seen if origin is self.eye else self.kinds:
             best = search(rows, origin, direction, best, self.number.sqrt)
         return None if best is nothing else best
 

@@ -80,15 +80,50 @@ def nearest(rows, origin, direction, best, sqrt):
         lz = fz - h * dz
         discriminant = r2 - (lx * lx + ly * ly + lz * lz)
         if discriminant >= 0:
-            k = fx * fx + fy * fy + fz * fz - r2
-            if k > 0:
-                if h >= 0:
-                    continue
-                t = k / (sqrt(discriminant) - h)
-            elif h <= 0:
-                t = sqrt(discriminant) - h
-            else:
-                t = k / (-h - sqrt(discriminant))
+            t = root(h, fx * fx + fy * fy + fz * fz - r2, sqrt(discriminant))
+            if 0 < t < limit:
+                limit = t
+                best = t, sphere, None
+    return best
+
+
+def root(h, k, s):
+    """t of SPH-1, with h = -b and s = √Δ; 0 where the sphere is behind."""
+    if k > 0:
+        return k / (s - h) if h < 0 else 0
+    return s - h if h <= 0 else k / (-h - s)
+
+
+def seen_from(origin, rows, roundoff):
+    """The rows that `nearest_seen` reads, of spheres for rays that all start at `origin`: what of a test they share.
+
+    A hit has h² ≥ k up to rounding, less than 32 u |f|² in all: of SPH-1's Δ, of h², of k, and of the length of d. So
+    where h² < k - 64 u |f|² the discriminant of `nearest` is negative as well.
+    """
+    ox, oy, oz = origin
+    seen = []
+    for cx, cy, cz, r2, sphere in rows:
+        fx, fy, fz = ox - cx, oy - cy, oz - cz
+        f2 = fx * fx + fy * fy + fz * fz
+        k = f2 - r2
+        seen.append((fx, fy, fz, k - 64 * roundoff * f2, r2, k, sphere))
+    return seen
+
+
+def nearest_seen(seen, _origin, direction, best, sqrt):
+    """As `nearest`, to the bit, of spheres from `seen_from`."""
+    dx, dy, dz = direction
+    limit = best[0]
+    for fx, fy, fz, least, r2, k, sphere in seen:
+        h = fx * dx + fy * dy + fz * dz
+        if h * h < least:
+            continue
+        lx = fx - h * dx
+        ly = fy - h * dy
+        lz = fz - h * dz
+        discriminant = r2 - (lx * lx + ly * ly + lz * lz)
+        if discriminant >= 0:
+            t = root(h, k, sqrt(discriminant))
             if 0 < t < limit:
                 limit = t
                 best = t, sphere, None

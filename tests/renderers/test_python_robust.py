@@ -1,9 +1,15 @@
 """Naive and robust methods in python, and in numpy where it has them: what each loses, and what none may change."""
 
+import math
+
 import mpmath as mp
 import numpy as np
 import pytest
 from random_scenes import MATERIAL, random_material, random_scene, random_stage
+
+from renderers.python import sphere
+from renderers.python.number import number
+from renderers.python.vector import normalise
 
 SEED = 7
 STAGE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,5)\nAMBIENT (0.1,0.2,0.3)\nLIGHT (3,4,5) (1,1,1) 0\n"
@@ -33,6 +39,37 @@ def mixed(folder):
         source
         + f"AND SPHERE (-1,0.5,0.3) 0.7 NOT ELLIPSOID (-0.8,0.7,0.6) (0.5,0,0) (0,0.4,0) (0,0,0.3) END END {GLASS}\n"
     )
+
+
+@pytest.mark.parametrize("precision", ["float64", "mp20"])
+def test_what_rays_from_one_eye_share_changes_no_bit(precision):
+    """Aimed at rims, past them and into spheres that the eye is in, from 1e-6 to 1e8 radii away."""
+    with mp.workdps(20):  # of which number() changes the digits for all
+        kind, rng = number(precision), np.random.default_rng(SEED)
+        many, hits = 300 if precision == "float64" else 20, 0
+        for _ in range(many):
+            size = 10.0 ** rng.uniform(-6, 8)
+            origin = tuple(map(kind.real, rng.normal(size=3) * rng.choice([0, 1, size])))
+            centres = rng.normal(size=(12, 3)) * size
+            radii = 10.0 ** rng.uniform(-8, 0.5, 12) * size
+            rows = [
+                (*map(kind.real, c), kind.real(r) ** 2, n) for n, (c, r) in enumerate(zip(centres, radii, strict=True))
+            ]
+            seen = sphere.seen_from(origin, rows, kind.roundoff)
+            for row in rows:
+                towards = [c - o for c, o in zip(row[:3], origin, strict=True)]
+                across = np.cross(rng.normal(size=3), np.array(towards, dtype=float))
+                rim = (
+                    float(row[3]) ** 0.5
+                    * (1 + rng.choice([0, 1e-16, 1e-12, 1e-3, -1e-16, -1e-12, -0.5]))
+                    / np.linalg.norm(across)
+                )
+                direction = normalise([f + kind.real(a * rim) for f, a in zip(towards, across, strict=True)], kind.sqrt)
+                nothing = math.inf, None, None
+                found = sphere.nearest(rows, origin, direction, nothing, kind.sqrt)
+                assert sphere.nearest_seen(seen, origin, direction, nothing, kind.sqrt) == found
+                hits += found is not nothing
+        assert hits > many
 
 
 @pytest.mark.parametrize("choice", SAME, ids=str)
