@@ -32,6 +32,9 @@ nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
 gallery: .venv/installed  ## the study's figures, with scenes of our own
 	$(BIN)/rayrace run experiments/gallery.toml --report
 
+figures: .venv/installed  ## every table and figure again from the reference results; nothing is measured
+	$(BIN)/rayrace report $(sort $(wildcard results/reference/*/*.tar.xz)) -o build/figures
+
 docs: .venv/installed  ## the documentation as a site, in build/site
 	$(BIN)/pip install -q -c constraints.txt -e '.[docs]'
 	$(BIN)/mkdocs build
@@ -53,4 +56,4 @@ format: .venv/installed
 clean:  ## forget the environment; results stay
 	rm -rf .venv .pytest_cache build dist *.egg-info
 
-.PHONY: study test quick cudasim nightly docs gallery stability smoke format clean
+.PHONY: study test quick cudasim nightly figures docs gallery stability smoke format clean

@@ -38,7 +38,7 @@ def _first(results: Results, cells: list[Cell]) -> tuple[Cell | None, str]:
     for cell in cells:
         if cell.status == "ok" and not isinstance(stored.picture(results, cell), Missing):
             return cell, ""
-    return None, str(stored.picture(results, cells[0]))
+    return None, cells[0].verdict if cells[0].status != "ok" else str(stored.picture(results, cells[0]))
 
 
 def draw(results: Results, found: list[tuple[str, Cell | None, str]]):

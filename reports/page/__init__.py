@@ -52,7 +52,7 @@ def _write(title: str, lead: str, told: list[tuple[str, str]], data: dict, pictu
 
 def _made(title: str, lead: str, found: list[sections.Section], figures: Embedded, data: dict, block: str) -> str:
     """The page. figures: what is in it of them; data: by name of a section, what can be tried out there."""
-    programs = [*([get_plotlyjs()] if data else []), _source("page.js")]
+    drawing, program = get_plotlyjs() if data else "", _source("page.js")
     made = Environment(
         loader=PackageLoader("reports.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
@@ -65,8 +65,9 @@ def _made(title: str, lead: str, found: list[sections.Section], figures: Embedde
         left_out=figures.left_out,
         block=Markup(block),
         look=Markup(_source("page.css")),
-        programs=list(map(Markup, programs)),
-        allowed=" ".join(map(_fingerprint, programs)),
+        drawing=Markup(drawing),
+        program=Markup(program),
+        allowed=" ".join(map(_fingerprint, filter(None, (drawing, program)))),
     )
 
 
