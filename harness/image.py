@@ -1,4 +1,4 @@
-"""What is rendered: the keys of [image] of an experiment; all but `rays` are also options of `rayrace render`."""
+"""What is rendered: the keys of [image] of an experiment. All but `rays` and `scale` are options of `rayrace render` too."""
 
 import re
 from typing import Annotated, Any, Literal
@@ -55,6 +55,9 @@ class Image(Strict):
     width: Size = 512
     height: Size = 512
     region: Region = "all"
+    scale: Annotated[float, BeforeValidator(number), Field(gt=0, le=16)] = (
+        1.0  # times sides and region, for a quick look
+    )
     depth: Count = 10
     shadows: bool = False
     sampler: Literal["one", "uniform", "jittered", "adaptive"] | None = None  # None: uniform if samples > 1, else one
@@ -108,6 +111,18 @@ class Image(Strict):
             raise ValueError(f"block_width x block_height: {sides} is {threads} threads, expected {BLOCK} at most")
         return self
 
+    def scaled(self) -> "Image":
+        """The same with `scale` in its sides and region, each a pixel at least."""
+        if self.scale == 1:
+            return self
+        sides = {side: max(1, round(getattr(self, side) * self.scale)) for side in ("width", "height")}
+        region = self.region
+        if isinstance(region, tuple):
+            x0, y0, x1, y1 = (round(edge * self.scale) for edge in region)
+            x0, y0 = min(x0, sides["width"] - 1), min(y0, sides["height"] - 1)
+            region = x0, y0, max(x1, x0 + 1), max(y1, y0 + 1)
+        return Image.model_validate({**self.model_dump(), **sides, "region": region, "scale": 1.0})
+
     def bounds(self) -> tuple[int, int, int, int] | None:
         """The region in pixels; None for the whole picture. One pixel is the one in the middle."""
         if self.region == "one pixel":
@@ -118,7 +133,7 @@ class Image(Strict):
     def parameters(self, threads: int, frames: int, least_frame: float = 0.0) -> Parameters:
         if self.lens_radius and self.focal_distance is None:
             raise UserError("lens_radius: also needs focal_distance, from the eye to what is in focus")
-        values = self.model_dump(exclude={"rays", "region", "threads", "sampler"}, exclude_none=True)
+        values = self.model_dump(exclude={"rays", "scale", "region", "threads", "sampler"}, exclude_none=True)
         asked = {"threads": threads, "frames": frames, "least_frame": least_frame}
         return Parameters(**values, **asked, region=self.bounds(), sampler=self.chosen_sampler())
 

@@ -256,7 +256,7 @@ def _stressed(experiment: Experiment, file: Path) -> Iterator[_Picture]:
 
 def _image(chosen: dict, file: Path, where: list[str]) -> Image:
     try:
-        return Image.model_validate(chosen)
+        return Image.model_validate(chosen).scaled()
     except ValidationError as error:
         why = error.errors()[0]["msg"].removeprefix("Value error, ")
         raise UserError(f"{file}: {', '.join(where)}: {why}") from None

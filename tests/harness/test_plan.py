@@ -47,6 +47,18 @@ def test_points(sweep, expected, make):
             assert getattr(cell.parameters, name) == value
 
 
+def test_scale(write, known):
+    write("scene.txt", SCENE)
+    case = '[[case]]\nname = "{}"\nscene = "scene.txt"\n{}\n'.format
+    cases = case("a", "width = 41\nheight = 3") + case("b", 'region = [10, 20, 11, 64]\nscale = "1/8"')
+    image = "[image]\nwidth = 64\nheight = 64\nscale = 0.25\n"
+    file = write("experiment.toml", f'title = "t"\nrenderers = ["python"]\n{image}{cases}')
+    made = plan.make(experiments.load(file), file, known, ())
+    assert [(cell.parameters.width, cell.parameters.height, cell.parameters.region) for cell in made.cells] == [
+        (10, 1, None), (8, 8, (1, 2, 2, 8)),
+    ]  # fmt: skip
+
+
 def points(made):
     return list(dict.fromkeys(tuple(cell.point.items()) for cell in made.cells))
 
