@@ -1,4 +1,4 @@
-"""What is rendered: the keys of [image] of an experiment. All but `rays` and `scale` are options of `rayrace render` too."""
+"""What is rendered: the keys of [image] of an experiment, which but for `rays` and `scale` are options of `render`."""
 
 import re
 from typing import Annotated, Any, Literal

@@ -6,7 +6,7 @@ from reports import markdown, study
 from reports.hosts import Member, by_host
 
 TITLE = "The study again"
-HEADING = re.compile(r"^(#+) .*?\b(table|figure) (\d+\.\d+)\b.*$", re.MULTILINE)
+HEADING = re.compile(r"^(#+) .*?\bthe study's (table|figure) (\d+\.\d+)\b.*$", re.IGNORECASE | re.MULTILINE)
 LINK = re.compile(r"\]\((?=[^)#:]+\))")  # to a file of the report
 WHOLE = re.compile(r"^#", re.MULTILINE)
 

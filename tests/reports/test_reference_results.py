@@ -1,16 +1,22 @@
 """The reference results: small, of named machines, and enough for every table and figure of the study but a GPU's."""
 
+import json
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import command_line
+import numpy as np
 import pytest
+from PIL import Image
 
 from harness import packed, store
 from reports import study
 
-FOLDER = Path(__file__).parents[2] / "results" / "reference"
+REPOSITORY = Path(__file__).parents[2]
+FOLDER = REPOSITORY / "results" / "reference"
 RUNS = sorted(FOLDER.glob("*/*.tar.xz"))
 LIMIT = 20_000_000  # bytes of all files together
 OUR_PATHS = re.compile(r'"[^"]*(?:/home/|/root/|/tmp/|/work/|/Users/)[^"]*"')
@@ -50,3 +56,17 @@ def test_one_command_makes_every_table_and_figure_of_the_study(tmp_path, monkeyp
     for link in re.findall(r"\]\(([^)#:]+)\)", text):
         assert (tmp_path / "out" / link).exists(), link
     assert (tmp_path / "out" / "report.html").stat().st_size < 8_000_000
+
+
+@pytest.mark.slow
+def test_the_pictures_of_readme_come_from_here(tmp_path):
+    done = subprocess.run(
+        [sys.executable, REPOSITORY / "docs" / "pictures.py", tmp_path], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"comparison.png", "gallery.png", "times.svg", "times.json"}
+    for name in ("comparison.png", "gallery.png"):
+        made, kept = (np.asarray(Image.open(folder / name)) for folder in (tmp_path, REPOSITORY / "docs"))
+        np.testing.assert_array_equal(made, kept)
+    made, kept = (json.loads((folder / "times.json").read_text()) for folder in (tmp_path, REPOSITORY / "docs"))
+    assert made["data_sha256"] == kept["data_sha256"]

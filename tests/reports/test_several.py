@@ -81,9 +81,16 @@ def test_runs_with_nothing_in_common(make, make_run, record, tmp_path):
 
 
 def test_numbers_of_the_study_are_found():
-    headings = ["## Times (the study's table 4.1)", "### more", "## Next", "### The study's figure 3.1", "### y"]
+    headings = [
+        "## Times (the study's table 4.1)",
+        "### more",
+        "## Next",
+        "### mine, case = figure 3.1, an edge",
+        "### The study's figure 3.1",
+        "### y",
+    ]
     text = "\n\n".join(
-        f"{heading}\n\n{body}" for heading, body in zip(headings, ("body", "it", "no", "x", ""), strict=True)
+        f"{heading}\n\n{body}" for heading, body in zip(headings, ("body", "it", "no", "another", "x", ""), strict=True)
     )
     assert study_again.numbered(["## Summary\n\nfigure 4.2\n", text]) == {
         "table 4.1": "body\n\n### more\n\nit",

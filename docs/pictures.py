@@ -1,0 +1,56 @@
+"""The pictures of README, from the reference results: python docs/pictures.py [FOLDER].
+
+comparison.png and gallery.png are pictures that were stored; times.svg is the figure of the report.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from harness import packed
+from reports import pictures_figure, results, stored, style, times_figure
+from reports.results import Results
+
+ROOT = Path(__file__).parents[1]
+RUNS = ROOT / "results" / "reference" / "xeon-2x"
+SHOWN = [f"figure {number}," for number in ("2.11b", "3.2", "3.3", "3.4a", "3.5b", "3.4b", "3.6a", "3.6b")]
+COLUMNS, TILE, GAP = 4, (320, 240), 4  # pixels: width, height
+
+
+def write(folder: Path) -> None:
+    """All of them, into the folder."""
+    with packed.opened(RUNS / "comparison.tar.xz") as run:
+        loaded = results.load(run)
+        cell = next(cell for cell in loaded.cells if cell.variant == "cpp" and cell.pixels > 1)
+        Image.fromarray(_seen(loaded, cell)).save(folder / "comparison.png", optimize=True)
+        with style.styled():
+            style.save(times_figure.draw(loaded, cell.scene), folder / "times")
+        for suffix in (".png", ".pdf"):
+            (folder / "times").with_suffix(suffix).unlink()
+    with packed.opened(RUNS / "gallery.tar.xz") as run:
+        loaded = results.load(run)
+        cells = [next(cell for cell in loaded.cells if cell.swept["case"].startswith(name)) for name in SHOWN]
+        montage([_seen(loaded, cell) for cell in cells]).save(folder / "gallery.png", optimize=True)
+
+
+def _seen(loaded: Results, cell) -> np.ndarray:
+    return pictures_figure.shown(stored.picture(loaded, cell), cell.parameters.get("arithmetic", "linear"))
+
+
+def montage(pictures: list[np.ndarray]) -> Image.Image:
+    """Pictures side by side, each made to fit a tile."""
+    (wide, high), rows = TILE, -(-len(pictures) // COLUMNS)
+    sheet = Image.new("RGB", (COLUMNS * (wide + GAP) - GAP, rows * (high + GAP) - GAP), "white")
+    for number, pixels in enumerate(pictures):
+        row, column = divmod(number, COLUMNS)
+        picture = Image.fromarray(pixels)
+        picture.thumbnail(TILE, Image.Resampling.LANCZOS)
+        left = column * (wide + GAP) + (wide - picture.width) // 2
+        sheet.paste(picture, (left, row * (high + GAP) + (high - picture.height) // 2))
+    return sheet
+
+
+if __name__ == "__main__":
+    write(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs")
