@@ -89,7 +89,7 @@ def _errors(results: Results, cell: Cell) -> Errors | Missing:
     (The truth of the run may be deeper, or the mean of many pictures, and then holds other errors than those of the
     arithmetic.)
     """
-    picture = view.picture(results, cell)
+    picture = stored.picture(results, cell)
     if isinstance(picture, Missing):
         return picture
     accuracy = results.record(cell)["accuracy"] or {"unavailable": "the judge was not asked"}
