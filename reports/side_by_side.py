@@ -6,6 +6,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 
+from harness import statistics
 from harness.statistics import Estimate
 from reports import accuracy_columns, compare, markdown, quantity, ranking, style, table, thinning
 from reports.cell import Cell, Missing
@@ -63,7 +64,9 @@ def _columns(of: dict[Cell, Member]) -> list[Column]:
 
 
 def _ratio(value) -> str:
-    return value if isinstance(value, str) else quantity.ratio(value)
+    """Not resolved by the noise floor of its own run (ranking.ratio_to)."""
+    open_ = isinstance(value, Estimate) and value.low is not None and value.note == statistics.NOT_RESOLVED
+    return quantity.text(value) + (f" {value.note}" if open_ else "")
 
 
 def _digits(member: Member, cell: Cell) -> str | Missing:
@@ -138,7 +141,7 @@ def _panels(place: tuple[str, str], groups: list[Group], axes, colours: dict[Mem
         row += 1
     for panel, what in zip(axes, ("steady frame (s)", "time ÷ the baseline of its run"), strict=True):
         panel.set(xscale="log", xlabel=what, ylim=(row - 1.5, -0.5))
-        style.log_ticks(panel.xaxis)
+        style.log_ticks(panel.xaxis, narrow=True)
         panel.grid(axis="x", lw=0.4, color="#CCCCCC")
         panel.set_axisbelow(True)
     axes[0].set_yticks(ticks, labels)

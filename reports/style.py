@@ -69,12 +69,15 @@ def colour(variant: str, variants: list[str]) -> str:
     return COLOURS.get(variant) or SPARE[unknown.index(variant) % len(SPARE)]
 
 
-def log_ticks(axis) -> None:
-    """Numbers without exponents on a logarithmic axis; between decades at 2 and 5 or everywhere, if it is short."""
+def log_ticks(axis, narrow: bool = False) -> None:
+    """Numbers without exponents on a logarithmic axis; between decades at 2 and 5 or everywhere, if it is short.
+
+    narrow: is there no room for all of them?
+    """
 
     def minor(value, _):
         low, high = sorted(axis.get_view_interval())
-        if high / low < 6 or (high / low < 30 and f"{value:.3e}"[:5] in ("2.000", "5.000")):
+        if (high / low < 6 and not narrow) or (high / low < 30 and f"{value:.3e}"[:5] in ("2.000", "5.000")):
             return f"{value:.3g}"
         return ""
 

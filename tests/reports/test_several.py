@@ -125,6 +125,15 @@ def test_a_packed_run_gives_the_report_of_its_folder(make, tmp_path):
     assert several.check([tmp_path / "a.tar.xz"], tmp_path / "out") == []
 
 
+def test_a_run_packed_without_its_pictures_says_so(make, tmp_path):
+    packed.pack(make("a"), tmp_path / "a.tar.xz", pictures=False)
+    several.make([tmp_path / "a.tar.xz"], tmp_path / "out")
+    text = (tmp_path / "out" / "report.md").read_text("utf-8")
+    pictures = text.partition("## Pictures")[2].partition("\n## ")[0]
+    assert "unavailable: the pictures of this run were left out when it was packed" in pictures and "![" not in pictures
+    assert "error 2.0e-15" in text, "their errors stay"
+
+
 def test_pictures_named_after_figures_of_the_study(make_run, record, bad, tmp_path):
     def told(variant, case, **changes):
         named = f"{variant}-{case}"
