@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageOps
 
 from harness import packed
 from reports import pictures_figure, results, stored, style, times_figure
@@ -16,7 +16,7 @@ from reports.results import Results
 ROOT = Path(__file__).parents[1]
 RUNS = ROOT / "results" / "reference" / "xeon-2x"
 SHOWN = [f"figure {number}," for number in ("2.11b", "3.2", "3.3", "3.4a", "3.5b", "3.4b", "3.6a", "3.6b")]
-COLUMNS, TILE, GAP = 4, (320, 240), 4  # pixels: width, height
+COLUMNS, TILE, GAP = 4, (240, 172), 4  # pixels: width, height
 
 
 def write(folder: Path) -> None:
@@ -40,15 +40,13 @@ def _seen(loaded: Results, cell) -> np.ndarray:
 
 
 def montage(pictures: list[np.ndarray]) -> Image.Image:
-    """Pictures side by side, each made to fit a tile."""
+    """Pictures side by side, each cut to fill a tile."""
     (wide, high), rows = TILE, -(-len(pictures) // COLUMNS)
     sheet = Image.new("RGB", (COLUMNS * (wide + GAP) - GAP, rows * (high + GAP) - GAP), "white")
     for number, pixels in enumerate(pictures):
         row, column = divmod(number, COLUMNS)
-        picture = Image.fromarray(pixels)
-        picture.thumbnail(TILE, Image.Resampling.LANCZOS)
-        left = column * (wide + GAP) + (wide - picture.width) // 2
-        sheet.paste(picture, (left, row * (high + GAP) + (high - picture.height) // 2))
+        tile = ImageOps.fit(Image.fromarray(pixels), TILE, Image.Resampling.LANCZOS)
+        sheet.paste(tile, (column * (wide + GAP), row * (high + GAP)))
     return sheet
 
 

@@ -2,7 +2,6 @@
 
 import csv
 
-import numpy as np
 import pytest
 
 from harness import packed
@@ -123,6 +122,8 @@ def test_a_packed_run_gives_the_report_of_its_folder(make, tmp_path):
     several.make([folder], tmp_path / "out")
     packed.pack(folder, tmp_path / "a.tar.xz")
     assert several.check([tmp_path / "a.tar.xz"], tmp_path / "out") == []
+    again = several.make([tmp_path / "a.tar.xz"], tmp_path / "again")
+    assert again.read_bytes() == (tmp_path / "out" / "report.html").read_bytes()
 
 
 def test_a_run_packed_without_its_pictures_says_so(make, tmp_path):
@@ -137,7 +138,7 @@ def test_a_run_packed_without_its_pictures_says_so(make, tmp_path):
 def test_pictures_named_after_figures_of_the_study(make_run, record, bad, tmp_path):
     def told(variant, case, **changes):
         named = f"{variant}-{case}"
-        picture = {"picture": {"file": f"pictures/{abs(hash(named))}.npy", "sha256": "0"}}
+        picture = {"picture": {"file": f"pictures/{named.replace(' ', '-')}.npy", "sha256": "0"}}
         return record(variant, cell=named, point={"case": case}, **{**picture, **changes})
 
     records = [
@@ -156,4 +157,4 @@ def test_pictures_named_after_figures_of_the_study(make_run, record, bad, tmp_pa
 
 def test_without_such_pictures_there_is_no_section(load, record, tmp_path):
     assert gallery_figure.write(load([record("cpp")]), tmp_path) == ""
-    assert np.size(list(tmp_path.glob("gallery*"))) == 0
+    assert not list(tmp_path.glob("gallery*"))
