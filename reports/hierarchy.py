@@ -21,8 +21,8 @@ CAPTION = (
     "A frame without a hierarchy (accel = none) over one with it (accel = bvh), by the number of objects that a ray is "
     "tried against; the ratio, its interval and what is not resolved are as in the table of times. Build: the phase of "
     "that name, once a process, median over processes. Frames until it pays: the build over what each frame then "
-    "saves. Break-even: where log time without meets log time with it, both drawn straight over log objects between "
-    "the last measured size at which the hierarchy is not faster and the next one, at which it is; what lies between "
+    "saves, by the medians. Break-even: where the ratio is 1, its logarithm drawn straight over log objects between "
+    "the last measured size at which its median is not above 1 and the next one, at which it is; what lies between "
     "those two was not measured."
 )
 
@@ -49,6 +49,14 @@ class Point:
         times = self.frames["none"], self.frames["bvh"]
         return None if any(isinstance(time, Missing) for time in times) else tuple(time.value for time in times)
 
+    @property
+    def ratio(self) -> Estimate | Missing:
+        """Time of a frame without the hierarchy over that with it."""
+        for time in self.frames.values():
+            if isinstance(time, Missing):
+                return time
+        return ranking.ratio(self.none, self.bvh)
+
 
 @dataclass(frozen=True)
 class Line:
@@ -62,7 +70,7 @@ class Line:
 
 @dataclass(frozen=True)
 class BreakEven:
-    """objects, seconds: where the two times cross; between: the measured sizes on either side."""
+    """objects: where the ratio is 1; seconds: of a frame without a hierarchy there; between: sizes on either side."""
 
     objects: float
     seconds: float
@@ -119,38 +127,31 @@ def _built(results: Results, cell: Cell | None) -> Estimate | Missing:
     return statistics.median([sum(seconds) for seconds in spent])
 
 
-def ratio(point: Point) -> Estimate | Missing:
-    """Time of a frame without the hierarchy over that with it."""
-    for time in point.frames.values():
-        if isinstance(time, Missing):
-            return time
-    return ranking.ratio(point.none, point.bvh)
-
-
 def pays_after(point: Point) -> float | Missing:
     """Frames until building is made up for."""
-    both = point.both()
+    both, faster = point.both(), point.ratio
     if both is None:
         return Missing("a frame without it or with it is not known")
-    if both[0] <= both[1]:
+    if faster.value <= 1 or both[0] <= both[1]:
         return Missing("never: a frame is not faster with it")
+    if statistics.verdict(faster, None) == statistics.NOT_RESOLVED:
+        return Missing(f"{statistics.NOT_RESOLVED}: whether a frame is faster with it")
     return point.built if isinstance(point.built, Missing) else point.built.value / (both[0] - both[1])
 
 
 def break_even(line: Line) -> BreakEven | Missing:
     """The number of objects from which on a frame is faster with the hierarchy."""
-    told = [(point.objects, *both) for point in line.points if (both := point.both())]
+    told = [(point.objects, point.ratio.value, both[0]) for point in line.points if (both := point.both())]
     if len(told) < 2:
         lacking = [time for point in line.points for time in point.frames.values() if isinstance(time, Missing)]
         why = next((time.reason for time in lacking if time.reason != ABSENT), ABSENT)
         return Missing(f"{len(told)} size{'s' * (len(told) != 1)} with both times, 2 are needed: {why}")
-    if told[-1][1] <= told[-1][2]:
+    if told[-1][1] <= 1:
         return Missing(f"they do not cross: it is not faster at {told[-1][0]} objects, the most with both times")
-    for (n, none, bvh), (m, later_none, later_bvh) in reversed(list(pairwise(told))):
-        if none <= bvh:
-            before, after = math.log(none / bvh), math.log(later_none / later_bvh)
-            share = before / (before - after)
-            return BreakEven(n * (m / n) ** share, none * (later_none / none) ** share, (n, m))
+    for (n, faster, seconds), (m, later, later_seconds) in reversed(list(pairwise(told))):
+        if faster <= 1:
+            share = math.log(faster) / (math.log(faster) - math.log(later))
+            return BreakEven(n * (m / n) ** share, seconds * (later_seconds / seconds) ** share, (n, m))
     return Missing(f"they do not cross: it is the faster way from {told[0][0]} objects on, the fewest with both times")
 
 
@@ -168,7 +169,7 @@ def columns(results: Results, points: dict[int, Point]) -> list[Column]:
         Column("objects", "objects", "1", of(lambda p: float(p.objects)), lambda value: f"{value:.0f}"),
         Column("frame, none (ms)", "frame_none", "s", of(lambda p: p.frames["none"]), milliseconds),
         Column("frame, bvh (ms)", "frame_bvh", "s", of(lambda p: p.frames["bvh"]), milliseconds),
-        Column("none ÷ bvh", "none_over_bvh", "1", of(ratio), lambda value: quantity.ratio(value, floor)),
+        Column("none ÷ bvh", "none_over_bvh", "1", of(lambda p: p.ratio), lambda value: quantity.ratio(value, floor)),
         Column("build (ms)", "build", "s", of(lambda p: p.built), milliseconds),
         Column("frames until it pays", "frames_until_it_pays", "1", of(pays_after)),
     ]

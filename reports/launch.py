@@ -28,7 +28,7 @@ def groups(cells: list[Cell], free: tuple[str, ...], across_variants: bool = Fal
     """Groups of cells that differ in nothing but the parameters `free`, and the variant if asked."""
     found: dict[tuple, list[Cell]] = {}
     for cell in cells:
-        key = cell.scene, "" if across_variants else cell.variant, rest(cell, free)
+        key = cell.scene, counts(cell), "" if across_variants else cell.variant, rest(cell, free)
         found.setdefault(key, []).append(cell)
     return [Group(_label(mine[0], free, across_variants), mine) for mine in found.values()]
 
@@ -45,6 +45,11 @@ def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
         spoken[first.place] = others
         silent |= {cell.place for cell in others}
     return [(place, spoken.get(place, [])) for place in results.places if place not in silent]
+
+
+def counts(cell: Cell) -> str:
+    """What is swept and no parameter: the counts of a generated scene, which has one name for all of them."""
+    return json.dumps({key: value for key, value in cell.swept.items() if key not in cell.parameters}, sort_keys=True)
 
 
 def rest(cell: Cell, free: tuple[str, ...]) -> str:

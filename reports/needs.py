@@ -35,7 +35,7 @@ class Carried:
 
 def found(results: Results) -> list[Carried]:
     """The variants whose kernel was varied."""
-    groups = [group for group in launch.groups(results.cells, ("kernel",)) if len(group.cells) > 1]
+    groups = [group for group in launch.groups(results.cells, ("kernel",)) if len({*map(carries, group.cells)}) > 1]
     return [
         Carried(group.label, next((cell for cell in group.cells if carries(cell) == BASE), None), group.cells)
         for group in groups

@@ -151,12 +151,11 @@ def _few(found: list) -> list:
 def write(results: Results, out: Path) -> str:
     """pictures-NUMBER-PLACE.png and .svg, one a place with more than one pixel, and the section of the report."""
     parts = ["## Pictures (the study's figure 4.1)"]
+    if stored.left_out(results):
+        return "\n\n".join([*parts, f"unavailable: {stored.LEFT_OUT}."])
     found = places(results)
     drawn = _few(found)
     parts.append(thinning.told(len(drawn), len(found), "places", "those where something is not ok come first"))
-    if stored.left_out(results):
-        drawn = []
-        parts.append(f"unavailable: {stored.LEFT_OUT}.")
     for number, (place, cells) in enumerate(drawn):
         x0, y0, x1, y1 = map(int, cells[0].parameters["region"].split(","))
         size = y1 - y0, x1 - x0

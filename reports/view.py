@@ -1,6 +1,5 @@
 """Views: cells of a run that show the same thing by other means, brought together."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,9 +24,7 @@ def views(cells: list[Cell], free: tuple[str, ...]) -> list[View]:
     found: dict[tuple, list[Cell]] = {}
     for cell in cells:
         if not cell.apart:
-            # A generated scene has one name for all of its counts, which are swept and no parameters.
-            more = {key: value for key, value in cell.swept.items() if key not in cell.parameters}
-            key = cell.scene, json.dumps(more, sort_keys=True), launch.rest(cell, (*free, *UNSEEN))
+            key = cell.scene, launch.counts(cell), launch.rest(cell, (*free, *UNSEEN))
             found.setdefault(key, []).append(cell)
     return [View(_label(mine, free), _names(mine[0]), mine) for mine in found.values()]
 

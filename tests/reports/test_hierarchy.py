@@ -53,10 +53,21 @@ def test_numbers_by_hand(load, told):
     ten, forty, many, most = line.points
     assert (forty.frames["none"].value, forty.frames["bvh"].value) == pytest.approx((0.4, 0.2))
     assert forty.built.value == pytest.approx(0.1) and forty.built.low == pytest.approx(0.09)
-    assert hierarchy.ratio(forty).value == pytest.approx(2)
+    assert forty.ratio.value == pytest.approx(2)
     assert hierarchy.pays_after(forty) == pytest.approx(0.5) and hierarchy.pays_after(many) == pytest.approx(2 / 7)
     assert "never: a frame is not faster" in str(hierarchy.pays_after(ten))
     assert "not in the run" in str(most.frames["none"]) and isinstance(hierarchy.pays_after(most), Missing)
+
+
+def test_what_is_not_resolved_does_not_pay(load, told):
+    """A median that is faster, with rounds on both sides of 1."""
+    rows = told()
+    for row in rows:
+        if row["point"] == {"size": 40, "accel": "none"} and row["repetition"] == 4:
+            row["frames_s"] = [0.1] * 3
+    point = the(load(rows)).points[1]
+    assert point.ratio.low < 1 < point.ratio.value
+    assert "not resolved: whether a frame is faster" in str(hierarchy.pays_after(point))
 
 
 def test_where_they_cross(load, told):
@@ -71,7 +82,8 @@ def line_of(*times):
     for count, none, bvh in times:
         both = None if None in (none, bvh) else (none, bvh)
         frames = {"none": Missing("it broke") if none is None else none, "bvh": bvh}
-        points.append(SimpleNamespace(objects=count, both=lambda both=both: both, frames=frames))
+        ratio = SimpleNamespace(value=none / bvh) if both else None
+        points.append(SimpleNamespace(objects=count, both=lambda both=both: both, frames=frames, ratio=ratio))
     return SimpleNamespace(points=points)
 
 
@@ -130,7 +142,7 @@ def test_what_is_missing_has_its_reason(load, told, bad):
         row |= bad("cpp", "failed", "it broke", row["repetition"], **{key: row[key] for key in keep})
     line = the(load(rows, name="again"))
     forty = line.points[1]
-    for value in (forty.frames["bvh"], forty.built, hierarchy.ratio(forty)):
+    for value in (forty.frames["bvh"], forty.built, forty.ratio):
         assert isinstance(value, Missing) and "it broke" in str(value)
     assert hierarchy.break_even(line).between == (10, 160)
 

@@ -110,3 +110,13 @@ def test_in_the_report(section, told, tmp_path):
         rows = {(row["point"], row["quantity"]): row for row in csv.DictReader(file)}
     assert float(rows["kernel = general", "time_over_needed"]["value"]) == pytest.approx(4)
     assert float(rows["kernel = needed+shadows", "compile_cold"]["value"]) == 1.5
+
+
+def test_sizes_of_a_scene_with_one_kernel_are_no_needs(load, told):
+    """A generated scene has one name for all sizes, and the same parameters."""
+    rows = []
+    for size in (1, 2):
+        for row in told(kernels=("needed",)):
+            rows.append(row | {"cell": f"size-{size}", "point": {"size": size}, "scene": "generated/balls.txt"})
+    loaded = load(rows)
+    assert len(loaded.cells) == 2 and needs.found(loaded) == []
