@@ -79,7 +79,7 @@ def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.R
     kept = Kept(cache_folder("references"))
     found = reference.find(kept, entry, known, fingerprint(arrays), parameters)
     if found is None:
-        return {"unavailable": "no run here has made a reference of this picture; `rayrace run` does"}
+        return {"unavailable": "no run here has made a reference of this picture by another renderer: `rayrace run`"}
     limit = 0.0 if result.dropped is None else bound.bound(arrays, parameters.depth, result.dropped)
     external = entry.renderer.manifest.external
     verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external, limit)

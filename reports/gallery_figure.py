@@ -13,10 +13,11 @@ from reports.results import Cell, Missing, Results
 
 NAMED = re.compile(r"figure (\d+\.\d+)([a-z]?)(?:, (.*))?")
 CAPTION = (
-    "Our own scenes, of what the study's figure shows: the first variant of each case that is ok, pixel for pixel, and "
-    "its largest difference from the reference, which another renderer made."
+    "Our own scenes, of what the study's figure shows: the first variant of each case that is ok, enlarged by a whole "
+    "number, and its largest difference from the reference, which another renderer made."
 )
 HEAD, GAP, BELOW = 50, 30, 70  # pixels
+LARGE = 800  # pixels, up to which small pictures are enlarged: there is nothing else to see
 
 
 def panels(results: Results) -> dict[str, list[tuple[str, Cell | None, str]]]:
@@ -45,7 +46,7 @@ def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
     """The panels of one figure beside each other."""
     pictures = [_picture(results, cell) if cell else None for _, cell, _ in found]
     sizes = [
-        pictures_figure.panel_size(*picture.shape[:2]) if picture is not None else (pictures_figure.SMALLEST,) * 2
+        pictures_figure.panel_size(*picture.shape[:2], smallest=LARGE) if picture is not None else (LARGE,) * 2
         for picture in pictures
     ]
     wide = sum(size[1] for size in sizes) + GAP * (len(sizes) + 1)

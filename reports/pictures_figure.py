@@ -29,12 +29,12 @@ SMALLEST_DIFFERENCE = 1e-17
 BROKEN = (1.0, 0.0, 1.0)
 
 
-def panel_size(height: int, width: int, largest: int = LARGEST) -> tuple[int, int]:
+def panel_size(height: int, width: int, largest: int = LARGEST, smallest: int = SMALLEST) -> tuple[int, int]:
     """(height, width) in which a picture is shown, pixels of the PNG."""
     longest = max(height, width)
     if longest > largest:
         return max(1, round(height * largest / longest)), max(1, round(width * largest / longest))
-    zoom = max(1, SMALLEST // longest)
+    zoom = max(1, smallest // longest)
     return height * zoom, width * zoom
 
 
