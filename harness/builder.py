@@ -14,6 +14,8 @@ from pathlib import Path
 
 from filelock import FileLock
 
+from harness.errors import of_system
+
 CANDIDATES = {"c++": ("CXX", ("c++", "g++", "clang++")), "c": ("CC", ("cc", "gcc", "clang"))}
 MISSING = {"c++": "no C++ compiler (apt install g++)", "c": "no C compiler (apt install gcc)"}
 DEFINES, OPTIONS = "{defines}", "{options}"  # words of a build command: what the job needs, and its methods
@@ -92,16 +94,36 @@ def make(name: str, content: str, folder: Path, kind: str, words: tuple[str, ...
     parts = (content, str(folder), *words, compiler, version, processor())
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
     home = cache_folder("builds")
-    home.mkdir(parents=True, exist_ok=True)
     final = home / f"{name}-{key}"
-    with FileLock(f"{final}.lock"):
-        if (final / "build.json").is_file():
-            record = json.loads((final / "build.json").read_text())
-            return Built(final, record["seconds"], record["compiler"], tuple(record["command"]), True)
-        return _fresh(folder, words, compiler, version, final)
+    if there := _whole(final):  # also in a cache that nobody may write to
+        return there
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        with FileLock(f"{final}.lock"):
+            return _whole(final) or _fresh(folder, words, compiler, version, final)
+    except OSError as error:
+        raise BuildError(f"{of_system(error, home)}; RAYRACE_CACHE names another folder") from None
+
+
+def _whole(final: Path) -> Built | None:
+    """A build as it was made; None if it is not there, or damaged."""
+    try:
+        record = json.loads((final / "build.json").read_text())
+        if record["files"] != {name: _state(final / name) for name in record["files"]}:
+            return None
+        return Built(final, record["seconds"], record["compiler"], tuple(record["command"]), True)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _state(path: Path) -> str:
+    """Of a file: whether it may be run, and what is in it."""
+    return f"{path.stat().st_mode & 0o111:o} {hashlib.sha256(path.read_bytes()).hexdigest()}"
 
 
 def _fresh(folder: Path, words, compiler, version, final: Path) -> Built:
+    for old in (final, *final.parent.glob(f"{final.name}-*")):  # damaged, or of a process that was killed
+        shutil.rmtree(old, ignore_errors=True)
     scratch = Path(tempfile.mkdtemp(prefix=f"{final.name}-", dir=final.parent))
     try:
         places = {"compiler": compiler, "folder": str(folder), "build": str(scratch)}
@@ -121,7 +143,8 @@ def _fresh(folder: Path, words, compiler, version, final: Path) -> Built:
             lines = [line for line in done.stderr.splitlines() if line.strip()]
             first = next((line for line in lines if "error" in line), lines[-1] if lines else "no message")
             raise BuildError(f"{' '.join(command)}: exit {done.returncode}: {first}")
-        record = {"seconds": seconds, "compiler": version, "command": words}
+        files = {str(path.relative_to(scratch)): _state(path) for path in sorted(scratch.rglob("*")) if path.is_file()}
+        record = {"seconds": seconds, "compiler": version, "command": words, "files": files}
         (scratch / "build.json").write_text(json.dumps(record))
         os.replace(scratch, final)
         return Built(final, seconds, version, words, False)

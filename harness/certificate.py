@@ -1,10 +1,8 @@
 """Single pixels of a picture worked out again in 60 digits: is what others are judged by right?"""
 
 import sys
-import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -12,6 +10,7 @@ from harness import events, job, process, repetition
 from harness.builder import fill
 from harness.job import Parameters
 from harness.registry import Entry, usable_cores
+from harness.scratch import scratch
 
 DIGITS = 60
 TOLERANCE = 1e-10  # between float64 and 60 digits, in a pixel outside the mask
@@ -66,8 +65,7 @@ def certify(
 
 def work_out(entry: Entry, arrays, parameters: Parameters, needs, spots: np.ndarray, seconds: float):
     """Linear RGB (m, 3) of the first m of `spots` (n, 2), columns and rows; or text, why there are none."""
-    with tempfile.TemporaryDirectory(prefix="rayrace-", ignore_cleanup_errors=True) as scratch:
-        here = Path(scratch)
+    with scratch() as here:
         job.write(here / "job", {**arrays, "spots": spots}, parameters, needs)
         for name in ("out", "neutral", "cache"):
             (here / name).mkdir()
@@ -82,4 +80,4 @@ def work_out(entry: Entry, arrays, parameters: Parameters, needs, spots: np.ndar
         answer, fault = repetition.read_array(here / "out", events.read(stdout).output)
         if fault is None and (answer.dtype != np.float64 or answer.shape != (min(len(answer), len(spots)), 3)):
             fault = f"it answered {answer.dtype} {answer.shape} to {len(spots)} spots"
-        return answer if fault is None else fault
+        return np.array(answer) if fault is None else fault

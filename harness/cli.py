@@ -1,14 +1,16 @@
 """The command line. Every command imports what it needs when it runs, so that --help is quick."""
 
-import math
+import contextlib
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from harness import cli_picture
+from harness import cli_picture, cli_run
 from harness.cli_picture import JsonOption, RendererOption
+
+HostOption = Annotated[str, typer.Option(help="Of a run on several hosts: the one that is meant.", metavar="NAME")]
 
 app = typer.Typer(
     help="Races ray tracers and keeps an honest score: speed beside accuracy, each renderer a process of its own.",
@@ -20,91 +22,24 @@ app = typer.Typer(
 
 def main() -> None:
     """The entry point: 0 good, 1 something that was measured failed, 2 wrong use, 130 stopped by Ctrl-C."""
-    from harness.errors import UserError
+    from harness.errors import UserError, of_system
 
     try:
         app()
     except UserError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(2)
+        _end(str(error))
     except OSError as error:
-        print(f"error: {error.filename or 'system'}: {error.strerror}", file=sys.stderr)
-        sys.exit(2)
+        _end(of_system(error))
 
 
-@app.command()
-def run(
-    experiment: Annotated[Path, typer.Argument(help="Experiment file (.toml).", metavar="EXPERIMENT.toml")],
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the run; it must not exist yet. Default: a new one in results/.")
-    ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Print the cells, what will not run, and the predicted time; and stop.")
-    ] = False,
-    only: Annotated[str, typer.Option(help="Only these of its renderers, by commas.")] = "",
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", help="Put key=value over the file: image.depth=5.")
-    ] = None,
-    resume: Annotated[
-        Path | None, typer.Option(help="Go on with the run in this folder: only what it lacks.", metavar="RUN")
-    ] = None,
-    max_minutes: Annotated[
-        float | None,
-        typer.Option(min=0, help="Begin nothing more after so long; every cell has its turn before a second."),
-    ] = None,
-    report: Annotated[bool, typer.Option("--report", help="Write the report of the run too.")] = False,
-    renderer: RendererOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="With --dry-run: print JSON for a script.")] = False,
-) -> None:
-    """Run an experiment: every scene x renderer x swept value, in fresh interleaved processes."""
-    from harness import experiment as experiments
-    from harness import plan, predict, race, registry, row, terminal
-    from harness.errors import UserError
-
-    asked = experiments.load(experiment, tuple(settings or ()))
-    known = registry.entries(tuple(renderer or ()))
-    chosen = tuple(name.strip() for name in only.split(",") if name.strip())
-    planned = plan.make(asked, experiment, known, chosen)
-    budget = math.inf if max_minutes is None else 60 * max_minutes
-    if resume and out:
-        raise UserError("--resume goes on in the run's own folder; leave --out out")
-    if dry_run:
-        from harness import forecast
-
-        terminal.show_plan(forecast.make(planned, asked, Path("results"), resume), budget, as_json)
-        return
-    if as_json:
-        raise UserError("--json: only with --dry-run")
-    if resume:
-        folder = resume
-    elif out is None:
-        folder = race.new_folder(experiment.stem, Path("results"))
-    else:
-        folder = out
-        try:
-            folder.mkdir(parents=True)
-        except FileExistsError:
-            raise UserError(f"{out}: exists already; give --out another folder") from None
-    try:
-        with terminal.progress() as tell:
-            earlier = predict.history(Path("results"), but=folder)
-            records = race.run(asked, planned, known, folder, tell, resume is not None, budget, earlier=earlier)
-    except KeyboardInterrupt:
-        print(f"stopped; what had finished is in {folder}; go on with --resume {folder}", file=sys.stderr)
-        raise
-    terminal.show_summary(records)
-    done = {(record["cell"], record["repetition"], record["pass"]) for record in records}
-    left = sum((cell.key, *turn) not in done for cell, *turn in planned.order(asked.seed, asked.order))
-    if left:
-        print(f"{left} repetitions are left; --resume {folder} goes on")
-    print(f"run: {folder}")
-    if report:
-        from reports import report as reports
-
-        print(f"report: {reports.write(folder, folder / 'report')}")
-    raise typer.Exit(1 if any(map(row.failed, records)) else 0)
+def _end(text: str) -> None:
+    with contextlib.suppress(OSError):  # the terminal may be gone
+        print(f"error: {text}", file=sys.stderr, flush=True)
+    sys.exit(2)
 
 
+app.command()(cli_run.run)
+app.command()(cli_run.status)
 app.command()(cli_picture.render)
 app.command()(cli_picture.trace)
 
@@ -117,6 +52,9 @@ def report(
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Folder for the report. Default, of one folder: RUN/report.")
     ] = None,
+    pool: Annotated[
+        bool, typer.Option("--pool", help="Take hosts of a cluster that are alike in all but their names as one.")
+    ] = False,
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing: make it again and tell what has other data; exit 1 if any.")
     ] = False,
@@ -132,9 +70,9 @@ def report(
         raise UserError("name the folder of the report with -o FOLDER")
     folder = out or runs[0] / "report"
     if not check:
-        print(several.make(runs, folder))
+        print(several.make(runs, folder, pool))
         return
-    said = several.check(runs, folder)
+    said = several.check(runs, folder, pool)
     for line in said:
         print(line)
     print(f"{len(said)} of its figures and tables differ" if said else "every figure and table has the same data")
@@ -149,6 +87,7 @@ def compare(
         float | None,
         typer.Option(min=0, help="Exit 1 if something is surely slower by more, or no longer ok.", metavar="PERCENT"),
     ] = None,
+    host: HostOption = "",
     as_json: JsonOption = False,
 ) -> None:
     """What became faster or slower from one run to another, what is not resolved, and whose picture changed."""
@@ -157,7 +96,7 @@ def compare(
     from reports import compare_text
 
     with packed.opened(run_a) as a, packed.opened(run_b) as b:
-        found = comparisons.compare(a, b)
+        found = comparisons.compare(a, b, host)
     if as_json:
         print(compare_text.as_json(found))
     else:
@@ -185,13 +124,14 @@ def export(
         bool,
         typer.Option(help="Of a packed run: with its pictures, which take most of the room, or with errors alone."),
     ] = True,
+    host: HostOption = "",
 ) -> None:
     """Write a run in the format of another tool, or in one file, which `report`, `compare` and `export` read too."""
     from harness import packed
     from reports import exporters
 
     with packed.opened(run) as folder:
-        left_out = exporters.write(folder, form, None if out == "-" else Path(out), pictures)
+        left_out = exporters.write(folder, form, None if out == "-" else Path(out), pictures, host)
     for line in left_out:
         print(f"left out: {line}", file=sys.stderr)
 

@@ -20,7 +20,7 @@ def render(
     variant: Annotated[
         str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
     ] = "",
-    out: Annotated[Path, typer.Option("-o", "--out", help="Picture: .png, .exr or .npy; or scene: .pov.")] = Path(
+    out: Annotated[Path, typer.Option("-o", "--out", help="Picture: .png, .exr, .npy or .tif; or scene: .pov.")] = Path(
         "picture.png"
     ),
     width: Annotated[int, typer.Option(min=1, max=65536)] = 512,
@@ -75,12 +75,23 @@ def render(
         ),
     ] = "",
     frames: Annotated[int, typer.Option(min=0, help="Frames after the first, to time.")] = 0,
-    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
+    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds; of each tile.")] = 3600.0,
+    tiles: Annotated[
+        int | None,
+        typer.Option(min=1, help="Render squares of so many pixels a side one by one, to a .tif or .npy of any size."),
+    ] = None,
+    executor: Annotated[str, typer.Option(help="Who renders tiles: local, slurm or dask.", metavar="NAME")] = "",
+    slurm: Annotated[
+        list[str] | None,
+        typer.Option(help="Of its jobs, as [slurm] of an experiment: time='2 h'.", metavar="KEY=VALUE"),
+    ] = None,
+    dask: Annotated[str, typer.Option(help="The scheduler's.", metavar="ADDRESS")] = "",
     renderer: RendererOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Render a scene to a picture."""
     from harness import single
+    from harness.errors import UserError
 
     image = single.image(
         width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
@@ -93,6 +104,18 @@ def render(
         threads=threads or "default", scene_memory=scene_memory, block_width=block_width,
         block_height=block_height, total_threads=total_threads, max_registers=max_registers,
     )  # fmt: skip
+    if tiles:
+        from harness import mosaic
+
+        if frames:
+            raise UserError("--frames: not with --tiles, where nothing is timed")
+        if max_error:
+            raise UserError("--max-error: not with --tiles; render a small picture with it, and take its method")
+        chosen = mosaic.way(executor, tuple(slurm or ()), dask)
+        mosaic.render(scene, variant, out, image, tiles, chosen, timeout, tuple(renderer or ()), as_json)
+        return
+    if executor or slurm or dask:
+        raise UserError("--executor, --slurm and --dask are for tiles", remedy="add --tiles 1024, say")
     if max_error:
         from harness import within
 

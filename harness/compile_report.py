@@ -6,7 +6,6 @@ kernel can be; how fast it is, only a GPU tells.
 """
 
 import sys
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from harness.scene import load, text
 from harness.scene.flatten import flatten
 from harness.scene.generate import comparison
 from harness.scene.needs import needs
+from harness.scratch import scratch
 
 TARGETS = ("sm_75", "sm_80", "sm_90", "sm_100")
 TIMEOUT = 300.0  # s
@@ -110,8 +110,7 @@ def examine(entries: list[Entry], wanted: list[Case], targets: tuple[str, ...]) 
 
 def _inspect(entry: Entry, case: Case, needed: tuple[str, ...], targets: tuple[str, ...]):
     """The kernels of a job; "ok", or what went wrong and why."""
-    with tempfile.TemporaryDirectory(prefix="rayrace-", ignore_cleanup_errors=True) as scratch:
-        here = Path(scratch)
+    with scratch() as here:
         given = entry.renderer.given(case.parameters, needed)
         job.write(here / "job", flatten(case.scene), case.parameters, given)
         for name in ("out", "neutral"):

@@ -46,11 +46,20 @@ def capture() -> dict:
         "address_randomisation": _read("/proc/sys/kernel/randomize_va_space"),
         "load": list(os.getloadavg()) if hasattr(os, "getloadavg") else _no("not told by the system"),
         "pressure": _read("/proc/pressure/cpu"),
-        "python": f"{platform.python_implementation()} {platform.python_version()}",
+        "python": python(),
         "compilers": {kind: _compiler(kind) for kind in builder.CANDIDATES},
-        "packages": {name: _version(name) for name in PACKAGES},
+        "packages": packages(),
         "commit": _commit(),
     }
+
+
+def python() -> str:
+    return f"{platform.python_implementation()} {platform.python_version()}"
+
+
+def packages() -> dict[str, str]:
+    """Versions of what makes times and pictures, by name."""
+    return {name: _version(name) for name in PACKAGES}
 
 
 def _no(reason: str) -> str:

@@ -1,4 +1,6 @@
-"""The error that is the user's to mend."""
+"""The error that is the user's to mend, and what the system's say."""
+
+LINES, LINE = 20, 1000  # of a message, and characters of one: what was given may say any number of things wrongly
 
 
 class UserError(Exception):
@@ -21,4 +23,24 @@ class UserError(Exception):
     def __str__(self):
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
         text = f"{place}: {self.message}" if place else self.message
-        return f"{text}; {self.remedy}" if self.remedy else text
+        return fit(f"{text}; {self.remedy}" if self.remedy else text)
+
+
+def fit(text: str) -> str:
+    """`text` as a terminal can show it and a person read it: what is not printable is escaped, what is too long cut."""
+    lines = text.split("\n")
+    more = [f"and {len(lines) - LINES} more"] if len(lines) > LINES else []
+    short = (line if len(line) <= LINE else line[:LINE] + " ..." for line in lines[:LINES])
+    return "\n".join(map(printable, (*short, *more)))
+
+
+def printable(text: str) -> str:
+    """`text` with escapes for what would do something to a terminal, or cannot be printed."""
+    if text.isprintable():
+        return text
+    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
+
+
+def of_system(error: OSError, place="system") -> str:
+    """What an OSError says; place: where, if it does not know."""
+    return f"{error.filename or place}: {error.strerror or error}"

@@ -6,10 +6,17 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import orjson
+
+from harness.errors import printable
+
 LIMIT = 64 * 2**20  # bytes of output that are read
 FAULTS = 10  # after so many, the rest is not read
 WORDS = 500  # characters of a text that are kept
 PARTS = 20  # of a frame
+PHASES = 1000
+TEXT = 2**16  # characters of what is kept as it was said
+LEAST = 1e-9  # s: nothing renders a picture in less, however small
 CLOCKS = 0.01  # by which the clock of a device may differ from the system's
 
 DEVICE_COUNTS = ("multiprocessors", "memory_bytes", "shared_bytes_per_block", "registers_per_multiprocessor")
@@ -69,15 +76,17 @@ def words(value) -> str:
     """Text of a renderer on one line that can be printed and stored: not too long, no half characters."""
     text = " ".join(str(value).split())
     text = text if len(text) <= WORDS else text[:WORDS] + " ..."
-    return text.encode("utf-8", errors="replace").decode("utf-8")
+    return printable(text.encode("utf-8", errors="replace").decode("utf-8"))
 
 
 def _take(said: Said, kind: str, event: dict) -> None:
     if kind in ("phase", "frame"):
         start, end = float(event["start"]), float(event["end"])
-        if not (math.isfinite(start) and start <= end < math.inf):
+        if not (start <= end and math.isfinite(end - start)):
             raise ValueError("stamps out of order")
         if kind == "phase":
+            if len(said.phases) == PHASES:
+                raise ValueError("too many phases")
             said.phases.append({"name": words(event["name"]), "start": start, "end": end})
         else:
             frame = {"index": _count(event["index"]), "start": start, "end": end}
@@ -97,8 +106,9 @@ def _take(said: Said, kind: str, event: dict) -> None:
     elif kind == "kernel":
         said.kernels.append(_kernel(event))
     elif kind in ("versions", "used"):
-        json.dumps(event, allow_nan=False)  # ValueError: no JSON could hold it
-        setattr(said, kind, event)
+        if len(json.dumps(event, allow_nan=False)) > TEXT:  # ValueError: no JSON could hold it
+            raise ValueError("too much")
+        setattr(said, kind, _kept(event))
     elif kind == "output":
         said.output = words(event["file"])
         said.dropped = None if event.get("dropped") is None else words(event["dropped"])
@@ -106,6 +116,16 @@ def _take(said: Said, kind: str, event: dict) -> None:
         said.error = words(event["reason"])
     else:
         raise ValueError("unknown event")
+
+
+def _kept(event: dict) -> dict:
+    """What it says in its own words, if a run that holds it can be read again (store.py): orjson takes no half
+    characters and nothing nested too deep, and reports look into `methods`."""
+    orjson.loads(json.dumps([[[[event]]]]))
+    methods = event.get("methods") or {}
+    if any(isinstance(value, list | dict) for value in methods.values()):
+        raise ValueError("a method is no value")
+    return event
 
 
 def _count(value) -> int:
@@ -160,8 +180,8 @@ def _kernel(event: dict) -> dict:
 
 
 def tidy(said: Said, spawned: float, exited: float) -> None:
-    """Find stamps that cannot be: outside the life of the process, out of order, frames outside `render`, parts of a
-    frame that are longer than it.
+    """Find stamps that cannot be: outside the life of the process, out of order, frames outside `render` or too short
+    to be any, parts of a frame that are longer than it.
 
     Adds to `faults`.
     """
@@ -180,6 +200,9 @@ def tidy(said: Said, spawned: float, exited: float) -> None:
             said.faults.append(f"frame {frame['index']} lies outside the phase render")
             return
     for frame in said.frames:
+        if (frame["end"] - frame["start"]) / frame["renders"] < LEAST:
+            said.faults.append(f"frame {frame['index']} is too short for {frame['renders']} renders: {frame}")
+            return
         parts = sum((frame["parts"] or {}).values()) * frame["renders"]
         if parts > (frame["end"] - frame["start"]) * (1 + CLOCKS) + slack:
             said.faults.append(f"the parts of frame {frame['index']} are longer than it: {frame}")

@@ -1,31 +1,21 @@
 """An experiment: one TOML file, checked and with every default filled in."""
 
-import re
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
-from harness.errors import UserError
+from harness import cluster
+from harness.duration import Seconds, duration
 from harness.image import Count, Image
+from harness.limits import Limits
 from harness.manifest import Strict, read_toml, validated
 from harness.scene.generated import COUNTS
+from harness.setting import put
 
-UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
-
-
-def duration(value: Any) -> Any:
-    """Seconds from "50 ms", "10 min" or a plain number of seconds."""
-    if isinstance(value, str):
-        match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*([a-z]+)\s*", value)
-        if not match or match[2] not in UNITS:
-            raise ValueError(f'expected a time such as "50 ms", "30 s", "10 min" or "2 h", found "{value}"')
-        return float(match[1]) * UNITS[match[2]]
-    return value
-
-
-Seconds = Annotated[float, BeforeValidator(duration), Field(gt=0, allow_inf_nan=False)]
-
+POINTS = 10**5  # of a sweep: as many rows as a run can be expected to have
+Processes = Annotated[int, Field(ge=1, le=10**4)]
 
 # One picture of its own: a scene, and what differs from [image].
 Case = create_model(
@@ -111,7 +101,7 @@ class Stress(Strict):
 class Override(Strict):
     """Other repetitions, for a renderer much slower than the rest."""
 
-    processes: Annotated[int, Field(ge=1)] | None = None
+    processes: Processes | None = None
     frames: Count | None = None
     timeout: Seconds | None = None
 
@@ -161,12 +151,14 @@ class Experiment(Strict):
 
     order: interleaved, every cell once in a shuffled order and then again, so that drift of the machine meets all
     alike; sequential, all repetitions of a cell before the next.
+
+    slurm, dask: what `--executor slurm` or `--executor dask` asks of a cluster.
     """
 
     title: str = Field(min_length=1)
     scenes: tuple[str, ...] = ()
     renderers: tuple[str, ...] = Field(min_length=1)
-    processes: Annotated[int, Field(ge=1)] = 5
+    processes: Processes = 5
     frames: Count = 2
     timeout: Seconds = 600.0
     seed: int = 1
@@ -179,9 +171,12 @@ class Experiment(Strict):
     sweep: Table | tuple[Table, ...] = {}
     points: tuple[dict[str, Any], ...] = ()
     measure: Measure = Measure()
+    limits: Limits = Limits()
     reference: Reference | None = None
     theory: dict[str, dict[str, float]] = {}
     override: dict[str, Override] = {}
+    slurm: cluster.Slurm = cluster.Slurm()
+    dask: cluster.Dask | None = None
 
     @model_validator(mode="after")
     def _sweep_known(self):
@@ -200,6 +195,20 @@ class Experiment(Strict):
             self._known("points", table)
         if "side" in swept | points and {"width", "height"} & (swept | points):
             raise ValueError("sweep: side is width and height at once; sweep the one or the others")
+        return self
+
+    @model_validator(mode="after")
+    def _in_bounds(self):
+        """How many points there are is told before they are made."""
+        tables = [self.sweep] if isinstance(self.sweep, dict) else self.sweep
+        zipped = isinstance(self.sweep, tuple)
+        swept = math.prod(
+            math.prod([len(values) for values in table.values()][: 1 if zipped else None]) for table in tables
+        )
+        told = sum(math.prod(len(v) if isinstance(v, tuple) else 1 for v in table.values()) for table in self.points)
+        own = sum(math.prod(map(len, row.sweep.values())) * len(row.levels or "1") for row in self.stress)
+        if (count := swept * max(told, 1) * max(own, 1)) > POINTS:
+            raise ValueError(f"sweep: {count} points, {POINTS} at most")
         return self
 
     def made(self) -> tuple[Generate, ...]:
@@ -244,23 +253,5 @@ def load(path: Path, settings: tuple[str, ...] = ()) -> Experiment:
     path = Path(path)
     tables = read_toml(path)
     for setting in settings:
-        _set(tables, setting)
+        put(tables, setting, "--set", "image.depth=5 or processes=3")
     return validated(Experiment, tables, path)
-
-
-def _set(tables: dict, setting: str) -> None:
-    import tomllib
-
-    key, equals, text = setting.partition("=")
-    if not equals or not key:
-        raise UserError(f"--set {setting}: expected key=value, such as image.depth=5 or processes=3")
-    try:
-        value = tomllib.loads(f"x = {text}")["x"]
-    except tomllib.TOMLDecodeError:
-        value = text  # a bare word is a string
-    *place, last = key.strip().split(".")
-    for step in place:
-        tables = tables.setdefault(step, {})
-        if not isinstance(tables, dict):
-            raise UserError(f"--set {setting}: {step} is no table")
-    tables[last] = value

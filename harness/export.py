@@ -2,7 +2,6 @@
 
 import shutil
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ from harness.builder import fill
 from harness.errors import UserError
 from harness.job import Parameters
 from harness.registry import Entry, Renderer
+from harness.scratch import scratch
 
 
 def find(suffix: str, known: dict[str, Entry]) -> Renderer | None:
@@ -33,8 +33,7 @@ def write(
 ) -> None:
     """Let `renderer` write the job to the file `out`. UserError, with its reason, if it does not."""
     picture.check_folder(out)
-    with tempfile.TemporaryDirectory(prefix="rayrace-", ignore_cleanup_errors=True) as scratch:
-        here = Path(scratch)
+    with scratch() as here:
         job.write(here / "job", arrays, parameters, needs)
         for name in ("out", "neutral"):
             (here / name).mkdir()

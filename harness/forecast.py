@@ -39,7 +39,7 @@ class Forecast:
     """Of a plan, without the processes that are `done`: (cell key, number, kind)."""
 
     def __init__(self, plan: Plan, experiment: Experiment, predictor: Predictor, done: Collection[tuple] = ()):
-        self.plan = plan
+        self.plan, self.predictor = plan, predictor
         self.order = plan.order(experiment.seed, experiment.order)
         self.due = [turn for turn in self.order if (turn.cell.key, turn.number, turn.kind) not in done]
         left = Counter(turn.cell.key for turn in self.due)

@@ -129,8 +129,9 @@ def _off(hits: np.ndarray, right: np.ndarray) -> np.ndarray:
     """By which share the distances differ of those that hit the same; 0 of the others."""
     same = (hits[:, OBJECT] == right[:, OBJECT]) & (right[:, OBJECT] >= 0)
     off = np.zeros(len(right))
-    off[same] = np.abs(hits[same, DISTANCE].astype(np.float64) / right[same, DISTANCE] - 1)
-    return off
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        off[same] = np.abs(hits[same, DISTANCE].astype(np.float64) / right[same, DISTANCE] - 1)
+    return np.nan_to_num(off, nan=0.0)  # 0 / 0 are the same; what is infinite becomes the largest number
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

@@ -1,8 +1,10 @@
 """A job: the scene as arrays and the parameters, in a folder, for one renderer (renderers/README.md)."""
 
+import contextlib
 import dataclasses
 import hashlib
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -121,6 +123,22 @@ def write(folder: Path, arrays: dict[str, np.ndarray], parameters: Parameters, n
         np.save(folder / f"{name}.npy", np.ascontiguousarray(array))
     values = {**parameters.values(), "needs": list(needs)}
     (folder / "job.json").write_text(json.dumps(values, indent=1) + "\n")
+
+
+def seal(folder: Path) -> dict[str, tuple]:
+    """What changes with each file of a job's folder, whoever changes it: ctime cannot be set back."""
+    found = {}
+    with contextlib.suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            stat = entry.stat(follow_symlinks=False)
+            found[entry.name] = stat.st_ino, stat.st_mode, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns
+    return found
+
+
+def changed(folder: Path, sealed: dict[str, tuple]) -> list[str]:
+    """Names of what is no longer as it was when `sealed`."""
+    now = seal(folder)
+    return sorted(name for name in {*now, *sealed} if now.get(name) != sealed.get(name))
 
 
 def flags(folder: Path, out: Path, variant: str, cache: Path | None, parameters: Parameters, needs: tuple[str, ...]):

@@ -14,6 +14,7 @@ from harness.repetition import Result
 # suite. float32: one step of an 8-bit picture.
 TOLERANCE = {"float64": 1e-9, "float32": 1 / 255}
 STEP = 1 / 255
+LARGEST = 1e145  # of a channel: beyond it, squares and their sums leave float64
 DARK = 1e-2  # squared linear level below which relative errors count less
 EXTERNAL_TOLERANCE = 2 / 255  # of a program that is not ours, whose pictures may come in few bits
 RAY_TOLERANCE = {"float64": 1e-4, "float32": 1e-2}  # relative, of each ray count
@@ -44,9 +45,11 @@ class Verdict:
 
 
 def not_finite(picture: np.ndarray) -> str | None:
-    """None, or how many pixels have a channel that is NaN or infinite."""
-    broken = int(np.count_nonzero(~np.isfinite(picture).all(axis=-1)))
-    return f"{broken} pixels are not finite" if broken else None
+    """None, or how many pixels have a channel that is NaN, infinite or as good as that."""
+    broken = int(np.count_nonzero(~(np.abs(picture) <= np.float64(LARGEST)).all(axis=-1)))
+    if not broken:
+        return None
+    return f"{broken} pixels are not finite" + (f", or beyond {LARGEST:g}" if np.isfinite(picture).all() else "")
 
 
 def broken(result: Result) -> str | None:

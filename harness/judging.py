@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from harness import bound, certificate, hits, job, judge, perception, reference, repetition, store, truth
-from harness.executors import Executor
 from harness.experiment import Reference as Wanted
+from harness.host import Host
 from harness.kept import Kept
 from harness.plan import Cell, Plan
 from harness.reference import NoReference, Reference
@@ -23,13 +23,14 @@ OFF = Wanted(spots=0)
 class Judging:
     """What the pictures of a run are judged by. caches: folder for compiled code."""
 
-    def __init__(self, plan: Plan, known: dict[str, Entry], folder: Path, caches: Path, executor: Executor):
-        self.plan, self.known, self.folder, self.caches, self.executor = plan, known, folder, caches, executor
-        self.kept = Kept(executor.references)
+    def __init__(self, plan: Plan, known: dict[str, Entry], folder: Path, caches: Path, host: Host):
+        self.plan, self.known, self.folder, self.caches, self.host = plan, known, folder, caches, host
+        self.kept = Kept(host.references)
         self.wanted = plan.truths.wanted or OFF
         self.made: dict[str, tuple] = {}  # what was made, and its files, by content
         self.seen: dict[tuple[str, str], dict] = {}  # perception by picture and what it is beside
         self.compared: dict[tuple, dict] = {}
+        self.stored: set[str] = set()  # files of dropped weights
 
     def judge(
         self, cell: Cell, result: repetition.Result, picture: dict | None
@@ -77,8 +78,9 @@ class Judging:
         arrays, depth = self.plan.arrays[cell.scene_version], cell.parameters.depth
         limit = bound.bound(arrays, depth, result.dropped)
         name = picture["file"].removesuffix(".npy") + ".dropped.npy"
-        if not (self.folder / name).exists():
+        if name not in self.stored:
             store.save_whole(self.folder / name, result.dropped)
+            self.stored.add(name)
         radiance = float(bound.radiance(arrays, depth).max())
         return limit, {
             "radiance": radiance,
@@ -126,7 +128,7 @@ class Judging:
         def make():
             arrays, cache = self.plan.arrays[cell.scene_version], self.caches / f"{maker.name}.reference"
             way = hits if cell.parameters.kind == "rays" else reference
-            return way.make(maker, arrays, cell.parameters, needs, cache, self.executor.run)
+            return way.make(maker, arrays, cell.parameters, needs, cache, self.host.run)
 
         key = reference.key(maker, cell.scene_version, cell.parameters)
         return self._once(key, make, Reference.stored, Reference.restored)
@@ -144,7 +146,7 @@ class Judging:
 
         def make():
             try:
-                return truth.make(told, maker, arrays, self.caches / f"{maker.name}.reference", self.executor.run)
+                return truth.make(told, maker, arrays, self.caches / f"{maker.name}.reference", self.host.run)
             except LookupError as error:
                 return NoReference(str(error))
 

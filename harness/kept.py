@@ -1,8 +1,10 @@
 """Pictures that runs share: each made once, kept by the content of all that made it."""
 
+import contextlib
 import json
 import os
-import zipfile
+import time
+import uuid
 from pathlib import Path
 
 import numpy as np
@@ -24,29 +26,36 @@ class Kept:
         try:
             with np.load(path, allow_pickle=False) as file:
                 arrays = {name: file[name] for name in file.files}
-            os.utime(path)
+            with contextlib.suppress(OSError):  # nobody may write there
+                os.utime(path)
             return json.loads(str(arrays.pop("facts"))), arrays
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        except Exception:  # of many kinds: what was damaged can be anything
             return None
 
     def put(self, key: str, facts: dict, arrays: dict[str, np.ndarray]) -> None:
-        """Keep what JSON can hold, and arrays."""
+        """Keep what JSON can hold, and arrays, where that can be done: what is not kept is made again."""
         if self.folder is None:
             return
-        self.folder.mkdir(parents=True, exist_ok=True)
-        part = self.folder / f"{key}-{os.getpid()}.npz"  # several runs may be about the same
-        np.savez(part, facts=np.array(json.dumps(facts)), **arrays)
-        os.replace(part, self.folder / f"{key}.npz")
-        self._prune()
+        part = self.folder / f"{key}-{uuid.uuid4().hex}.npz"  # several runs may be about the same, on several hosts
+        with contextlib.suppress(OSError):
+            try:
+                self.folder.mkdir(parents=True, exist_ok=True)
+                np.savez(part, facts=np.array(json.dumps(facts)), **arrays)
+                os.replace(part, self.folder / f"{key}.npz")
+            finally:
+                with contextlib.suppress(OSError):
+                    part.unlink(missing_ok=True)
+            self._prune()
 
     def _prune(self) -> None:
-        found = []
+        found, now = [], time.time()
         for path in self.folder.glob("*.npz"):
             try:
                 state = path.stat()
             except OSError:  # another run has just pruned it
                 continue
-            found.append((state.st_mtime, state.st_size, path))
+            # A time to come is of a clock that was wrong, and says nothing.
+            found.append((state.st_mtime if state.st_mtime < now + 3600 else 0.0, state.st_size, path))
         total = sum(size for _, size, _ in found)
         for _, size, path in sorted(found):
             if total <= LIMIT:

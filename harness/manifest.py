@@ -9,6 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from harness.errors import UserError
 
 CONTRACT = 1
+DOTS = 10**7  # of a TOML file: sum of their squares by line, as of a list of 3000 numbers in one line
+FAULTS = 100  # of a TOML file that are looked into
 
 
 class Strict(BaseModel):
@@ -90,23 +92,35 @@ class Manifest(Strict):
 def read_toml(path: Path) -> dict:
     """The tables of a TOML file; UserError with file, line and column if it is not one."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8-sig")
+        # A key of n parts takes tomllib time and memory of n * n.
+        if sum(line.count(".") ** 2 for line in text.splitlines()) > DOTS:
+            raise UserError(f"{path}: a line with too many dots", remedy="write tables under headings, lists in lines")
+        return tomllib.loads(text)
     except OSError as error:
         raise UserError(f"{path}: {error.strerror}") from None
     except UnicodeDecodeError:
         raise UserError(f"{path}: not a text file (UTF-8)") from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # also of a number of too many digits
         raise UserError(f"{path}: {error}") from None
+    except RecursionError:
+        raise _too_deep(path) from None
+
+
+def _too_deep(path: Path) -> UserError:
+    return UserError(f"{path}: lists or tables are nested too deep", remedy="no key takes more than a few levels")
 
 
 def validated(model: type[BaseModel], tables: dict, path: Path) -> BaseModel:
     """`tables` as a `model`; UserError naming every faulty key of the file."""
-    tables = _frozen(tables)
     try:
+        tables = _frozen(tables)
         return model.model_validate(tables)
+    except RecursionError:
+        raise _too_deep(path) from None
     except ValidationError as error:
         found = {}  # a value that may be of several types has one error for each
-        for fault in error.errors():
+        for fault in error.errors(include_url=False)[:FAULTS]:
             found.setdefault(_place(fault, tables), []).append(_message(fault, model))
         lines = [f"{path}: {place + ': ' if place else ''}{' or: '.join(texts)}" for place, texts in found.items()]
         raise UserError("\n".join(lines)) from None

@@ -107,4 +107,9 @@ def main(path: str, interval: float) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], float(sys.argv[2]))
+    try:
+        main(sys.argv[1], float(sys.argv[2]))
+    except BrokenPipeError:  # the harness is gone
+        sys.exit(1)
+    except OSError as error:
+        sys.exit(f"measurer: {sys.argv[1]}: {error.strerror}")

@@ -8,11 +8,13 @@ shuffling). Pictures that differ in their last bits are alike in most planes, an
 import io
 import lzma
 import re
+import shutil
 import tarfile
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -20,8 +22,14 @@ from harness import store
 from harness.errors import UserError
 
 SUFFIX, PLANES = ".tar.xz", ".planes"
-MEMBER = re.compile(r"(run\.json|repetitions\.jsonl|(pictures|series|logs)/[\w.-]+)")
+MEMBER = re.compile(
+    r"jobs\.jsonl|(parts/[\w-][\w.-]*/)?(run\.json|end\.json|repetitions\.jsonl|(pictures|series|logs)/[\w.-]+)"
+)
+TEXTS = "run.json", "end.json", "repetitions.jsonl", "jobs.jsonl"  # of a run, or a part of one
 LARGEST = 4 << 30  # bytes of what is unpacked: a small file of a stranger can hold any number of zeros
+RATIO, ANY = 1000, 1 << 28  # times its size, that a run of more bytes than ANY may unpack to: of real ones it is 20
+PIECE = 1 << 20  # bytes, or numbers, of what is unpacked that are in memory at once
+WIDEST = 64  # bytes of a number
 REACH = 1 << 26  # bytes: how far back xz looks for what repeats, some ten pictures
 
 
@@ -39,13 +47,16 @@ def pack(folder: Path, file: Path, pictures: bool = True) -> None:
 
     UserError if it is no run.
     """
-    store.read(folder)
-    texts = [folder / "run.json", folder / "repetitions.jsonl"]
-    mentioned = re.findall(r'"(?:pictures/)?([\w.-]+\.npy)"', texts[1].read_text(encoding="utf-8"))
-    place = {found: number for number, found in reversed(list(enumerate(mentioned)))}
-    arrays = sorted((folder / "pictures").glob("*.npy"), key=lambda path: (place.get(path.name, len(place)), path.name))
-    arrays = arrays if pictures else []
-    others = sorted(path for part in ("series", "logs") for path in (folder / part).glob("*") if path.stat().st_size)
+    store.read(folder, list(store.hosts(folder)))
+    places = [folder, *sorted(path.parent for path in folder.glob("parts/*/run.json"))]
+    texts = [path for place in places for name in TEXTS if (path := place / name).exists()]
+    rows = [path.read_text(encoding="utf-8") for path in texts if path.name == "repetitions.jsonl"]
+    mentioned = re.findall(r'"(?:pictures/)?([\w.-]+\.npy)"', "".join(rows))
+    order = {found: number for number, found in reversed(list(enumerate(mentioned)))}
+    arrays = [path for place in places for path in (place / "pictures").glob("*.npy")] if pictures else []
+    arrays.sort(key=lambda path: (order.get(path.name, len(order)), str(path)))
+    others = [path for place in places for part in ("series", "logs") for path in sorted((place / part).glob("*"))]
+    others = [path for path in others if path.stat().st_size]
     filters = [{"id": lzma.FILTER_LZMA2, "preset": 6, "dict_size": REACH}]
 
     def write(out) -> None:
@@ -77,7 +88,7 @@ def opened(run: Path) -> Iterator[Path]:
 
 
 def _unpack(file: Path, folder: Path) -> None:
-    left = LARGEST
+    left = min(LARGEST, max(ANY, RATIO * file.stat().st_size)) if file.exists() else 0
     for part in ("pictures", "series", "logs"):
         (folder / part).mkdir(parents=True)
     try:
@@ -87,34 +98,58 @@ def _unpack(file: Path, folder: Path) -> None:
                 if not member.isreg() or not MEMBER.fullmatch(member.name):
                     raise UserError(f"{file}: no packed run: it holds {member.name!r}")
                 if left < 0:
-                    raise UserError(f"{file}: more than {LARGEST >> 30} GiB when unpacked")
-                data = tar.extractfile(member).read()
+                    raise UserError(
+                        f"{file}: more than {LARGEST >> 30} GiB when unpacked, or than {RATIO} times its size"
+                    )
                 path = folder / member.name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with open(path, "wb") as file_inside:
+                    shutil.copyfileobj(tar.extractfile(member), file_inside, PIECE)
                 if path.suffix == PLANES:
-                    path, data = path.with_suffix(""), _numbers(data)
-                path.write_bytes(data)
-    except (OSError, EOFError, lzma.LZMAError, tarfile.TarError, ValueError) as error:
+                    _numbers(path, path.with_suffix(""))
+                    path.unlink()
+    except (OSError, EOFError, lzma.LZMAError, tarfile.TarError, ValueError, OverflowError) as error:
         raise UserError(
             f"{file}: not a packed run: {error}", remedy="make one with: rayrace export RUN --format packed -o FILE"
         ) from None
 
 
 def _planes(npy: bytes) -> bytes:
-    head, numbers = _parts(npy)
-    return head + numbers.T.tobytes()
-
-
-def _numbers(planes: bytes) -> bytes:
-    head, found = _parts(planes)
-    return head + found.reshape(found.shape[::-1]).T.tobytes()
-
-
-def _parts(npy: bytes) -> tuple[bytes, np.ndarray]:
-    """The header of an .npy file, and its bytes by numbers, (count, bytes of one). ValueError if it is none."""
+    """The planes of an .npy file."""
     file = io.BytesIO(npy)
+    size = _head(file)
+    numbers = np.frombuffer(npy, np.uint8, offset=file.tell()).reshape(-1, size)
+    return npy[: file.tell()] + numbers.T.tobytes()
+
+
+def _numbers(planes: Path, npy: Path) -> None:
+    """Make the .npy file of its planes, a piece at a time: a small file can be packed of any number."""
+    with open(planes, "rb") as file, open(npy, "wb") as out:
+        size = _head(file)
+        start = file.tell()
+        count, rest = divmod(planes.stat().st_size - start, size)
+        if rest:
+            raise ValueError("planes that are not of one length")
+        file.seek(0)
+        out.write(file.read(start))
+        for first in range(0, count, PIECE):
+            some = np.empty((min(PIECE, count - first), size), np.uint8)
+            for plane in range(size):
+                file.seek(start + plane * count + first)
+                some[:, plane] = np.frombuffer(file.read(len(some)), np.uint8)
+            out.write(some.tobytes())
+
+
+def _head(file: BinaryIO) -> int:
+    """Read the header of an .npy file: the bytes of one of its numbers. ValueError if it is none."""
     version = np.lib.format.read_magic(file)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    _, _, dtype = read(file)
+    try:
+        _, _, dtype = read(file)
+    except Exception as error:  # of many kinds: it is parsed as Python
+        raise ValueError(f"no header of an array: {error}") from None
     if dtype.hasobject:
         raise ValueError("an array of objects")
-    return npy[: file.tell()], np.frombuffer(npy, np.uint8, offset=file.tell()).reshape(-1, dtype.itemsize)
+    if not 0 < dtype.itemsize <= WIDEST:
+        raise ValueError(f"an array of {dtype}")
+    return dtype.itemsize

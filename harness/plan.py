@@ -16,6 +16,7 @@ from harness.experiment import Experiment, Reference
 from harness.hits import Aimed
 from harness.image import Image
 from harness.job import Parameters
+from harness.limits import DEFAULT, Limits
 from harness.registry import Entry
 from harness.repetition import unsupported
 from harness.source import Source, Sources
@@ -23,6 +24,7 @@ from harness.statistics import LEAST
 from harness.stress.job import Stressed
 
 PAIRED = ("cpp", "numba", "cpp-threads", "numpy")  # whose cell is run twice: the first of them that can
+PROCESSES = 10**6  # of a run
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class Cell:
     objects: int  # that a ray is tried against
     lights: int
     stressed: Stressed | None = None  # what it is put under, of a [[stress]] experiment
+    limits: Limits = DEFAULT
 
     @property
     def label(self) -> str:
@@ -124,7 +127,9 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
     cells = tuple(cell for cell, _ in seen.values())
     if not cells:
         raise UserError("every cell is left out by where", file=file)
-    pair, reason = _pair(cells, experiment.measure.pair)
+    if (asked := sum(cell.processes for cell in cells)) > PROCESSES:
+        raise UserError(f"{len(cells)} cells are {asked} processes, {PROCESSES} at most", file=file)
+    pair, reason = pair_of(cells, experiment.measure.pair)
     truths = Truths(cells, sources, experiment.reference)
     left_out = tuple(constraints.left_out.items())
     return Plan(cells, arrays, pair, reason, left_out, truths, experiment.measure.cold, experiment.measure.peaks)
@@ -179,6 +184,7 @@ class _Picture:
                 objects=objects,
                 lights=lights,
                 stressed=self.source if isinstance(self.source, Stressed) else None,
+                limits=experiment.limits,
             )
 
     def _names(self, entry: Entry, threads: int, frames: int, processes: int) -> dict:
@@ -262,7 +268,7 @@ def _image(chosen: dict, file: Path, where: list[str]) -> Image:
         raise UserError(f"{file}: {', '.join(where)}: {why}") from None
 
 
-def _pair(cells: tuple[Cell, ...], wanted: str) -> tuple[Cell | None, str]:
+def pair_of(cells: tuple[Cell, ...], wanted: str) -> tuple[Cell | None, str]:
     """The cell with the most work of the first variant that can have one run twice, or why there is none."""
     if wanted == "off":
         return None, 'measure.pair is "off"'

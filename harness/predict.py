@@ -117,8 +117,9 @@ def history(results: Path, but: Path | None = None, most: int = HISTORY) -> list
 
     but: a run that is left out, as its rows are at hand.
     """
-    runs = sorted(results.glob("*/repetitions.jsonl"), key=lambda path: path.stat().st_mtime, reverse=True)
-    runs = [path for path in runs if but is None or path.parent.resolve() != but.resolve()]
+    found = [path for kind in ("*", "*/parts/*") for path in results.glob(f"{kind}/repetitions.jsonl")]
+    runs = sorted(found, key=lambda path: path.stat().st_mtime, reverse=True)
+    runs = [path for path in runs if but is None or not path.resolve().is_relative_to(but.resolve())]
     here, found = environment.capture() if runs else {}, []
     for path in runs:
         facts = path.with_name("run.json")

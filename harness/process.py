@@ -7,11 +7,13 @@ import select
 import signal
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
 from harness import cuda
 from harness import launcher as launcher_module
+from harness.limits import DEFAULT, Limits
 
 # What a renderer needs of the caller's environment. The rest is left out: its size and content change timings
 # (Mytkowicz et al., ASPLOS 2009) and differ from user to user.
@@ -21,7 +23,9 @@ KEPT = (
 )
 
 PATIENCE = 10.0  # s, for the measurer's last words
-DIED = '{"failed": "the launcher died"}'
+START = 60.0  # s, for its first: it imports, and asks NVML
+STUCK = 60.0  # s after which a launcher that should have spoken has been stopped, or worse
+DIED = {"failed": "the launcher died"}
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,8 @@ class Outcome:
     measurer: dict | None  # the measurer's words about itself; None if it was not asked to watch
     orphans: int | None = None  # descendants that nobody waited for; None if the system does not give them to us
     orphans_s: float | None = None  # their CPU time, which is in user_s and system_s
+    stopped: bool = False  # by a signal, when it had timed out
+    over: tuple[str, str] | None = None  # a limit that it was over, and what it did
 
     @property
     def wall_s(self) -> float:
@@ -65,11 +71,20 @@ def run(
     timeout: float,
     series: Path | None = None,
     interval: float = 0.05,
+    limits: Limits = DEFAULT,
+    cache: Path | None = None,
 ) -> Outcome:
-    """Run `command` in `folder`; with `series`, watch it every `interval` seconds into that CSV file."""
+    """Run `command` in `folder`; with `series`, watch it every `interval` seconds into that CSV file.
+
+    What it writes beside `folder`, which is alone there with what else it is given, and into `cache` is limited.
+    """
     environment = {name: os.environ[name] for name in KEPT if name in os.environ}
     environment["PYTHONPATH"] = os.pathsep.join(_packages())
     environment["CUDA_DEVICE_ORDER"] = "PCI_BUS_ID"  # NVML's: the device that runs is the one that is watched
+    own = folder.parent / f"{folder.name}.tmp"  # goes with the rest; and no other process has it in its environment
+    own.mkdir(exist_ok=True)
+    environment["TMPDIR"] = str(own)
+    most = limits.now()
     spec = folder.parent / f"{folder.name}.launch.json"
     spec.write_text(
         json.dumps(
@@ -80,6 +95,8 @@ def run(
                 "stdout": str(stdout),
                 "stderr": str(stderr),
                 "timeout": timeout,
+                "limits": most,
+                "places": [str(place) for place in (folder.parent, cache) if place],
             }
         )
     )
@@ -87,49 +104,99 @@ def run(
     watch = [sys.executable, "-P", "-m", "harness.measurer", str(series), str(interval)]
     measurer = _start(watch) if series else None
     if measurer:
-        measurer.stdout.readline()  # ready: its imports must not run beside the renderer
+        _word(measurer, START)  # ready: its imports must not run beside the renderer
     launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(spec)])
     try:
-        started = json.loads(launcher.stdout.readline() or DIED)
+        started = _hear(launcher, 0.0)
+        if started is DIED:
+            end_marked(own)
         if "failed" in started:
             return Outcome(started["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
         if measurer:
             _tell(measurer, {**started, "launcher": launcher.pid})
-        end = json.loads(launcher.stdout.readline() or DIED)
+        end = _hear(launcher, timeout)
         if "failed" not in end:
             audit = _last_words(measurer, end) if measurer else None
             _tell(launcher, {})  # it may reap
-            end |= json.loads(launcher.stdout.readline() or DIED)
+            end |= _hear(launcher, 0.0)
         if "failed" in end:
             launcher_module.kill_group(started["pid"], signal.SIGKILL)
+            end_marked(own)
             return Outcome(end["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
+        if end["over"]:
+            name, used = end["over"]
+            end["over"] = name, limits.told(name, used, most[name])
         return Outcome(failed=None, spawned=started["spawned"], measurer=audit, **end)
     finally:
         for process in (launcher, measurer):
             if process:
                 with contextlib.suppress(BrokenPipeError):  # it died before it read all
                     process.stdin.close()
-                process.wait()
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    process.wait(STUCK)
+                if process.returncode is None:
+                    process.kill()
+                    process.wait()
+                    end_marked(own)
                 process.stdout.close()
         spec.unlink(missing_ok=True)
 
 
+def _hear(launcher: subprocess.Popen, seconds: float) -> dict:
+    """What the launcher says next, which takes it no longer than `seconds` but for itself. DIED if it says nothing."""
+    if not _speaks(launcher, seconds + STUCK):
+        launcher.send_signal(signal.SIGCONT)  # a renderer may stop it; it then does what is overdue
+        _speaks(launcher, STUCK) or launcher.kill()
+    try:
+        return json.loads(launcher.stdout.readline())
+    except ValueError:  # nothing, or not its words
+        launcher.kill()
+        return DIED
+
+
+def _speaks(helper: subprocess.Popen, seconds: float) -> bool:
+    """Wait until a helper has something to say, or has ended; False after so many seconds."""
+    until = time.monotonic() + seconds
+    while (left := until - time.monotonic()) > 0:
+        if select.select([helper.stdout], [], [], min(left, 3600.0))[0]:
+            return True
+    return False
+
+
+def end_marked(own: Path) -> None:
+    """End the processes that have the folder `own` for their temporary files, where Linux tells: a dead launcher's."""
+    mark = f"TMPDIR={own}\0".encode()
+    found = True
+    while found:  # they may be multiplying
+        found = False
+        for place in Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                if mark in (place / "environ").read_bytes():
+                    os.kill(int(place.name), signal.SIGKILL)
+                    found = True
+
+
 def _start(command: list[str]) -> subprocess.Popen:
-    """Start a helper in a session of its own, so that Ctrl-C reaches the harness alone."""
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True)
+    """Start a helper in a session of its own, so that Ctrl-C reaches the harness alone. No buffers: select sees all."""
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, bufsize=0, stdin=pipe, stdout=pipe, start_new_session=True)
 
 
 def _tell(process: subprocess.Popen, message: dict) -> None:
     with contextlib.suppress(BrokenPipeError):
-        process.stdin.write(json.dumps(message) + "\n")
-        process.stdin.flush()
+        process.stdin.write(json.dumps(message).encode() + b"\n")
 
 
 def _last_words(measurer: subprocess.Popen, end: dict) -> dict | None:
     """Have the measurer look at the dead once more; its audit. None if it is dead itself, or stuck."""
     _tell(measurer, end)
-    if not select.select([measurer.stdout], [], [], PATIENCE)[0]:
-        measurer.kill()
-        return None
-    line = measurer.stdout.readline()
+    line = _word(measurer, PATIENCE)
     return json.loads(line) if line else None
+
+
+def _word(measurer: subprocess.Popen, seconds: float) -> bytes:
+    """The next line of the measurer; empty if it is dead, or stuck, as in the driver of a GPU that is lost: then it is
+    killed."""
+    if not _speaks(measurer, seconds):
+        measurer.kill()
+    return measurer.stdout.readline()

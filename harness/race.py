@@ -2,21 +2,21 @@
 
 import math
 import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from harness import environment, load_pass, resume, row, store
+from harness import environment, load_pass, resume, row, stopping, store
+from harness.alone import only_one
 from harness.bench import Bench, timestamp
 from harness.errors import UserError
-from harness.executors import Executor
-from harness.executors.local import Local
 from harness.experiment import Experiment
+from harness.host import Host, ThisHost
 from harness.plan import Cell, Plan, Turn
 from harness.predict import Predictor
 from harness.registry import Entry
+from harness.scratch import scratch
 
 STATE = ("load", "pressure", "frequency", "governor", "turbo")  # of the environment, again when a run has ended
 REMEDY = "what had finished is kept; start a new run with what is there now"
@@ -33,23 +33,29 @@ def run(
     tell: Tell = lambda *_: None,
     resumed: bool = False,
     budget: float = math.inf,
-    executor: Executor | None = None,
+    host: Host | None = None,
     earlier: Iterable[dict] = (),
+    part: dict | None = None,
+    elsewhere: Iterable[dict] = (),
 ) -> list[dict]:
     """Run every repetition of the plan into `folder`; the records. `tell` hears of each.
 
     resumed: the folder is of a run that was cut off; only what it lacks is run (resume.py). budget: seconds after which
     nothing more is begun, nor what is predicted to end later; as all cells have their turn before any has its second,
-    what there is is a thinner study. earlier: rows of other runs, to predict by. UserError if a renderer is edited
-    meanwhile.
+    what there is is a thinner study. earlier: rows of other runs, to predict by. part, elsewhere: of one part of a run
+    (part.py), what run.json says of that, and the rows of other parts, which are not run again. UserError if a renderer
+    is edited meanwhile, or if another process is at work on the folder.
     """
-    where = executor or Local()
-    with where.exclusive():
-        return _run(experiment, plan, known, folder, tell, resumed, budget, where, earlier)
+    where = host or ThisHost()
+    if not resumed:
+        folder.mkdir(parents=True, exist_ok=True)
+    with only_one(folder), where.exclusive():
+        return _run(experiment, plan, known, folder, tell, resumed, budget, where, earlier, part, list(elsewhere))
 
 
-def _run(experiment, plan, known, folder, tell, resumed, budget, executor, earlier) -> list[dict]:
-    facts = {
+def describe(experiment: Experiment, plan: Plan) -> dict:
+    """What run.json says of a run when it begins."""
+    return {
         "title": experiment.title,
         "experiment": experiment.model_dump(),
         "started": timestamp(),
@@ -61,15 +67,19 @@ def _run(experiment, plan, known, folder, tell, resumed, budget, executor, earli
         "stability": {cell.stressed.row.name: cell.stressed.row.facts() for cell in plan.cells if cell.stressed},
         "cells": [row.facts(cell) for cell in plan.cells],
     }
+
+
+def _run(experiment, plan, known, folder, tell, resumed, budget, host, earlier, part, elsewhere) -> list[dict]:
+    facts = {**describe(experiment, plan), **(part or {})}
     records = []
     if resumed and not store.is_blank(folder):
         facts, records = _go_on(facts, *resume.check(folder, plan))
     run_store = store.Run(folder)
     try:
         run_store.describe(**facts)
-        with tempfile.TemporaryDirectory(prefix="rayrace-caches-", ignore_cleanup_errors=True) as caches:
-            bench = Bench(plan, known, run_store, Path(caches), experiment.measure.interval, executor)
-            _Loop(experiment, plan, bench, records, tell, executor.clock() + budget, earlier).run()
+        with scratch("rayrace-caches-") as caches:
+            bench = Bench(plan, known, run_store, caches, experiment.measure.interval, host)
+            _Loop(experiment, plan, bench, records, tell, host.clock() + budget, earlier, elsewhere).run()
         state = environment.capture()
         run_store.describe(**facts, ended={"at": timestamp(), **{name: state[name] for name in STATE}})
     finally:
@@ -81,12 +91,21 @@ class _Loop:
     """The turns of a run that are due, one after the other."""
 
     def __init__(
-        self, experiment: Experiment, plan: Plan, bench: Bench, records: list[dict], tell: Tell, end: float, earlier
+        self,
+        experiment: Experiment,
+        plan: Plan,
+        bench: Bench,
+        records: list[dict],
+        tell: Tell,
+        end: float,
+        earlier,
+        elsewhere,
     ):
         self.plan, self.bench, self.records, self.tell, self.end = plan, bench, records, tell, end
-        self.clock = bench.executor.clock
+        self.clock = bench.host.clock
         self.gpu_load = experiment.measure.gpu_load
-        self.there = {(record["cell"], record["repetition"], record["pass"]) for record in records}
+        self.elsewhere = elsewhere
+        self.there = {(record["cell"], record["repetition"], record["pass"]) for record in [*elsewhere, *records]}
         self.due = [
             turn for turn in plan.order(experiment.seed, experiment.order)
             if (turn.cell.key, turn.number, turn.kind) not in self.there
@@ -94,7 +113,7 @@ class _Loop:
         self.left = Counter(turn.cell.key for turn in self.due)
         self.total = len(records) + len(self.due)
         self.idle = {cell.key for cell in plan.cells if cell.refused}
-        self.predictor = Predictor([*earlier, *records])
+        self.predictor = Predictor([*earlier, *elsewhere, *records])
         self.left_s, self.looked = None, -math.inf
         for record in records:
             if record["picture"]:
@@ -107,7 +126,7 @@ class _Loop:
                 return
             self._take(turn)
         more = [
-            cell for cell in load_pass.cells(self.plan, self.records, self.gpu_load)
+            cell for cell in load_pass.cells(self.plan, [*self.elsewhere, *self.records], self.gpu_load)
             if (cell.key, 0, "load") not in self.there
         ]  # fmt: skip
         self.total += len(more)
@@ -124,6 +143,7 @@ class _Loop:
         return self.clock() + (expected.seconds if expected else 0.0) < self.end
 
     def _take(self, turn: Turn) -> None:
+        stopping.heed_again()
         _must_be_unchanged(turn.cell)
         record = self.bench.repeat(*turn)
         _must_be_unchanged(turn.cell)  # else nobody knows which of the two has run
@@ -166,7 +186,7 @@ def _go_on(now: dict, before: dict, records: list[dict]) -> tuple[dict, list[dic
     known = {cell["cell"] for cell in before["cells"]}
     again = {name: now[name] for name in ("started", "command", "experiment", "order", "pair", "left_out")}
     return {
-        **{name: value for name, value in before.items() if name not in ("format", "ended")},
+        **{name: value for name, value in before.items() if name not in ("format", "hosts", "ended")},
         "stability": {**now["stability"], **before.get("stability", {})},
         "cells": [*before["cells"], *(cell for cell in now["cells"] if cell["cell"] not in known)],
         "resumed": [*before.get("resumed", []), again],

@@ -1,22 +1,24 @@
 """One repetition: a variant does one job in a process of its own, and the record of it."""
 
+import math
 import os
-import shutil
 import signal
 import stat
 import sys
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from harness import events, job, process
+from harness import events, job, leftovers, process
 from harness.builder import BuildError, fill
 from harness.job import Parameters
+from harness.limits import DEFAULT, Limits
 from harness.registry import Entry
+from harness.scratch import remove, scratch
 
 UNSUPPORTED = 3  # exit status
+HEAVIEST = 1e100  # dropped weight of a pixel; of more, what is worked out from it leaves float64
 # Parameters that a manifest names the values of.
 METHODS = (
     *("precision", "walk", "accel", "kernel", "vector", "scene_memory", "floating_point"),
@@ -67,6 +69,7 @@ def run(
     interval: float = 0.05,
     cache: Path | None = None,
     log: Path | None = None,
+    limits: Limits = DEFAULT,
 ) -> Result:
     """Let `entry` do the job if its manifest says that it can; the Result. Never raises for what the renderer does.
 
@@ -78,53 +81,88 @@ def run(
     reason = unsupported(entry, parameters, needs)
     if reason:
         return Result("unsupported", reason)
-    return start(entry, arrays, parameters, needs, timeout, series, interval, cache, log)
+    return start(entry, arrays, parameters, needs, timeout, series, interval, cache, log, limits)
 
 
-def start(entry, arrays, parameters, needs, timeout=600.0, series=None, interval=0.05, cache=None, log=None) -> Result:
+def start(
+    entry, arrays, parameters, needs, timeout=600.0, series=None, interval=0.05, cache=None, log=None, limits=DEFAULT
+) -> Result:
     """`run` without asking the manifest first whether the renderer can do the job."""
     try:
         built = entry.renderer.build(parameters, needs)
     except BuildError as error:
         return Result("failed", f"its build failed: {error}")
-    with tempfile.TemporaryDirectory(prefix="rayrace-", ignore_cleanup_errors=True) as scratch:
-        here = Path(scratch)
+    with scratch() as here:
+        # A renderer that finds the disk full fails, and its row would say so for ever.
+        leftovers.must_have_room(here, 8 * math.prod(parameters.shape()) if parameters.kind == "image" else 0)
         given = entry.renderer.given(parameters, needs)
         job.write(here / "job", arrays, parameters, given)
+        sealed = job.seal(here / "job")
         for name in ("out", "neutral"):
             (here / name).mkdir()
-        cache = cache or here / "cache"
-        cache.mkdir(parents=True, exist_ok=True)
+        own = cache or here / "cache"
+        own.mkdir(parents=True, exist_ok=True)
         places = {"folder": str(entry.renderer.folder), "python": sys.executable}
         if built:
             places["build"] = str(built.folder)
         command = [fill(word, places) for word in entry.variant.command]
-        command += job.flags(here / "job", here / "out", entry.name, cache, parameters, given)
+        command += job.flags(here / "job", here / "out", entry.name, own, parameters, given)
         stdout, stderr = here / "stdout", here / "stderr"
-        outcome = process.run(command, here / "neutral", stdout, stderr, timeout, series, interval)
-        result = _collect(outcome, here / "out", stdout, stderr, parameters, needs)
+        outcome = process.run(command, here / "neutral", stdout, stderr, timeout, series, interval, limits, cache)
+        if outcome.failed:
+            return Result("failed", outcome.failed)
+        if outcome.over and outcome.over[0] == "disk":
+            remove(own)  # the next repetition would find no room in it
+        gone = [path for path in (stdout, stderr) if not _is_file(path)]
+        touched = job.changed(here / "job", sealed)
+        fault = f"changed its job: {events.words(', '.join(touched))}" if touched else None
+        if gone:
+            fault = f"removed or replaced the file of its {gone[0].name}"
+        said, text = events.read(_unless(gone, stdout)), _end(_unless(gone, stderr))
+        rays = len(arrays["rays"]) if parameters.kind == "rays" else 0
+        result = _collect(outcome, said, text, fault, here / "out", parameters, needs, rays)
         if log:
             for path in (stdout, stderr):
-                if path.exists():
-                    shutil.copyfile(path, f"{log}.{path.name}")
+                with open(_unless(gone, path), "rb") as source, open(f"{log}.{path.name}", "wb") as target:
+                    target.write(source.read(limits.output))
     return result
 
 
-def _collect(outcome, out: Path, stdout: Path, stderr: Path, parameters: Parameters, needs) -> Result:
-    if outcome.failed:
-        return Result("failed", outcome.failed)
-    said = events.read(stdout)
+def _unless(gone: list[Path], path: Path) -> Path:
+    return Path(os.devnull) if path in gone else path
+
+
+def _end(path: Path) -> str:
+    """The last words in a file."""
+    with open(path, "rb") as file:
+        file.seek(max(0, path.stat().st_size - 2**16))
+        return file.read(2**16).decode("utf-8", errors="replace").strip()
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return stat.S_ISREG(os.lstat(path).st_mode)
+    except OSError:
+        return False
+
+
+def _collect(outcome, said: events.Said, text: str, fault: str | None, out: Path, parameters, needs, rays) -> Result:
+    """What came of a process that ended: `fault` is what is already known to be wrong with what it left, if it left it
+    as it should."""
     events.tidy(said, outcome.spawned, outcome.exited)
-    with open(stderr, "rb") as file:
-        file.seek(max(0, stderr.stat().st_size - 2**16))
-        text = file.read().decode("utf-8", errors="replace").strip()
     result = Result("ok", "", outcome, said, None, text)
     last_line = text.splitlines()[-1] if text else ""
     why = said.error or events.words(last_line) or "it did not say why"
     if outcome.timed_out:
-        result.status, result.reason = "timeout", f"killed after {outcome.wall_s:.3g} s"
+        stopped = ", in which it was stopped by a signal" if outcome.stopped else ""
+        result.status, result.reason = "timeout", f"killed after {outcome.wall_s:.3g} s{stopped}"
+    elif outcome.over:
+        limit, result.reason = outcome.over
+        result.status = "killed" if limit == "memory" and outcome.signal == signal.SIGKILL else "failed"
     elif outcome.signal == signal.SIGKILL:
         result.status, result.reason = "killed", "by SIGKILL, perhaps for using too much memory (see dmesg)"
+    elif outcome.signal == signal.SIGXFSZ:
+        result.status, result.reason = "failed", "wrote a file that is larger than the limit of disk"
     elif outcome.signal is not None:
         result.status, result.reason = "failed", f"ended by {_signal(outcome.signal)}: {why}"
     elif outcome.code == UNSUPPORTED:
@@ -132,13 +170,14 @@ def _collect(outcome, out: Path, stdout: Path, stderr: Path, parameters: Paramet
     elif outcome.code != 0:
         result.status, result.reason = "failed", f"exit {outcome.code}: {why}"
     else:
-        fault = _incomplete(said, parameters)
+        fault = fault or _incomplete(said, parameters)
         if fault is None:
-            result.array, fault = _load(out, said, parameters)
+            result.array, fault = _load(out, said, parameters, rays)
         if fault is None and "cutoff" in needs:
             result.dropped, fault = _load_dropped(out, said, parameters)
         if fault:
             result.status, result.reason = "failed", fault
+    del said.frames[parameters.frames + 1 :]  # of more than were asked for, which may be millions
     return result
 
 
@@ -154,11 +193,18 @@ def _incomplete(said: events.Said, parameters: Parameters) -> str | None:
         return said.faults[0]
     frames = [frame["index"] for frame in said.frames]
     if frames != list(range(parameters.frames + 1)):
-        return f"reported frames {frames}, expected 0 to {parameters.frames}"
+        return f"reported frames {events.words(frames)}, expected 0 to {parameters.frames}"
+    first, *later = (frame["renders"] for frame in said.frames)
+    if first != 1:
+        return f"frame 0 is of {first} renders, expected 1"
+    if later and later[0] > 1 and not parameters.least_frame:
+        return f"frames of {later[0]} renders, which nobody asked for"
+    if len(set(later)) > 1:
+        return f"frames of {events.words(later)} renders, expected always the same"
     return None
 
 
-def _load(out: Path, said: events.Said, parameters: Parameters):
+def _load(out: Path, said: events.Said, parameters: Parameters, rays: int):
     """The array that the renderer returned, and what is wrong with it."""
     array, fault = read_array(out, said.output)
     if fault:
@@ -167,8 +213,9 @@ def _load(out: Path, said: events.Said, parameters: Parameters):
         return None, f"{said.output} holds {array.dtype}, expected float64 or float32"
     if parameters.kind == "image" and array.shape != parameters.shape():
         return None, f"{said.output} has shape {array.shape}, expected {parameters.shape()}"
-    if parameters.kind == "rays" and (array.ndim != 2 or array.shape[1] != 8):
-        return None, f"{said.output} has shape {array.shape}, expected (rays, 8)"
+    if parameters.kind == "rays" and array.shape != (rays, 8):
+        return None, f"{said.output} has shape {array.shape}, expected {(rays, 8)}"
+    array = np.array(array)
     if parameters.kind == "rays" and not _are_hits(array):
         return array, f"{said.output} holds a row that is neither a hit nor a miss"
     return array, None
@@ -183,24 +230,26 @@ def _load_dropped(out: Path, said: events.Said, parameters: Parameters):
         return None, fault
     if array.dtype not in (np.float64, np.float32) or array.shape != parameters.shape()[:2]:
         return None, f"{said.dropped} holds {array.dtype} {array.shape}, expected floats {parameters.shape()[:2]}"
-    if not (np.isfinite(array).all() and array.min(initial=0) >= 0):
+    if not (array.min(initial=0) >= 0 and float(array.max(initial=0)) <= HEAVIEST):
         return None, f"{said.dropped} holds weights that are not finite, or below 0"
     return array.astype(np.float64), None
 
 
 def read_array(out: Path, name: str | None):
-    """The array in the file that a renderer says it wrote into its output folder, and what is wrong with it."""
+    """The array in the file that a renderer says it wrote into its output folder, and what is wrong with it.
+
+    It is not read before it is looked at: a file can say that it holds more than there is memory for.
+    """
     if name is None:
         return None, "printed no output event"
     try:
-        is_there = name in os.listdir(out) and stat.S_ISREG(os.lstat(out / name).st_mode)
+        is_there = name in os.listdir(out) and _is_file(out / name)
     except OSError:
         is_there = False
     if not is_there:
         return None, f'returned no file "{name}" in its output folder'
     try:
-        with open(out / name, "rb") as file:
-            return np.lib.format.read_array(file, allow_pickle=False), None
+        return np.lib.format.open_memmap(out / name, "r"), None
     except Exception as error:  # of many kinds: the bytes can be anything
         return None, f"{name} is no array: {events.words(error)}"
 

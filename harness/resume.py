@@ -1,17 +1,16 @@
 """Going on with a run that was cut off: whether its rows may stand beside new ones, and which are there."""
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
-from harness import environment, row, store
+from harness import environment, fingerprint, row, store
 from harness.errors import UserError
-from harness.plan import Plan
+from harness.plan import Cell, Plan
+from harness.record import identity
 
 # What must be the same of the machine and its software, or the rows of one run would be of two.
-MACHINE = (
-    *("host", "os", "kernel", "cpu", "architecture", "cores", "memory_bytes", "gpu"),
-    *("python", "compilers", "packages"),
-)
+MACHINE = fingerprint.MACHINE + fingerprint.SOFTWARE
 CELL = ("renderer_version", "scene_version", "parameters", "needs")
 
 
@@ -22,11 +21,7 @@ def check(folder: Path, plan: Plan) -> tuple[dict, list[dict]]:
     """
     facts, records = store.read(folder)
     changes = _changes("this machine: ", facts["environment"], environment.capture(), MACHINE)
-    before = {_identity(cell): cell for cell in facts["cells"]}
-    for cell in plan.cells:
-        now = row.facts(cell)
-        old = before.get(_identity(now), now)
-        changes += _changes(f"{cell.label}: ", old, now, CELL)
+    changes += of_cells(facts["cells"], plan.cells, CELL)
     if changes:
         shown = [*changes[:10], *([f"and {len(changes) - 10} more"] if len(changes) > 10 else [])]
         remedy = "start a new run, and compare the two"
@@ -34,18 +29,16 @@ def check(folder: Path, plan: Plan) -> tuple[dict, list[dict]]:
     return facts, records
 
 
-def _identity(cell: dict) -> tuple:
-    """What an experiment calls a cell, whatever is behind the names."""
-    return cell["variant"], cell["scene"], json.dumps(cell["point"], sort_keys=True)
-
-
-def _changes(where: str, before: dict, now: dict, names: tuple[str, ...], prefix: str = "") -> list[str]:
-    """A line for each value that is not the same; tables are looked into."""
-    now, found = json.loads(json.dumps(now)), []
-    for name in names:
-        old, new = before.get(name), now.get(name)
-        if isinstance(old, dict) and isinstance(new, dict):
-            found += _changes(where, old, new, tuple(sorted({*old, *new})), f"{prefix}{name}.")
-        elif old != new:
-            found.append(f"{where}{prefix}{name} was {json.dumps(old)}, is {json.dumps(new)}")
+def of_cells(before: list[dict], now: Iterable[Cell], names: tuple[str, ...]) -> list[str]:
+    """A line for each value of `names` that is not what it was in the cell of the same identity; new cells are none."""
+    known, found = {identity(cell): cell for cell in before}, []
+    for cell in now:
+        facts = row.facts(cell)
+        found += _changes(f"{cell.label}: ", known.get(identity(facts), facts), facts, names)
     return found
+
+
+def _changes(where: str, before: dict, now: dict, names: tuple[str, ...]) -> list[str]:
+    """A line for each value that is not the same."""
+    found = fingerprint.changes(before, json.loads(json.dumps(now)), names)
+    return [f"{where}{name} was {json.dumps(old)}, is {json.dumps(new)}" for name, old, new in found]

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from harness import events, repetition
 from harness.plan import Cell
+from harness.record import MEASURED
 from harness.registry import Entry
 
 BAD = ("failed", "timeout", "killed", "wrong picture")
@@ -12,6 +13,8 @@ CPU_RESOLUTION = 0.02  # s, of the series, where its measurer does not tell
 SAME_MARK = 10**6  # bytes: two readings of one high-water mark, of which the later sees the exit too, differ by less
 AT_MOST = "wait4 (at most)"  # the peak is below what wait4 can tell; at_least_bytes is the other bound
 PHASE_TOLERANCE = 0.02  # of the wall time that no phase covers
+UNTIMED = 0.5  # of the phase render that no frame covers, where it
+SHORT = 0.05  # s is not shorter than this
 
 EXHIBIT = "exhibit: "
 STRESSED = EXHIBIT + "put under stress, to see where it breaks"
@@ -60,11 +63,7 @@ def failed(record: dict) -> bool:
 def measured(result: repetition.Result, series: Path) -> dict:
     """The measured part of a record."""
     outcome, said = result.outcome, result.said
-    empty = (
-        *("wall_s", "phases", "frames_s", "frame_renders", "frame_parts", "cpu", "memory", "rays"),
-        *("used", "versions", "device", "measurer", "series"),
-    )
-    record = {**dict.fromkeys(empty), "warnings": [] if result.status != "ok" else list(said.faults)}
+    record = {**dict.fromkeys(MEASURED), "warnings": [] if result.status != "ok" else list(said.faults)}
     if outcome is None or outcome.failed:
         return record
     phases = cover(said, outcome.spawned, outcome.exited)
@@ -89,6 +88,12 @@ def measured(result: repetition.Result, series: Path) -> dict:
     missing = 1 - sum(end - start for _, start, end in phases) / outcome.wall_s
     if result.status == "ok" and abs(missing) > PHASE_TOLERANCE:
         record["warnings"].append(f"its phases leave {missing:.1%} of the wall time uncovered")
+    render = sum(end - start for name, start, end in phases if name == "render")
+    framed = sum(frame["end"] - frame["start"] for frame in said.frames)
+    if result.status == "ok" and render >= SHORT and framed < (1 - UNTIMED) * render:
+        record["warnings"].append(f"its frames cover {framed / render:.1%} of its phase render")
+    if record["series"] and outcome.measurer is None:
+        record["warnings"].append("its measurer gave no account of itself: the series may not be whole")
     doubt = cpu_doubt(record["cpu"], outcome)
     if doubt:
         record["warnings"].append(doubt)

@@ -100,7 +100,7 @@ def _told(accuracy: dict) -> str:
 
 def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Result, dict]:
     """Make one picture and save it at `out`: the Result, and facts for JSON. SystemExit(1) if the renderer fails."""
-    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=_kernels(entry))
+    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
     _stop_unless_ok(entry, result)
     if out.suffix == ".png" and not np.isfinite(result.array).all():
         raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
@@ -125,13 +125,23 @@ def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Res
 
 def tell(facts: dict, parameters: Parameters) -> None:
     """Print the facts of a picture for people."""
-    counts = facts["rays"] or {}
-    total = sum(counts.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
-    traced = f"{total:,} rays" if counts else "rays unavailable: it does not count them"
     print(
         f"{facts['picture']}: {facts['width']} x {facts['height']}, {facts['renderer']}, {parameters.precision}: "
-        f"{min(facts['frames_s']):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced}"
+        f"{min(facts['frames_s']):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced(facts['rays'])}"
     )
+    tell_doubts(facts)
+
+
+def traced(counts: dict | None) -> str:
+    """How many rays, for people."""
+    if not counts:
+        return "rays unavailable: it does not count them"
+    total = sum(counts.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
+    return f"{total:,} rays"
+
+
+def tell_doubts(facts: dict) -> None:
+    """Print what limits the worth of a picture."""
     if facts["bound"]:
         print(
             f"cut off: no pixel is further than {facts['bound']['max']:.3g} from the picture without a cut-off,"
@@ -139,8 +149,8 @@ def tell(facts: dict, parameters: Parameters) -> None:
         )
     if facts["unranked"]:
         print(f"note: {facts['unranked']}", file=sys.stderr)
-    if counts.get("non_finite"):
-        print(f"warning: {counts['non_finite']} samples are not finite", file=sys.stderr)
+    if (facts["rays"] or {}).get("non_finite"):
+        print(f"warning: {facts['rays']['non_finite']} samples are not finite", file=sys.stderr)
 
 
 def _export(scene, out, exporter, image, timeout, as_json) -> None:
@@ -160,10 +170,8 @@ def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
     needs = tuple(sorted(shapes(read)))
     entry = pick(variant, registry.entries(folders), parameters, needs)
     arrays = {**flatten(read), "rays": listed}
-    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=_kernels(entry))
+    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
     _stop_unless_ok(entry, result)
-    if len(result.array) != len(listed):
-        raise SystemExit(f"error: {entry.name} answered {len(result.array)} of {len(listed)} rays")
     if out is None:
         rays.write(sys.stdout, result.array)
     else:
@@ -171,7 +179,7 @@ def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
             rays.write(file, result.array)
 
 
-def _kernels(entry: registry.Entry) -> Path:
+def kernels(entry: registry.Entry) -> Path:
     """Where a renderer keeps compiled code from one command to the next. A measured run starts with an empty folder."""
     return cache_folder("kernels") / entry.renderer.manifest.name
 

@@ -23,6 +23,7 @@ from harness.scene.needs import needs
 ASKED = ("depth", "shadows", "sampler", "lens_radius", "feelers", "glossy_rays", "cutoff")
 
 COUNTED = {key for counts in COUNTS.values() for key in counts}  # what is a count of some generated scene
+OBJECTS = 10**7  # of a generated scene
 
 
 class Source:
@@ -108,15 +109,21 @@ class Sources:
             Generate.model_validate({"scene": scene, **counts})
         except ValidationError as error:
             fault = error.errors()[0]
-            raise UserError(f"{self.file}: sweep.{fault['loc'][-1]}: {fault['msg']}") from None
+            place = ".".join(map(str, ("sweep", *fault["loc"][-1:])))
+            raise UserError(f"{self.file}: {place}: {fault['msg'].removeprefix('Value error, ')}") from None
+
+        objects, lights = count(scene, **counts)
 
         def read():
+            if objects > OBJECTS:
+                why = f"{name} is of {objects} objects, {OBJECTS} at most"
+                raise UserError(why, file=self.file, remedy="leave it out with where")
             try:
                 return generated(scene, **counts)
             except UserError as error:
                 raise UserError(f"{self.file}: generate: {error}") from None
 
-        return Source(name, read, count(scene, **counts), counts.get("size"))
+        return Source(name, read, (objects, lights), counts.get("size"))
 
 
 def _name(made: Generate, swept: set[str]) -> str:

@@ -11,10 +11,23 @@
                         of each truth
     series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-pair-N and the like of other passes
     logs/KEY-N.stdout, .stderr; likewise
+    .lock               held by the process that is at work on the run (alone.py)
+
+A run can be a stranger's: it is read as far as it lies in its folder (confined.py).
+
+A run on a cluster (campaign.py) has more, and its own repetitions.jsonl is empty:
+
+    parts/NAME/         a run of its own, as above, that one job made on one host; end.json in it says how the job ended
+    jobs.jsonl          what was submitted, and how each job ended
+
+It is read as one: rows of all parts, their files by where they lie. Where two are of the same repetition, the one that
+ran stands. What a job should have run and has not is a row too, with the reason, until another has. Rows of several
+hosts are read together only if that is asked for.
 
 A record has these keys; what is not known is null, with the reason in `status` and `reason`. A line of
 repetitions.jsonl leaves out what run.json says of the record's cell.
 
+    host        of the row: what fingerprint.py calls it. run.json has under `hosts` what it is, when read
     cell, repetition, variant, renderer, renderer_version, technology, scene, scene_version, point, parameters, needs
     lines       of the sources of the renderer
     shapes      {sphere, box, polygon, ellipsoid, triangle, csg}: how many a ray is tried against
@@ -26,6 +39,7 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
     status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
     reason      text; "" if ok
     started     ISO time
+    lost        true of a row that no job has run; in others it is not there
     wall_s      from start to end of the process
     took_s      of the whole repetition: job, process, judging; the first of a picture makes its reference too
     phases      [[name, start_s, end_s], ..] since the start of the process, `start` and `exit` added by the harness
@@ -66,16 +80,18 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
     warnings    [text, ..]: what makes the row doubtful
 """
 
+import errno
+import io
 import json
-import mmap
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 import orjson
 
+from harness import alone, confined, fingerprint, jobs, lines, merge, stored
 from harness.errors import UserError
 
 FORMAT = 1
@@ -91,12 +107,16 @@ class Run:
         for name in ("pictures", "series", "logs"):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
         rows = self.folder / "repetitions.jsonl"
-        _cut_torn_line(rows)
+        lines.cut_torn(rows)
         self._file = open(rows, "a", encoding="utf-8")  # noqa: SIM115
         self._cells: dict[str, dict] = {}
+        self.host: str | None = None
 
     def describe(self, **facts) -> None:
+        """Write run.json."""
         self._cells = _by_key(facts)
+        if "environment" in facts:
+            self.host = fingerprint.of(facts["environment"])
         text = json.dumps({"format": FORMAT, **facts}, indent=1, allow_nan=False)
         write_whole(self.folder / "run.json", text + "\n")
 
@@ -104,6 +124,8 @@ class Run:
         """Write one repetition, on the disk when this returns."""
         known = self._cells.get(record.get("cell"), {})
         own = {name: value for name, value in record.items() if name == "cell" or known.get(name, self) != value}
+        if os.fstat(self._file.fileno()).st_nlink == 0:  # what is written to it now is nowhere
+            raise FileNotFoundError(errno.ENOENT, "it was deleted during the run", self._file.name)
         self._file.write(json.dumps(own, allow_nan=False) + "\n")
         self._file.flush()
         os.fsync(self._file.fileno())
@@ -114,30 +136,26 @@ class Run:
 
 def is_blank(folder: Path) -> bool:
     """Was a run begun here and cut off before it could say what it is? Nothing is in the folder then but its own."""
-    own = {"pictures", "series", "logs", "repetitions.jsonl", "run.json.part"}
+    own = {"pictures", "series", "logs", "repetitions.jsonl", "run.json.part", alone.NAME}
     if not folder.is_dir() or any(path.name not in own for path in folder.iterdir()):
         return False
     return all(path.is_dir() or path.stat().st_size == 0 or path.suffix == ".part" for path in folder.iterdir())
 
 
-def _cut_torn_line(rows: Path) -> None:
-    """Take away a last line that was cut off, which nobody believes: the next would be written behind it."""
-    if not rows.exists() or rows.stat().st_size == 0:
-        return
-    with open(rows, "r+b") as file:
-        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as text:
-            whole = text.rfind(b"\n") + 1
-        file.truncate(whole)
-
-
 def write_part(path: Path, write: Callable[[BinaryIO], None]) -> None:
     """Let `write` fill the file at `path`, so that it is there whole or not at all."""
     part = path.with_name(path.name + ".part")
-    with open(part, "wb") as file:
-        write(file)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(part, path)
+    try:
+        with open(part, "wb") as file:
+            write(file)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except OSError as error:
+        part.unlink(missing_ok=True)  # a disk that is full needs the room
+        error.strerror = error.strerror or str(error)  # which are one where a library raised it
+        error.filename = error.filename or str(path)
+        raise
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -147,34 +165,123 @@ def write_whole(path: Path, text: str) -> None:
 
 def save_whole(path: Path, array: np.ndarray) -> None:
     """Save an array as .npy so that it is there whole or not at all."""
-    write_part(path, lambda file: np.save(file, array))
+    npy = io.BytesIO()  # into a file, numpy would not say why it could not write
+    np.save(npy, array)
+    write_part(path, lambda file: file.write(npy.getbuffer()))
 
 
-def read(folder: Path) -> tuple[dict, list[dict]]:
-    """run.json and the repetitions of a run; a last line that was cut off is not believed. UserError if no run."""
+def read(folder: Path, hosts: Collection[str] | None = None) -> tuple[dict, list[dict]]:
+    """run.json and the repetitions of a run; a last line that was cut off is not believed.
+
+    hosts: of a run of several, those whose rows are wanted, taken as one machine. UserError if it is no run, or one of
+    several hosts and they are not named.
+    """
     folder = Path(folder)
+    facts, records = _read(folder)
+    parts = sorted(path.parent for path in folder.glob("parts/*/run.json"))
+    if parts or facts.get("executor"):
+        stored.front(facts, folder / "run.json")
+        read = [_read(part, f"parts/{part.name}/") for part in parts]
+        for part, (its, mine) in zip(parts, read, strict=True):
+            stored.part(its, mine, part)
+        told = lines.read(folder / jobs.NAME)
+        for number, line in enumerate(told, 1):
+            stored.job(line, folder / jobs.NAME, number)
+        return merge.merged(folder, facts, read, told, hosts)
+    return facts, records
+
+
+def read_complete(folder: Path, hosts: Collection[str] | None = None) -> tuple[dict, list[dict]]:
+    """`read` of a run with all that a report is made of; UserError for one without."""
+    facts, records = read(folder, hosts)
+    stored.complete(facts, records, folder)
+    return facts, records
+
+
+def executor(folder: Path) -> str | None:
+    """What the run in a folder was submitted through; None if it is of this machine, or has not begun."""
+    path = Path(folder) / "run.json"
+    return facts_of(Path(folder)).get("executor", {}).get("name") if path.exists() else None
+
+
+def read_front(folder: Path) -> tuple[dict, list[dict]]:
+    """Of a run on a cluster what was written where it was submitted; UserError if it is none."""
+    facts, records = _read(Path(folder))
+    if "executor" not in facts:
+        raise UserError(f"{folder}: a run of this machine alone, without jobs")
+    return facts, records
+
+
+def hosts(folder: Path) -> dict[str, dict]:
+    """The hosts of a run and their environments, as run.json has it, in the order in which they began."""
+    folder = Path(folder)
+    parts = sorted(folder.glob("parts/*/run.json"))
+    return merge.hosts([facts_of(path.parent) for path in parts] or [facts_of(folder)])
+
+
+def named(folder: Path, host: str) -> list[str] | None:
+    """The hosts of a run that are called `host`, by its name or as rows have it; None if none is asked for, or if the
+    run is of one host alone. UserError if there is none."""
+    known = hosts(folder)
+    if not host or len(known) < 2:
+        return None
+    found = [name for name, told in known.items() if host in (name, told["host"])]
+    if not found:
+        raise UserError(f"--host {host}: {folder} has rows of {', '.join(known)}")
+    return found
+
+
+def _read(folder: Path, prefix: str = "") -> tuple[dict, list[dict]]:
+    """Of one folder; prefix: of the names of its files."""
+    confined.check(folder)
+    facts = facts_of(folder)
     try:
-        facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         text = (folder / "repetitions.jsonl").read_bytes()
-    except (OSError, ValueError) as error:
-        raise UserError(f"{folder}: not a run: {error}", remedy="a run is a folder that `rayrace run` wrote") from None
-    if not isinstance(facts, dict) or facts.get("format") != FORMAT:
-        raise UserError(f"{folder / 'run.json'}: expected format {FORMAT}")
+    except OSError as error:
+        raise _no_run(folder, error) from None
     whole, _, _ = text.rpartition(b"\n")
+    host = {"host": next(iter(facts["hosts"]))} if "hosts" in facts else {}
     cells = _by_key(facts)
     records, alike = [], {}
     for number, line in enumerate(whole.splitlines(), 1):
         try:
             row = orjson.loads(line)
-            record = {**cells.get(row.get("cell"), {}), **row}
-        except (ValueError, TypeError, AttributeError):
+            if not isinstance(row, dict):
+                raise ValueError
+        except ValueError:
             raise UserError("a damaged line", file=folder / "repetitions.jsonl", line=number) from None
+        stored.row(row, folder / "repetitions.jsonl", number)
+        record = {**host, **cells.get(row.get("cell"), {}), **row}
+        if (outside := confined.stray(record)) is not None:
+            raise UserError(f"no file of a run: {outside!r}", file=folder / "repetitions.jsonl", line=number)
+        if prefix:
+            merge.move(record, prefix)
         for name in REPEATED & record.keys():  # one object for all that are equal: runs can have 100,000 rows
             before = alike.setdefault((record.get("cell"), name), record[name])
             if record[name] == before:
                 record[name] = before
         records.append(record)
     return facts, records
+
+
+def facts_of(folder: Path) -> dict:
+    """run.json of a folder, with its own host. UserError if it is no run."""
+    try:
+        facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    except OSError as error:
+        raise _no_run(folder, error) from None
+    except (ValueError, RecursionError) as error:
+        raise _no_run(folder / "run.json", error) from None
+    if not isinstance(facts, dict) or facts.get("format") != FORMAT:
+        raise UserError(f"{folder / 'run.json'}: expected format {FORMAT}")
+    stored.facts(facts, folder / "run.json")
+    if told := facts.get("environment"):
+        facts["hosts"] = {fingerprint.of(told): told}
+    return facts
+
+
+def _no_run(place: Path, error: Exception) -> UserError:
+    return UserError(f"{place}: not a run: {error}", remedy="a run is a folder that `rayrace run` wrote")
 
 
 def _by_key(facts: dict) -> dict[str, dict]:

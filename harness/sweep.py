@@ -60,6 +60,8 @@ class Constraints:
         self.file = file
         self.left_out = Counter(dict.fromkeys(expressions, 0))
         self._evaluator = EvalWithCompoundTypes(functions=FUNCTIONS)
+        # Of floats, which have no millions of digits.
+        self._evaluator.operators = {**self._evaluator.operators, ast.Pow: lambda a, b: float(a) ** b}
         self._trees = {text: self._parsed(text) for text in expressions}
 
     def keep(self, values: dict[str, Any]) -> bool:

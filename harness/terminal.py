@@ -2,10 +2,12 @@
 
 import json
 import math
+import os
 import statistics
 import sys
 from collections import Counter
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from functools import partial
 
 from rich.console import Console
 from rich.markup import escape
@@ -18,10 +20,14 @@ MOST_ROWS = 200  # of cells that are shown one by one
 MOST_SOURCES = 8  # of a prediction that are named
 
 
-def show_plan(forecast, budget: float, as_json: bool) -> None:
-    """The cells of a plan, what will not run and why, how long it will take, and what of it fits in a budget (s)."""
+def show_plan(forecast, budget: float, as_json: bool, jobs=None) -> None:
+    """The cells of a plan, what will not run and why, how long it will take, and what of it fits in a budget (s).
+
+    jobs: None, or what it asks of a cluster (campaign.Forecast).
+    """
     if as_json:
-        print(json.dumps(forecast.record(budget), indent=1))
+        told = forecast.record(budget)
+        print(json.dumps({**told, "cluster": jobs.record()} if jobs else told, indent=1))
         return
     plan = forecast.plan
     if len(plan.cells) <= MOST_ROWS:
@@ -39,6 +45,8 @@ def show_plan(forecast, budget: float, as_json: bool) -> None:
         print(f'left out by where "{constraint}": {count} cells')
     pair = f"twice in every round, for the noise floor: {plan.pair.label}" if plan.pair else plan.pair_reason
     print(f"A/A pair: {pair}" if plan.pair else f"no A/A pair: {pair}")
+    if jobs:
+        print(jobs.text)
     if not math.isinf(budget):
         cut = forecast.cut(budget)
         fits = "unknown" if cut is None else f"{cut[0]} of {len(forecast.due)} processes, which makes"
@@ -91,25 +99,48 @@ def spell(seconds: float | None) -> str:
 
 @contextmanager
 def progress():
-    """A function to call after each repetition: moves a bar on a terminal, prints a line for each elsewhere."""
-    if not sys.stderr.isatty():
-        yield lambda *told: print(_line(*told), file=sys.stderr, flush=True)
-        return
+    """A function to call after each repetition: moves a bar on a terminal, prints a line for each elsewhere. A run
+    that nobody listens to any more goes on, and says nothing."""
+    with _bar() if sys.stderr.isatty() else nullcontext(_print) as tell:
+        yield partial(_heard, tell)
+
+
+def _heard(say, *what) -> None:
+    """Let `say` say something; if nobody hears it, nobody will hear what this process says from now on."""
+    try:
+        say(*what)
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for number in (1, 2):
+            os.dup2(nowhere, number)
+        os.close(nowhere)
+
+
+def _print(*told) -> None:
+    print(_line(*told), file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _bar():
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
     texts = [TextColumn(f"{{task.{name}}}") for name in ("description", "fields[used]", "fields[left]")]
     columns = texts[0], texts[1], BarColumn(), MofNCompleteColumn(), texts[2]
     # Drawn between repetitions only: the harness is to sleep while a renderer is measured.
-    with Progress(*columns, console=Console(stderr=True), auto_refresh=False) as bar:
-        task = bar.add_task("starting", total=None, used="", left="")
+    bar = Progress(*columns, console=Console(stderr=True), auto_refresh=False)
+    task = bar.add_task("starting", total=None, used="", left="")
 
-        def tell(cell, record, done, total, left_s):
-            told = {"description": escape(cell.label), "used": _used(record), "left": _left(done, total, left_s)}
-            bar.update(task, completed=done, total=total, refresh=True, **told)
-            if record["status"] != "ok" and record["repetition"] == 0:
-                bar.console.print(escape(_line(cell, record, done, total, left_s)))
+    def tell(cell, record, done, total, left_s):
+        told = {"description": escape(cell.label), "used": _used(record), "left": _left(done, total, left_s)}
+        bar.update(task, completed=done, total=total, refresh=True, **told)
+        if record["status"] != "ok" and record["repetition"] == 0:
+            bar.console.print(escape(_line(cell, record, done, total, left_s)))
 
+    _heard(bar.start)
+    try:
         yield tell
+    finally:
+        _heard(bar.stop)
 
 
 def _used(record) -> str:
@@ -161,6 +192,27 @@ def show_summary(records: list[dict]) -> None:
             seen.setdefault((record["variant"], "warning", warning), record)
     for variant, status, reason in seen:
         print(f"  {variant}: {status}: {reason}")
+
+
+def show_status(status, as_json: bool) -> None:
+    """How far a run is, and each of its jobs."""
+    if as_json:
+        print(json.dumps(status.record(), indent=1))
+        return
+    counted = ", ".join(f"{count} {name}" for name, count in sorted(status.statuses.items(), key=_ok_first))
+    print(f"{status.folder}: {status.facts['title']}")
+    print(f"{status.done} of {status.all} repetitions are done" + (f": {counted}" if counted else ""))
+    if status.lines:
+        table = Table("batch", "job", "host", "cells", "done", "state")
+        for line in status.lines:
+            name, host = (line.job.name, line.host) if line.job else ("", "")
+            done = f"{line.done} of {line.all}"
+            table.add_row(*map(escape, (str(line.number), name, host, str(line.cells), done, line.said)))
+        console.print(table)
+    for text in status.unlike:
+        print(f"hosts: {text}")
+    if status.done < status.all and not status.live:
+        print(f"go on with: rayrace run EXPERIMENT.toml --resume {status.folder}")
 
 
 def show_renderers(entries: dict, as_json: bool) -> None:

@@ -11,7 +11,7 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness import statistics
+from harness import statistics, store
 from harness.errors import UserError
 from harness.statistics import Estimate, Floor
 from reports import compare_pictures, compare_runs, naming, results
@@ -86,9 +86,10 @@ class Comparison:
         return [row for row in self.rows if row.time == "slower" and row.ratio.low > 1 + percent / 100]
 
 
-def compare(folder_a: Path, folder_b: Path) -> Comparison:
-    """B against A. UserError if one is no run, or if they have no cell in common."""
-    a, b = results.load(folder_a), results.load(folder_b)
+def compare(folder_a: Path, folder_b: Path, host: str = "") -> Comparison:
+    """B against A; host: of a run on several, the one that is meant. UserError if one is no run, or if no cell is in
+    both."""
+    a, b = (results.load(folder, store.named(folder, host)) for folder in (folder_a, folder_b))
     named_a, named_b = (dict(zip(map(_identity, run.cells), _named(run), strict=True)) for run in (a, b))
     both = [(cell, named_b[key][1]) for key, (_, cell) in named_a.items() if key in named_b]
     if not both:

@@ -78,4 +78,4 @@ def _mask(record: dict) -> str | None:
 
 
 def _read(results: Results, name: str) -> np.ndarray:
-    return np.load(Path(results.folder) / name)
+    return np.load(Path(results.folder) / name, allow_pickle=False)

@@ -2,11 +2,10 @@
 
 import json
 
+from harness import fingerprint
+from harness.fingerprint import MACHINE, SOFTWARE
 from reports.results import Cell, Results
 
-# What makes it another machine; resume.py refuses to go on with a run if any of these two lists has changed.
-MACHINE = "host", "cpu", "architecture", "cores", "memory_bytes", "gpu"
-SOFTWARE = "os", "kernel", "python", "compilers", "packages"
 STATE = "governor", "turbo", "commit"
 
 # Parameters that may not change the picture (job.py): cells are compared over them, and told to differ.
@@ -42,16 +41,9 @@ def changed_picture(a: Cell, b: Cell) -> list[str]:
     ]  # fmt: skip
 
 
-def _changes(before: dict, now: dict, names: tuple[str, ...], prefix: str = "") -> list[str]:
+def _changes(before: dict, now: dict, names: tuple[str, ...]) -> list[str]:
     """A line for each value that is not the same; tables are looked into."""
-    found = []
-    for name in names:
-        old, new = before.get(name), now.get(name)
-        if isinstance(old, dict) and isinstance(new, dict):
-            found += _changes(old, new, tuple(sorted({*old, *new})), f"{prefix}{name}.")
-        elif old != new:
-            found.append(f"{prefix}{name}: {_said(old)} -> {_said(new)}")
-    return found
+    return [f"{name}: {_said(old)} -> {_said(new)}" for name, old, new in fingerprint.changes(before, now, names)]
 
 
 def _said(value) -> str:

@@ -22,7 +22,7 @@ def write(results: Results) -> str:
         ["host", environment["host"]],
         ["processes a cell, unless overridden", str(experiment["processes"])],
         ["steady frames a process, unless overridden", str(experiment["frames"])],
-        ["overrides", json.dumps(experiment["override"]) if experiment["override"] else "none"],
+        ["overrides", json.dumps(experiment["override"]) if experiment.get("override") else "none"],
         ["image", json.dumps(experiment["image"])],
         ["measurer's interval (s)", str(experiment["measure"]["interval"])],
         ["measurer's audit", _audit(results)],

@@ -21,8 +21,8 @@ DISTURBED = "steal_s", "other_cpu_s", "waited_s", "swapped_pages", "held_back_s"
 # Known in a steady state alone.
 OF_STEADY = "steady_s", "rays_per_s", "search_s", "kernel_s", "download_s", "end_to_end_s"
 COLUMNS = (
-    "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked", "wall_s",
-    "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
+    "host", "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked",
+    "wall_s", "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
     "rays", "rays_per_s", "search_s", *GPU, *MEMORY, "memory_method", *ACCURACY, *SEEN, *NOT_SEEN, "not_judged",
     *ERROR.values(), "no_error", "no_error_flip", *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
 )  # fmt: skip
@@ -47,6 +47,7 @@ def row(record: dict) -> dict:
     error, bound = record.get("error") or {}, record.get("bound") or {}  # which runs of older versions lack
     return {
         **{name: record[name] for name in ("cell", "scene", "variant", "technology", "repetition", "status", "reason")},
+        "host": record.get("host"),
         "pass": record.get("pass") or "timed",
         "unranked": record.get("unranked"),
         "wall_s": record["wall_s"],

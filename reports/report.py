@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from harness.errors import UserError
 from reports import (
     accuracy_table,
     blocks_figure,
@@ -69,12 +70,26 @@ def write_loaded(loaded: results.Results, out: Path) -> list[tuple[str, str]]:
     """The same of a run that is loaded; its sections, each (name, Markdown)."""
     out.mkdir(parents=True, exist_ok=True)
     loaded.repetitions.to_csv(out / "repetitions.csv", index=False, na_rep="NaN", lineterminator="\n")
-    told = [(part, part.write(loaded, out)) for part in (STABILITY if loaded.facts.get("stability") else PARTS)]
+    told = [(part, _section(part, loaded, out)) for part in (STABILITY if loaded.facts.get("stability") else PARTS)]
     rows = "Every repetition, one row each: [repetitions.csv](repetitions.csv)"
-    told.append((provenance, f"{provenance.write(loaded)}\n\n{rows}"))
+    told.append((provenance, f"{_section(provenance, loaded)}\n\n{rows}"))
     named = [(part.__name__.rpartition(".")[2], text) for part, text in told if text]
     title = f"# {markdown.escape(loaded.facts['title'])}"
     text = "\n\n".join([title, *(text for _, text in named)]) + "\n"
     (out / "report.md").write_text(text, encoding="utf-8")
     page.write(loaded, named, out)
     return named
+
+
+def _section(part, loaded: results.Results, *out: Path) -> str:
+    """What a part writes. UserError for what a stored run can say wrongly and nothing has held it to (stored.py)."""
+    try:
+        return part.write(loaded, *out)
+    except (UserError, OSError):
+        raise
+    except Exception as error:
+        name, why = part.__name__.rpartition(".")[2], f"{type(error).__name__}: {error}"
+        remedy = "the run is damaged, or of another version of rayrace; else this is a bug of rayrace"
+        raise UserError(
+            f"{loaded.folder}: the section {name} cannot be made of this run: {why}", remedy=remedy
+        ) from error

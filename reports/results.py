@@ -4,6 +4,7 @@ Of the cells of a place, those that take no part in comparisons come last.
 """
 
 import gc
+from collections.abc import Collection
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -55,16 +56,31 @@ class Results:
     def _by_place(self) -> dict[tuple[str, str], list[Cell]]:
         return _grouped(self.cells, lambda cell: cell.place)
 
-    @cached_property
+    @property
     def floor(self) -> Floor:
         """The noise floor of the run, from its A/A pair."""
-        pair = self.facts.get("pair") or {"unavailable": "the run has no A/A pair"}
+        return self._floor[0]
+
+    @property
+    def pair(self) -> str:
+        """The label of the cell that was run twice in every round; "" if none was."""
+        return self._floor[1]
+
+    @cached_property
+    def _floor(self) -> tuple[Floor, str]:
+        """Of the pairs of all jobs of a run the one that differs the most, as any two cells may be of that job."""
+        pairs = self.facts.get("pairs") or [self.facts.get("pair") or {"unavailable": "the run has no A/A pair"}]
+        found = [self._of_pair(pair) for pair in pairs]
+        known = [told for told in found if told[0].value is not None]
+        return max(known, key=lambda told: told[0].value) if known else found[0]
+
+    def _of_pair(self, pair: dict) -> tuple[Floor, str]:
         if "unavailable" in pair:
-            return Floor(None, pair["unavailable"])
+            return Floor(None, pair["unavailable"]), ""
         mine = self.repetitions[(self.repetitions["cell"] == pair["cell"]) & (self.repetitions["status"] == "ok")]
         told = mine.dropna(subset="steady_s").pivot_table(index="repetition", columns="pass", values="steady_s")
         both = told.reindex(columns=["timed", "pair"]).dropna()
-        return statistics.noise_floor(both["timed"].tolist(), both["pair"].tolist())
+        return statistics.noise_floor(both["timed"].tolist(), both["pair"].tolist()), pair["label"]
 
     def record(self, cell: Cell) -> dict | None:
         """The stored record of its first repetition that has a picture or was good, else of its first."""
@@ -72,10 +88,11 @@ class Results:
         return next((record for record in mine if record["picture"]), next(iter(mine), None))
 
 
-def load(folder: Path) -> Results:
-    """The run in `folder`. UserError if it is none."""
+def load(folder: Path, hosts: Collection[str] | None = None) -> Results:
+    """The run in `folder`; hosts: of several, those that are taken as one machine. UserError if it is none, or of
+    several hosts and they are not named."""
     with _without_collecting():
-        return _load(folder)
+        return _load(folder, hosts)
 
 
 @contextmanager
@@ -90,8 +107,8 @@ def _without_collecting():
             gc.enable()
 
 
-def _load(folder: Path) -> Results:
-    facts, records = store.read(folder)
+def _load(folder: Path, hosts: Collection[str] | None) -> Results:
+    facts, records = store.read_complete(folder, hosts)
     rows = [{**repetition.row(record), "point": point_label(record["point"]), "outlier": False} for record in records]
     groups: dict[tuple, list[int]] = {}
     for number, row in enumerate(rows):

@@ -4,10 +4,11 @@ Several: each has its own in a folder, and one page has machines, runs, what is 
 """
 
 import tempfile
+from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
 
-from harness import packed
+from harness import likeness, packed, store
 from harness.errors import UserError
 from harness.statistics import Floor
 from reports import drawn, hosts, markdown, page, report, results, side_by_side, study_again
@@ -16,19 +17,26 @@ from reports.hosts import Member
 TITLE = "Several runs"
 
 
-def make(runs: list[Path], out: Path) -> Path:
-    """Write the report of the runs into the folder `out`; the path of its report.html."""
+def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
+    """Write the report of the runs into the folder `out`; the path of its report.html.
+
+    A run on several hosts of a cluster is one of each of them; pool: but those that are alike in all but their names
+    are taken as one machine.
+    """
     with ExitStack() as stack:
         folders = [stack.enter_context(packed.opened(run)) for run in runs]
-        if len(folders) == 1:
-            return report.write(folders[0], out)
-        members = hosts.members([(markdown.slug(packed.name(folder)), results.load(folder)) for folder in folders])
+        loaded = [told for folder in folders for told in _by_host(folder, pool)]
+        if len(loaded) == 1:
+            report.write_loaded(loaded[0][1], out)
+            return out / page.NAME
+        members = hosts.members(loaded)
         told = {}
         for member in members:
             (out / member.name).mkdir(parents=True, exist_ok=True)
             told[member] = [text for _, text in report.write_loaded(member.results, out / member.name)]
         parts = [
             ("several_runs", _runs(members)),
+            ("unlike", _unlike(folders)),
             ("several_machines", hosts.write(members)),
             ("side_by_side", side_by_side.write(members, out)),
             ("study_again", study_again.write(members, told)),
@@ -38,13 +46,51 @@ def make(runs: list[Path], out: Path) -> Path:
         return page.write_plain(TITLE, _lead(members), parts, out)
 
 
-def check(runs: list[Path], old: Path) -> list[str]:
+def _by_host(folder: Path, pool: bool) -> list[tuple[str, results.Results]]:
+    """The run in a folder, (name, run); of several hosts, what each has of it, or each kind of host."""
+    name, there = markdown.slug(packed.name(folder)), store.hosts(folder)
+    if len(there) < 2:
+        return [(name, results.load(folder))]
+    groups: list[list[str]] = []
+    for host, told in there.items():
+        alike = (mine for mine in groups if pool and likeness.is_alike(there[mine[0]], told))
+        group = next(alike, None)
+        if group is None:
+            groups.append([host])
+        else:
+            group.append(host)
+    if len(groups) == 1:
+        return [(name, results.load(folder, groups[0]))]
+    return [(f"{name}-{markdown.slug(there[mine[0]]['host'])}", results.load(folder, mine)) for mine in groups]
+
+
+def _unlike(folders: list[Path]) -> str:
+    """Hosts of one partition that should be alike and are not, and what no host has run."""
+    parts = []
+    if differ := [markdown.escape(line) for folder in folders for line in likeness.of_run(folder)]:
+        parts += ["## Not alike", markdown.bullets(differ)]
+    if lost := [line for folder in folders for line in _lost(folder)]:
+        parts += ["## Not run", markdown.bullets(lost)]
+    return "\n\n".join(parts)
+
+
+def _lost(folder: Path) -> list[str]:
+    """What jobs of a run have not run, a line for each reason."""
+    _, records = store.read(folder, list(store.hosts(folder)))
+    found = Counter((record["status"], record["reason"]) for record in records if record.get("lost"))
+    return [
+        markdown.escape(f"{packed.name(folder)}: {count} repetitions: {status}: {reason}")
+        for (status, reason), count in found.items()
+    ]
+
+
+def check(runs: list[Path], old: Path, pool: bool = False) -> list[str]:
     """What of the report in the folder `old` has other data than the same runs give now, a sentence each."""
     if not (old / "report.md").exists():
         asked = " ".join(map(str, runs))
         raise UserError(f"{old}: no report is there", remedy=f"make one with: rayrace report {asked} -o {old}")
     with tempfile.TemporaryDirectory() as made:
-        make(runs, Path(made))
+        make(runs, Path(made), pool)
         return drawn.differences(old, Path(made))
 
 

@@ -10,7 +10,8 @@ LEFT_OUT = "the pictures of this run were left out when it was packed; their err
 
 def left_out(results: Results) -> bool:
     """Had the run pictures, and has its folder none?"""
-    return any(record["picture"] for record in results.records) and not any(results.folder.glob("pictures/*.npy"))
+    kept = [record["picture"]["file"] for record in results.records if record["picture"]]
+    return bool(kept) and not any((results.folder / file).exists() for file in dict.fromkeys(kept))
 
 
 def picture(results: Results, cell: Cell) -> np.ndarray | Missing:

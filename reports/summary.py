@@ -26,11 +26,11 @@ def write(results: Results, _: Path | None = None) -> str:
 
 def _floor(results: Results) -> str:
     """What the run cannot tell apart: its A/A pair, and the noise floor."""
-    floor, pair = results.floor, results.facts.get("pair") or {}
+    floor = results.floor
     known = floor.value is not None
     text = f"Noise floor: {100 * floor.value:.2g} %." if known else f"Noise floor: unavailable: {floor.reason}."
     if floor.ratio is not None:
-        twice = f"{pair['label']} was run twice in every round (an A/A pair); the ratio of the two is"
+        twice = f"{results.pair} was run twice in every round (an A/A pair); the ratio of the two is"
         text += f" {twice} {quantity.text(floor.ratio)}."
     end = "No smaller difference is resolved." if known else "What is resolved is decided by the intervals alone."
     return markdown.escape(f"{text} {end}")

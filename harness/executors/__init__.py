@@ -1,45 +1,64 @@
-"""Where repetitions run. The loop of a run (race.py) knows no more of it than this."""
+"""Where tasks are done: in this process, or on machines that a scheduler gives, each for one task at a time.
 
-from contextlib import AbstractContextManager
+A task is `work(folder, number)`: a function of a module, a folder that all machines see, and which of the folder's
+tasks it is. All that it is told and all that comes of it lies in the folder: whoever submitted it need not stay.
+"""
+
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
-import numpy as np
+from harness.errors import UserError
 
-from harness.job import Parameters
-from harness.registry import Entry
-from harness.repetition import Result
+Work = Callable[[str, int], None]
+
+
+class State(NamedTuple):
+    """Of a job. kind: waiting, running, ended or unknown. host: where it runs or ran; "" if unknown. word: the
+    scheduler's own for it. reason: why it waits, or why it ended before its work was done; "" if it need not say.
+    """
+
+    kind: str
+    host: str = ""
+    word: str = ""
+    reason: str = ""
 
 
 class Executor(Protocol):
-    """Runs repetitions, and tells the time and the state of the machine they run on."""
+    """Has tasks done, one job each."""
 
     @property
-    def references(self) -> Path | None:
-        """Folder of references that runs share (kept.py); None: each run makes its own."""
+    def most(self) -> int | None:
+        """How many jobs the scheduler takes at once; None if it sets no limit, or does not tell."""
 
-    def exclusive(self) -> AbstractContextManager:
-        """Held during a run: nothing else is measured there meanwhile."""
+    def submit(self, work: Work, folder: Path, numbers: list[int]) -> Iterator[tuple[int, str]]:
+        """(number, job) of each task as it is accepted. UserError if one is not; those before it are."""
 
-    def clock(self) -> float:
-        """Seconds on a clock that never steps; its epoch means nothing."""
+    def states(self, jobs: list[str]) -> dict[str, State]:
+        """The State of each of `jobs`."""
 
-    def look(self) -> dict:
-        """The machine's counters now, as trouble.look has them."""
+    def cancel(self, jobs: list[str]) -> None:
+        """End jobs; those that have ended are left alone."""
 
-    def peaks(self, threads: int) -> dict:
-        """What the machine can do at most just now, as calibration.peaks has it."""
 
-    def run(
-        self,
-        entry: Entry,
-        arrays: dict[str, np.ndarray],
-        parameters: Parameters,
-        needs: tuple[str, ...],
-        timeout: float = 600.0,
-        series: Path | None = None,
-        interval: float = 0.05,
-        cache: Path | None = None,
-        log: Path | None = None,
-    ) -> Result:
-        """One repetition, as repetition.run says."""
+NAMES = ("local", "slurm", "dask")
+
+
+def find(name: str, settings, logs: Path) -> Executor:
+    """The executor called so; settings: its table (cluster.py); logs: folder for what jobs print.
+
+    UserError if there is none of that name, or what it needs is not here.
+    """
+    if name == "local":
+        from harness.executors.local import Local
+
+        return Local()
+    if name == "slurm":
+        from harness.executors.slurm import Slurm
+
+        return Slurm(settings, logs)
+    if name == "dask":
+        from harness.executors.dask import Dask
+
+        return Dask(settings)
+    raise UserError(f"--executor {name}: known: {', '.join(NAMES)}")

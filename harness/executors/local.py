@@ -1,44 +1,23 @@
-"""This machine, one repetition at a time."""
+"""This process, one task after the other."""
 
-import sys
-import tempfile
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-from filelock import FileLock, Timeout
-
-from harness import calibration, repetition, trouble
-from harness.builder import cache_folder
-
-
-def host_lock() -> FileLock:
-    """Held while measuring: two timed processes on one host disturb each other."""
-    return FileLock(Path(tempfile.gettempdir()) / "rayrace-measuring.lock")
+from harness.executors import State, Work
 
 
 class Local:
-    """An Executor (harness/executors)."""
+    """An Executor (harness/executors). A task is done when it is submitted."""
 
-    clock = staticmethod(time.monotonic)
-    look = staticmethod(trouble.look)
-    peaks = staticmethod(calibration.peaks)
-    run = staticmethod(repetition.run)
+    most = None
 
-    @property
-    def references(self) -> Path:
-        return cache_folder("references")
+    def submit(self, work: Work, folder: Path, numbers: list[int]) -> Iterator[tuple[int, str]]:
+        for number in numbers:
+            work(str(folder), number)
+            yield number, f"local-{number}"
 
-    @contextmanager
-    def exclusive(self) -> Iterator[None]:
-        lock = host_lock()
-        try:
-            lock.acquire(timeout=0)
-        except Timeout:
-            print("another rayrace is measuring on this machine; waiting for it to end", file=sys.stderr)
-            lock.acquire()
-        try:
-            yield
-        finally:
-            lock.release()
+    def states(self, jobs: list[str]) -> dict[str, State]:
+        return dict.fromkeys(jobs, State("ended"))
+
+    def cancel(self, jobs: list[str]) -> None:
+        pass

@@ -10,6 +10,7 @@ from harness.scene.tokens import tokens
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_LONGEST = 1000  # characters of a path
 
 
 class Range(NamedTuple):
@@ -81,6 +82,8 @@ class Fields:
         token = self.take()
         if token.text in ("", "(", ")", ","):
             raise self.error(f"expected {name}, found {token}", token)
+        if len(token.text) > _LONGEST:
+            raise self.error(f"expected {name} of at most {_LONGEST} characters, found {token}", token)
         if not token.text.startswith('"'):
             return token.text, token
         if len(token.text) < 3 or not token.text.endswith('"'):

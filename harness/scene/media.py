@@ -34,9 +34,10 @@ def media(scene):
     ranked = sorted(holding | set(_meeting(boxes, entered)))
     if len(ranked) > MOST:
         last = scene.objects[ranked[MOST]]
-        where = f" (line {last.line})" if last.line else ""
         raise UserError(
-            f"{len(ranked)} clear solids touch other objects or hold the eye, and {MOST} are the most{where}",
+            f"{len(ranked)} clear solids touch other objects or hold the eye, and {MOST} are the most",
+            file=scene.file,
+            line=last.line or None,
             remedy="make some opaque, with attenuation (0,0,0), move them apart or join them with OR",
         )
     ranked.sort(key=lambda i: -volume(exact[i]))  # stable: of equal ones, the later in the file is the higher

@@ -6,6 +6,8 @@ triangles, which suits convex ones; triangles without an area go. What is closed
 
 import io
 import math
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +15,8 @@ from harness.errors import UserError
 from harness.scene import check, surface
 
 SUFFIXES = (".obj", ".ply", ".stl", ".off", ".glb", ".gltf")
+MEMORY = 1 << 30  # bytes that reading a mesh may take, beside 100 times its size
+COPIES = 10**7  # triangles, at most, of meshes that a scene names again: a short text could ask for any number
 
 
 class Files:
@@ -24,12 +28,18 @@ class Files:
     def __init__(self, folder):
         self.folder = folder
         self.read = {}
+        self.copied = 0
 
     def placed(self, path, position, rotation, scale):
         """Vertices, triangles and whether they are closed, moved by T * Rx * Ry * Rz * S (angles in degrees)."""
-        if path not in self.read:
+        again = path in self.read
+        if not again:
             self.read[path] = _clean(*_load(path, self.folder / path), path)
         vertices, triangles, closed = self.read[path]
+        self.copied += again * len(triangles)
+        if self.copied > COPIES:
+            remedy = "use them less often, or coarser ones"
+            raise UserError(f"copies of meshes come to more than {COPIES:,} triangles here", remedy=remedy)
         vertices = (scale * vertices) @ rotate(rotation).T + position
         if np.abs(vertices).max() > check.LARGEST:
             raise UserError(f'the mesh "{path}" has a vertex farther than {check.LARGEST:g} from the origin')
@@ -58,34 +68,62 @@ def _load(path, file):
         raise UserError(f'unknown kind of mesh file "{path}"', remedy=known)
     if not _is_file(file):
         raise UserError(f'no such file: "{file}"', remedy="the path is taken from the folder of the scene file")
-
-    import trimesh  # here, because few scenes have a mesh
-
+    remedy = "open it in a modelling program and save it again"
     try:
-        source, suffix = file, file.suffix.lower()
-        if suffix == ".obj":  # names and comments may be in any encoding, and nobody needs them
-            source = io.StringIO(file.read_bytes().decode("utf-8", "replace"))
-        loaded = trimesh.load_scene(source, file_type=suffix[1:], process=False, skip_materials=True)
-        vertices, triangles, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
-        for node in loaded.graph.nodes_geometry:
-            matrix, name = loaded.graph[node]
-            part = loaded.geometry[name]
-            if not isinstance(part, trimesh.Trimesh):
-                continue  # points or lines
-            # Products with a matrix that says nothing may still round.
-            still = np.array_equal(matrix, np.eye(4))
-            points = np.asarray(part.vertices, np.float64)
-            vertices.append(points if still else points @ matrix[:3, :3].T + matrix[:3, 3])
-            triangles.append(np.asarray(part.faces, np.int64) + count)
-            count += len(points)
-        vertices, triangles = np.concatenate(vertices), np.concatenate(triangles)
+        content = file.read_bytes()
+        with _at_most(MEMORY + 100 * len(content)):
+            vertices, triangles = _parsed(content, file)
+    except MemoryError:
+        raise UserError(f'the mesh "{path}" promises far more than it holds', remedy=remedy) from None
     except Exception as error:  # trimesh raises of all kinds at a file that is not what it says
         why = " ".join(str(error).split()) or type(error).__name__
-        remedy = "open it in a modelling program and save it again"
         raise UserError(f'the mesh "{path}" cannot be read: {why[:200]}', remedy=remedy) from None
     if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
         raise UserError(f'the mesh "{path}" names vertices that it does not have')
     return vertices, triangles
+
+
+def _parsed(content, file):
+    """`_load` of a file with this content; raises whatever trimesh raises."""
+    import trimesh  # here, because few scenes have a mesh
+
+    kind, resolver = file.suffix.lower()[1:], trimesh.resolvers.FilePathResolver(file)
+    # Names and comments of OBJ may be in any encoding, and nobody needs them.
+    source = io.StringIO(content.decode("utf-8", "replace")) if kind == "obj" else io.BytesIO(content)
+    loaded = trimesh.load_scene(source, file_type=kind, process=False, skip_materials=True, resolver=resolver)
+    vertices, triangles, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
+    for node in loaded.graph.nodes_geometry:
+        matrix, name = loaded.graph[node]
+        part = loaded.geometry[name]
+        if not isinstance(part, trimesh.Trimesh):
+            continue  # points or lines
+        # Products with a matrix that says nothing may still round.
+        still = np.array_equal(matrix, np.eye(4))
+        points = np.asarray(part.vertices, np.float64)
+        vertices.append(points if still else points @ matrix[:3, :3].T + matrix[:3, 3])
+        triangles.append(np.asarray(part.faces, np.int64) + count)
+        count += len(points)
+    return np.concatenate(vertices), np.concatenate(triangles)
+
+
+@contextmanager
+def _at_most(more):
+    """MemoryError, where the system can do it, if what is done takes so many bytes more: a file of a few can announce
+    any number of them, and a library believes it."""
+    try:
+        import resource
+
+        now = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+    except (ImportError, OSError):
+        yield
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    own = now + more
+    resource.setrlimit(resource.RLIMIT_AS, (own if soft == resource.RLIM_INFINITY else min(own, soft), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
 def _is_file(file):
@@ -124,5 +162,6 @@ def _with_area(vertices, triangles, path):
     triangles = triangles[np.einsum("ij,ij->i", normals, normals) > 0]
     if not len(triangles):
         raise UserError(f'the mesh "{path}" has no triangle with an area')
-    used, numbers = np.unique(triangles, return_inverse=True)
-    return vertices[used], numbers.reshape(-1, 3).astype(np.int32)
+    used = np.zeros(len(vertices), bool)
+    used[triangles] = True
+    return vertices[used], (np.cumsum(used, dtype=np.int32) - 1)[triangles]

@@ -156,7 +156,7 @@ class Csg(Object):
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """`objects` are in the order of the file."""
+    """`objects` are in the order of the file, which is `file`, if it came from one."""
 
     camera: Camera
     objects: tuple[Object, ...] = ()
@@ -164,3 +164,4 @@ class Scene:
     ambient: Vector = (0.0, 0.0, 0.0)
     background: Vector = (0.0, 0.0, 0.0)
     air: Air = Air()
+    file: Any = field(default=None, compare=False, kw_only=True)

@@ -62,7 +62,7 @@ class _Reader(Fields):
         level = math.sqrt(len(self.lights)) / (2 * max(len(self.lights), 1))
         lights = (Light(place, _encoded(own or (level,) * 3), 0.0) for place, own in self.lights)
         background = self.background or OPAQUE
-        return Scene(self.camera, tuple(self.objects), tuple(lights), background=background)
+        return Scene(self.camera, tuple(self.objects), tuple(lights), background=background, file=self.file)
 
     # Entities, after their keyword
 

@@ -22,9 +22,10 @@ Entities come in any order. Keywords are in capitals, `vec` is `(x,y,z)`, `#` be
 One CAMERA is required. A number after mu_r is the roughness, else 0. In another dialect of the course a
 BOX is a centre and three half-axes. A file cannot tell which it means: here it is always a corner and three edges.
 
-A path is a word, or "words between quotes"; it is taken from the folder of the scene file. A mesh is scaled, then
-turned about z, y and x by the angles of `rotation`, in degrees, then moved: T * Rx * Ry * Rz * S. One that is not
-closed is flat (HIT-3) and bounds no medium. A block is one solid of one material: AND a NOT b END END is a without b.
+A path is a word, or "words between quotes"; it is taken from the folder of the scene file, which it may leave: a mesh
+is only read, and of a file that is none nothing is told. A mesh is scaled, then turned about z, y and x by the angles
+of `rotation`, in degrees, then moved: T * Rx * Ry * Rz * S. One that is not closed is flat (HIT-3) and bounds no
+medium. A block is one solid of one material: AND a NOT b END END is a without b.
 """
 
 import difflib
@@ -81,7 +82,7 @@ class _Reader(Fields):
                 raise self.unknown(keyword)
         if "camera" not in once:
             raise self.error(f"expected a CAMERA, found {self.token}", self.token)
-        return Scene(**once, objects=tuple(objects), lights=tuple(lights))
+        return Scene(**once, objects=tuple(objects), lights=tuple(lights), file=self.file)
 
     # Entities, after their keyword
 

@@ -15,10 +15,11 @@ TEXTS = {"pyperf": pyperf.text, "hyperfine": hyperfine.text, "github": github.te
 FORMATS = (*TEXTS, "parquet", "packed")
 
 
-def write(run: Path, form: str, out: Path | None, pictures: bool = True) -> list[str]:
+def write(run: Path, form: str, out: Path | None, pictures: bool = True, host: str = "") -> list[str]:
     """Export the run in the folder `run` as `form` to the file `out`, or to standard output if that is None.
 
-    pictures: of a packed run, whether they are in it.
+    pictures: of a packed run, whether they are in it. host: of a run on several, the one whose rows are meant; a packed
+    run has all.
     A line for all that is left out, with the reason. UserError if the format is unknown or nothing is left.
     """
     if form not in FORMATS:
@@ -30,7 +31,7 @@ def write(run: Path, form: str, out: Path | None, pictures: bool = True) -> list
             raise UserError(f"{out}: expected a name that ends in {packed.SUFFIX}")
         packed.pack(run, out, pictures)
         return []
-    loaded = results.load(run)
+    loaded = results.load(run, store.named(run, host))
     if form == "parquet":
         parquet.write(loaded, out)
         return []

@@ -61,7 +61,7 @@ def compare(bench, reference_of, variant, name, **parameters):
 
 
 @pytest.mark.parametrize("job", JOBS)
-@pytest.mark.parametrize("name", by_night(["comparison.txt", "local.txt", *SEEDS], *map(str, SEEDS[1:])))
+@pytest.mark.parametrize("name", by_night(["comparison.txt", "local.txt", *SEEDS], *map(str, SEEDS)))
 def test_float64_pictures_agree(bench, reference_of, serial, name, job):
     print("seed", name)
     depth, shadows = JOBS[job]
@@ -79,6 +79,7 @@ def test_float32_pictures_are_within_a_step(bench, reference_of, serial, name):
     assert verdict.max_outside > 1e-9, "float32 that agrees to 1e-9 was computed in float64"
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("name", by_night(["comparison.txt", "local.txt"], "local.txt"))
 def test_large_float32_pictures_with_shadows(bench, reference_of, serial, name):
@@ -145,6 +146,7 @@ def test_a_batch_is_so_many_renders(bench, variant):
     assert all(frame["end"] - frame["start"] > 3e-9 * rays for frame in later)
 
 
+@pytest.mark.nightly
 def test_the_oracle_certifies_the_reference(bench, known):
     """The same pixels with 60 digits: the float64 picture is right to 1e-10 where the scene allows it."""
     rng = np.random.default_rng(7)

@@ -122,6 +122,7 @@ def test_the_hierarchy_answers_as_trying_all(bench, serial, mesh, seed):
     assert answers[0].tobytes() == answers[1].tobytes()
 
 
+@pytest.mark.slow
 def test_pictures_with_and_without_a_hierarchy(bench, serial, mesh):
     scene = STAGE + mesh(*ball(3)) + f" (0,0,-0.5) (10,20,30) 0.8 {GLASS}\n"
     scene += f"SPHERE (0.3,0.4,-3) 1.1 {MATTE}\n"

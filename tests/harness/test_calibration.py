@@ -5,7 +5,7 @@ import pytest
 from harness import calibration, plan
 from harness import experiment as experiments
 from harness.bench import Bench
-from harness.executors.local import Local
+from harness.host import ThisHost
 from harness.store import Run
 
 pytestmark = pytest.mark.alone
@@ -56,8 +56,8 @@ def test_a_program_that_fails(monkeypatch):
     assert "non-zero exit status 1" in calibration.peaks(1)["unavailable"]
 
 
-class Told(Local):
-    """An executor that says what was asked of it."""
+class Told(ThisHost):
+    """A host that says what was asked of it."""
 
     def __init__(self):
         self.asked = []
@@ -74,15 +74,15 @@ def test_when_they_are_measured(peaks, tmp_path, known):
     file = tmp_path / "experiment.toml"
     file.write_text(EXPERIMENT.format(peaks=peaks))
     made = plan.make(experiments.load(file), file, known)
-    executor = Told()
-    bench = Bench(made, known, Run(tmp_path / "run"), tmp_path / "caches", 0.05, executor)
+    host = Told()
+    bench = Bench(made, known, Run(tmp_path / "run"), tmp_path / "caches", 0.05, host)
     records = {}
     for cell in made.cells:
         for kind in ("timed", "cold"):
             records[cell.entry.name, kind] = bench.repeat(cell, 0, kind)["peaks"]
     able = [cell for cell in made.cells if cell.refused is None]
     wanted = [cell.parameters.threads for cell in able] if peaks == "true" else []
-    assert executor.asked == wanted
+    assert host.asked == wanted
     for (name, kind), told in records.items():
         runs = peaks == "true" and kind == "timed" and any(cell.entry.name == name for cell in able)
         assert (told is not None) == runs

@@ -1,7 +1,7 @@
 """The cold pass: one process more of each cell in each round, which finds no code of an earlier one."""
 
 import pytest
-from mock_executor import Behaviour, Mock, entries
+from mock_host import Behaviour, Mock, entries
 
 from harness import experiment as experiments
 from harness import plan, predict, race
@@ -54,7 +54,7 @@ def test_every_cell_is_run_cold_in_every_round(asked, order):
 def test_it_finds_no_cache_and_is_in_no_time_but_its_own(asked, tmp_path):
     wanted, planned, known = asked('cold = true\npair = "off"')
     mock = Caching({"a": Behaviour(0.5), "b": Behaviour(0.25)})
-    records = race.run(wanted, planned, known, tmp_path / "run", executor=mock)
+    records = race.run(wanted, planned, known, tmp_path / "run", host=mock)
     assert mock.caches.count(None) == 12 and len({cache for cache in mock.caches if cache}) == 2
     took = {
         kind: [r["took_s"] for r in records if r["pass"] == kind and r["variant"] == "a"] for kind in ("cold", "timed")

@@ -7,7 +7,7 @@ import pytest
 
 from harness import experiment as experiments
 from harness import plan, race, repetition
-from harness.executors.local import Local
+from harness.host import ThisHost
 
 SCENE = """CAMERA (0,0,0) (1,0,0) (0,0.9,0) (0.3,0.2,4)
 AMBIENT (0.2,0.2,0.2)
@@ -18,7 +18,7 @@ SPHERE (0.5,-0.1,-0.3) 0.4 (0.3,0.5,0.7) 0.8 20 (1,1,1) 2.25 1
 """
 
 
-class Counting(Local):
+class Counting(ThisHost):
     """Runs here, keeps references in a folder of its own, and tells which jobs were no cell's."""
 
     def __init__(self, folder, change=lambda result: result, spoil=lambda result: result):
@@ -37,26 +37,27 @@ class Counting(Local):
 
 @pytest.fixture
 def run(experiment, known, tmp_path):
-    """A function that runs an experiment on SCENE: rows, and the executor."""
+    """A function that runs an experiment on SCENE: rows, and the host."""
 
     def go(more, name="run", change=lambda result: result, renderers=("python",), spoil=lambda result: result):
         file = experiment(renderers, more, scene=SCENE, size=14)
         asked = experiments.load(file)
-        executor = Counting(tmp_path / "kept", change, spoil)
-        records = race.run(asked, plan.make(asked, file, known), known, tmp_path / name, executor=executor)
-        return records, executor
+        host = Counting(tmp_path / "kept", change, spoil)
+        records = race.run(asked, plan.make(asked, file, known), known, tmp_path / name, host=host)
+        return records, host
 
     return go
 
 
+@pytest.mark.nightly
 def test_without_samples_the_truth_is_the_reference(run):
-    (row,), executor = run("[reference]\nspots = 7\n")
+    (row,), host = run("[reference]\nspots = 7\n")
     error = row["error"]
     assert row["status"] == "ok" and error["pictures"] == 1 and error["standard_error"] is None
     assert error["truth"] != "python" and error["max"] < 1e-12 == error["bad_pixels"] + 1e-12
     certificate = error["certificate"]
     assert (certificate["spots"], certificate["wrong"]) == (7, 0) and certificate["largest"] < 1e-12
-    assert len(executor.jobs) == 1 + 8 + 1  # the reference, its mask, the truth
+    assert len(host.jobs) == 1 + 8 + 1  # the reference, its mask, the truth
 
 
 def test_a_truth_that_60_digits_refute_is_none(run):
@@ -64,29 +65,32 @@ def test_a_truth_that_60_digits_refute_is_none(run):
     assert "is not what 60 digits make in" in row["error"]["unavailable"]
 
 
+@pytest.mark.nightly
 def test_a_run_takes_what_another_has_made(run, tmp_path):
     more = "[reference]\n[sweep]\nsampler = ['one', 'jittered']\n"
     first, _ = run(more)
-    again, executor = run(more, name="again")
-    assert executor.jobs == []
+    again, host = run(more, name="again")
+    assert host.jobs == []
     for before, now in zip(first, again, strict=True):
         assert now["error"] == before["error"] and now["accuracy"] == before["accuracy"]
         for name in (now["error"]["truth_file"], now["accuracy"]["mask_file"]):
             np.testing.assert_array_equal(np.load(tmp_path / "again" / name), np.load(tmp_path / "run" / name))
 
 
+@pytest.mark.nightly
 def test_a_sampled_picture_is_compared_with_the_mean_of_many(run, tmp_path):
-    rows, executor = run("[reference]\n[sweep]\nsampler = ['jittered']\nsamples = [1, 2, 4]\n")
+    rows, host = run("[reference]\n[sweep]\nsampler = ['jittered']\nsamples = [1, 2, 4]\n")
     errors = {row["parameters"]["samples"]: row["error"] for row in rows}
     assert errors[1]["rmse"] > errors[2]["rmse"] > errors[4]["rmse"] > 2 * errors[4]["standard_error"] > 0
     assert {error["truth_file"] for error in errors.values()} == {errors[1]["truth_file"]}
-    made = [parameters for _, parameters in executor.jobs if parameters.samples == 8]
+    made = [parameters for _, parameters in host.jobs if parameters.samples == 8]
     assert len(made) == errors[1]["pictures"] == 16 and len({parameters.seed for parameters in made}) == 16
     assert rows[0]["parameters"]["seed"] not in {parameters.seed for parameters in made}
     told = np.load(tmp_path / "run" / errors[1]["standard_error_file"])
     assert np.sqrt(np.mean(told**2)) == pytest.approx(errors[1]["standard_error"])
 
 
+@pytest.mark.nightly
 def test_without_a_table_no_sampled_truth_is_made(run):
     (row,), _ = run("[sweep]\nsampler = ['jittered']\nsamples = [2]\n")
     assert row["status"] == "ok" and "[reference]" in row["error"]["unavailable"]

@@ -108,6 +108,8 @@ def test_the_program_is_told_what_it_has(maker, monkeypatch):
     assert (heard["needs"], heard["file"], heard["kernel"]) == ("sphere,lens", ["sphere", "lens"], "needed+lens")
 
 
+@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ABLE)
 def test_a_general_kernel_says_what_it_has(name, known, tmp_path):
     """And a build is made with it, one for all that ask for the same."""
@@ -146,7 +148,7 @@ def same(one, other):
     ("name", "precision"),
     by_night(
         [(name, precision) for name in SERIAL for precision in ("float64", "float32")],
-        *(["numba-float64"] if "numba" in SERIAL else []),
+        *(f"{name}-{precision}" for name in {"numba", "cpp"} & {*SERIAL} for precision in ("float64", "float32")),
         ids="-".join,
     ),
 )
@@ -176,6 +178,7 @@ def test_what_is_carried_changes_no_byte(name, precision, known, request, tmp_pa
         same(plain, run(entry, scene, cache, **jobs, precision=precision, kernel=carried))
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("name", by_night(SERIAL, "numba"))
 def test_a_general_kernel_makes_every_picture(name, known, request, tmp_path):
@@ -198,7 +201,7 @@ def test_a_general_kernel_makes_every_picture(name, known, request, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SERIAL)
+@pytest.mark.parametrize("name", by_night(SERIAL, "numba"))
 def test_a_general_kernel_finds_the_same_hits(name, known, request):
     entry = known[name]
     if entry.unavailable:

@@ -6,7 +6,9 @@ The trace (tests/support/nvml) was written, not recorded: nothing here says anyt
 import csv
 import importlib.util
 import json
+import math
 import shutil
+import statistics
 import subprocess
 from pathlib import Path
 from types import SimpleNamespace
@@ -192,7 +194,8 @@ def race(rayrace, experiment, tmp_path, monkeypatch):
     def run(measure, simulator=False, **changes):
         trace = json.loads((NVML / "trace.json").read_text()) | {"origin_s": 0.0, "energy_step_s": 0.01} | changes
         (tmp_path / "trace.json").write_text(json.dumps(trace))
-        env = {"PYTHONPATH": str(NVML), "NVML_TRACE": str(tmp_path / "trace.json"), "TMPDIR": str(tmp_path)}
+        env = dict.fromkeys(("HOME", "TMPDIR"), str(tmp_path))
+        env |= {"PYTHONPATH": str(NVML), "NVML_TRACE": str(tmp_path / "trace.json")}
         if simulator:
             env["RAYRACE_CUDASIM"] = "1"
         else:  # what the harness asks for a device
@@ -236,7 +239,8 @@ def test_a_load_pass(race):
         and not set(load["warnings"]) - set(trouble.DOUBTS.values())
     )
     assert load["series"] != timed["series"]
-    assert sum(load["frames_s"]) == pytest.approx(1.4, rel=0.3)
+    frame = statistics.median(frame for r in rows[:2] for frame in r["frames_s"][1:])  # it sleeps that long, or longer
+    assert load["parameters"]["frames"] == math.ceil(1.4 / frame) and sum(load["frames_s"]) > 1
     assert load["measurer"]["gpu"] == dict.fromkeys(SERIES, "available")
     gpu = load["gpu"]
 

@@ -1,9 +1,9 @@
-"""The timing logic of the whole harness, told exactly what every process takes (tests/support/mock_executor.py)."""
+"""The timing logic of the whole harness, told exactly what every process takes (tests/support/mock_host.py)."""
 
 import math
 
 import pytest
-from mock_executor import Behaviour, Mock, entries
+from mock_host import Behaviour, Mock, entries
 
 from harness import environment, plan, race, statistics
 from harness import experiment as experiments
@@ -76,6 +76,7 @@ def ratio(loaded):
     return ranking.ratio(cell(loaded, "b"), cell(loaded, "a"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("processes", "within"), [(5, 0.015), (6, 0.01), (9, 0.01), (20, 0.01)])
 def test_drift_is_cancelled_by_interleaving_and_not_by_running_in_order(mock_run, processes, within):
     """Everything gets 10 % slower from the first to the last process; b truly takes 1.25 times as long as a.
@@ -101,14 +102,14 @@ def test_drift_is_cancelled_by_interleaving_and_not_by_running_in_order(mock_run
             assert not found["sequential"].low <= 1.25 <= found["sequential"].high, told
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("truth", "more"),
     [
         pytest.param(1.0, {}, id="equal", marks=pytest.mark.nightly),
         pytest.param(1.0, {"process_outliers": 0.12}, id="equal, 12 % of processes outlying"),
         pytest.param(1.05, {}, id="5 % slower", marks=pytest.mark.nightly),
-        pytest.param(1.05, {"outliers": 0.12}, id="5 % slower, 12 % of frames outlying"),
+        pytest.param(1.05, {"outliers": 0.12}, id="5 % slower, 12 % of frames outlying", marks=pytest.mark.nightly),
     ],
 )
 def test_a_hundred_runs(mock_run, truth, more):

@@ -32,6 +32,7 @@ def way(request, folder):
     return [], {"RAYRACE_RENDERERS": str(place)}
 
 
+@pytest.mark.slow
 def test_run(way, rayrace, experiment, rows, folder, tmp_path):
     words, env = way
     file = experiment(["flat", "python"], scene=SCENE, processes=2, size=16)

@@ -3,6 +3,7 @@
 import statistics
 
 import pytest
+from nightly import by_night
 
 from harness import registry, repetition, row
 from harness.events import Said
@@ -15,7 +16,11 @@ from harness.scene.needs import needs
 pytestmark = pytest.mark.alone
 
 
-@pytest.mark.parametrize("name", [n for n, entry in registry.entries().items() if not entry.variant.exhibit])
+NAMES = [name for name, entry in registry.entries().items() if not entry.variant.exhibit]
+THREADED = {"numba-parallel", "cpp-threads", "povray-threads"} & set(NAMES)
+
+
+@pytest.mark.parametrize("name", by_night(NAMES, *THREADED))
 def test_phases_sum_to_the_wall_time(name, known, tmp_path):
     """The median of three processes: a pause between two phases may be the machine's."""
     entry = known[name]

@@ -21,6 +21,7 @@ def finished(folder):
     return [(record["cell"], record["repetition"]) for record in store.read(folder)[1] if record["pass"] == "timed"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows_before", [0, 1, 5])
 def test_killed_at_any_time_and_resumed(rayrace, experiment, environment, tmp_path, rows_before):
     file, folder = experiment(["python"], MORE, processes=4), tmp_path / "run"
@@ -103,6 +104,7 @@ def test_cut_off_before_it_was_a_run(rayrace, experiment, tmp_path):
         assert "not a run" in rayrace("run", file, "--resume", other, code=2).stderr
 
 
+@pytest.mark.nightly
 def test_more_processes_and_another_point_are_what_is_missing(rayrace, experiment, tmp_path):
     file, folder = experiment(["python"], MORE), tmp_path / "run"
     rayrace("run", file, "--out", folder, code=0)
@@ -161,6 +163,7 @@ def test_nothing_changed_is_mixed_in(rayrace, experiment, write, tmp_path, bad_f
     assert 'this machine: cpu was "another", is ' in said and 'this machine: packages.numpy was "0.1", is ' in said
 
 
+@pytest.mark.nightly
 def test_a_budget_makes_a_thinner_study_that_can_be_gone_on_with(rayrace, experiment, tmp_path):
     file, folder = experiment(["python"], MORE, processes=30), tmp_path / "run"
     said = rayrace("run", file, "--out", folder, "--max-minutes", 0.1, code=0).stdout

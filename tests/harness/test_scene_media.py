@@ -170,8 +170,8 @@ def test_no_more_than_a_set_can_hold():
     assert len(ranks("".join(line.format(i) for i in range(63)))) == 63
     with pytest.raises(UserError) as caught:
         ranks("".join(line.format(i) for i in range(64)))
-    assert str(caught.value).startswith("64 clear solids touch other objects or hold the eye, and 63 are the most")
-    assert "(line 65)" in str(caught.value)
+    why = "scene.txt:65: 64 clear solids touch other objects or hold the eye, and 63 are the"
+    assert str(caught.value).startswith(why)
     apart = "".join(line.format(1.1 * i) for i in range(500))
     assert ranks(apart) == []
 

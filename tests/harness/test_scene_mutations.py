@@ -55,6 +55,7 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.nightly
 @settings(max_examples=1000, deadline=None, derandomize=True, print_blob=True)
 @example(VALID)
 @example(SOLIDS)

@@ -96,6 +96,7 @@ def times(rng, count, noise=0.02, outliers=0.0, factor=1.0, frames=10):
     return np.median(own, axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("paired", [False, True])
 @pytest.mark.parametrize("count", [5, 7, 20])
 def test_ratio_of_equals_is_rarely_resolved(count, paired):

@@ -93,8 +93,8 @@ def parent(pid):
 def test_the_lock_of_measuring(environment, tmp_path):
     """While one rayrace measures, another one waits."""
     source = (
-        "import sys, time; from harness.executors import local\n"
-        "lock = local.host_lock(); lock.acquire(timeout=0); print('held', flush=True); sys.stdin.read()"
+        "import sys, time; from harness import host\n"
+        "lock = host.host_lock(); lock.acquire(timeout=0); print('held', flush=True); sys.stdin.read()"
     )
     holder = subprocess.Popen(
         [sys.executable, "-c", source], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
@@ -115,3 +115,29 @@ def test_the_lock_of_measuring(environment, tmp_path):
     holder.communicate()
     waiting.communicate(timeout=120)
     assert waiting.returncode == 0
+
+
+DROPPED = """import os, signal
+from harness import stopping
+class Dying:
+    def __del__(self):
+        os.kill(os.getpid(), signal.%s)
+        for _ in range(1000): pass
+stopping.heed()
+Dying()
+try:
+    stopping.heed_again()
+except BaseException as error:
+    print(type(error).__name__, error)
+stopping.heed_again()
+print("on")
+"""
+
+
+@pytest.mark.parametrize(("name", "told"), [("SIGTERM", "Stopped SIGTERM"), ("SIGINT", "KeyboardInterrupt ")])
+def test_a_signal_in_a_destructor_is_heeded_later(name, told):
+    """Python drops what is raised there."""
+    done = subprocess.run(
+        [sys.executable, "-c", DROPPED % name], capture_output=True, text=True, timeout=60, preexec_fn=hear_ctrl_c
+    )
+    assert done.stdout.splitlines() == [told, "on"] and "Exception ignored" in done.stderr, done.stderr

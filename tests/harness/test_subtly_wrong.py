@@ -31,7 +31,8 @@ WRONG = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("wrong", [None, *WRONG])
+@pytest.mark.slow
+@pytest.mark.parametrize("wrong", [*WRONG, None])
 def test_it_is_rejected(rayrace, experiment, rows, tmp_path, wrong):
     """The renderers as a copy, in front of those that are installed."""
     copy = tmp_path / "packages" / "renderers"

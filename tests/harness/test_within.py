@@ -46,6 +46,7 @@ def ask(rayrace, folder, scene, error, *more, code=0):
     return rayrace("render", scene, "--max-error", error, *size, "-o", "p.npy", "--json", *more, cwd=folder, code=code)
 
 
+@pytest.mark.nightly
 def test_a_strict_error_takes_the_exact_method(rayrace, measured):
     found = json.loads(ask(rayrace, measured, "scene.txt", 1e-9).stdout)
     assert found["renderer"] == "numpy" and found["bound"] is None
@@ -53,6 +54,7 @@ def test_a_strict_error_takes_the_exact_method(rayrace, measured):
     assert np.load(measured / "p.npy").shape == (28, 30, 3)
 
 
+@pytest.mark.nightly
 def test_the_error_of_areas_is_that_of_samples(rayrace, measured, rows):
     """With more allowed, fewer samples; what it got is of the size that it expected."""
     (run,) = (measured / "results").iterdir()
@@ -75,6 +77,7 @@ def test_a_scene_with_the_same_needs(rayrace, measured):
     assert "to be expected, as with scene" in lines[0] and "p.png" in lines[1] and lines[-1].startswith("RMSE")
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("scene", "error", "more", "told"),
     [

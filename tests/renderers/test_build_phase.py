@@ -49,6 +49,7 @@ def entry(request, known):
     return known[request.param]
 
 
+@pytest.mark.slow
 def test_said_with_a_hierarchy_and_not_without(bench, entry, tmp_path):
     scene = generated("icosphere", size=1)
     built = phases(bench, entry, scene, tmp_path, accel="bvh")

@@ -23,6 +23,7 @@ def mesh(tmp_path_factory):
     return f'MESH "{path}" (0,0,0) (0,0,0) 1 {MATERIAL}\n'
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("methods", ALL, ids=[methods["sphere"] for methods in ALL])
 def test_pictures_are_those_of_python(bench, tmp_path, methods):
@@ -45,6 +46,8 @@ def test_pictures_are_those_of_python(bench, tmp_path, methods):
     assert found.said.rays["non_finite"] > 0 or "fresnel" not in methods
 
 
+@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_no_ray_is_lost_between_triangles_that_a_compiler_fuses(bench, mesh, precision):
     """TRI-3: from inside a ball, aimed at its edges. Without Kahan's differences hundreds get out."""
@@ -63,6 +66,8 @@ def test_no_ray_is_lost_between_triangles_that_a_compiler_fuses(bench, mesh, pre
     assert lost[0] == 0 < lost[1]
 
 
+@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize(("precision", "u"), [("float32", 2.0**-24), ("float64", 2.0**-53)])
 def test_wide_is_right_beside_a_huge_sphere_and_far_from_a_small_one(bench, precision, u):
     """SPH-3. Many rays miss, as SPH-1 is asked first and may not take a hit for a miss; Python asks nothing first."""
@@ -88,6 +93,7 @@ def test_wide_is_right_beside_a_huge_sphere_and_far_from_a_small_one(bench, prec
     assert errors[1e6, "robust"][0] > 1e4
 
 
+@pytest.mark.nightly
 def test_given_directions_of_unit_length_are_taken_as_they_are(bench):
     """NUM-4: what is off by 2 u is not turned: t goes with it."""
     rays = np.array([[0, 0, 9, 0, 0, -1 - 2.0**-52], [0, 0, 9, 0, 0, -1 - 2.0**-48]])

@@ -54,6 +54,7 @@ def test_the_mirrors_of_the_comparison_take_48_registers(inspect, target):
     assert kernel["float64_instructions"] == 0 and kernel["local_bytes"] == 0
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("memory", ["global", "shared"])
 def test_no_memory_makes_the_mirrors_spill(inspect, memory):
     for precision in ("float32", "float64"):
@@ -62,6 +63,7 @@ def test_no_memory_makes_the_mirrors_spill(inspect, memory):
         assert (kernel["float64_instructions"] == 0) == (precision == "float32")
 
 
+@pytest.mark.nightly
 def test_nothing_is_contracted_unless_the_job_asks_for_it(inspect):
     """Without pow, whose own code rounds as it likes, there is no fused multiply-add at all (NUM-3)."""
     matte = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,5)\nLIGHT (3,4,5) (1,1,1) 0\n"
@@ -76,6 +78,7 @@ def test_nothing_is_contracted_unless_the_job_asks_for_it(inspect):
         assert fast["ptx_bytes"] != contract["ptx_bytes"]
 
 
+@pytest.mark.nightly
 def test_a_cap_on_registers_is_kept(inspect):
     (kernel,) = inspect(comparison(), precision="float64", depth=10, max_registers=40)
     assert kernel["registers"] <= 40 and kernel["spill_store_bytes"] > 0
@@ -129,6 +132,7 @@ def test_occupancy_of_an_unknown_capability():
     assert occupancy((3, 5), 256, 32, 0) is None
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("parameters", "option", "found"),
     [

@@ -32,6 +32,7 @@ def test_lines_that_cross_a_mesh_too_often_are_counted(bench, tmp_path):
     np.testing.assert_array_equal(np.isnan(fast.array).any(axis=2), nan)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["strict", "contract", "fast"])
 def test_products_that_overflow_are_counted(bench, method):
     """In float32. Colours are decoded as sRGB, 1e10 to 1e24, and multiplied."""

@@ -57,6 +57,7 @@ REST = ("stable", "textbook", "moller-trumbore", "relative", "fixed")  # stabili
 PAIRS = [(method, value) for method in METHODS for value in METHODS[method]]
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "value"),
@@ -94,6 +95,7 @@ def test_the_simulator_of_a_gpu_agrees(bench, scene, monkeypatch, which):
     assert {method: used[method] for method in methods} == methods
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("precision", "unit"), [("float32", 2.0**-24), ("float64", 2.0**-53)])
 def test_wide_is_right_close_to_a_huge_sphere(bench, precision, unit):
     """SPH-3: f·f - r² of a point close to it is nothing but the rounding of f·f, unless in twice the digits."""
@@ -120,6 +122,7 @@ def exact(ray, radius):
     return k / (b + mp.sqrt(b * b - k))
 
 
+@pytest.mark.nightly
 def test_ellipsoids_follow_the_spheres(bench):
     """ELL-3: from afar the discriminant loses one; wide is the default."""
     source = FEW + f"ELLIPSOID (0,0,0) (0.5,0,0) (0,0.6,0) (0,0,0.7) {MATERIAL}\n"
@@ -133,6 +136,8 @@ def test_ellipsoids_follow_the_spheres(bench):
         np.testing.assert_array_equal(with_tree, found[method])
 
 
+@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize("triangle", ["watertight", "watertight-kahan"])
 def test_no_ray_passes_between_two_triangles(bench, tmp_path, triangle):
     """TRI-3, in float32: rays that start inside a closed mesh at points of its edges. Fused, only Kahan's keeps it."""
@@ -154,6 +159,7 @@ def test_no_ray_passes_between_two_triangles(bench, tmp_path, triangle):
     assert (lost["contract"] == 0) == (triangle == "watertight-kahan")
 
 
+@pytest.mark.nightly
 def test_a_ray_in_the_plane_of_a_face_is_lost_by_the_plain_slab(bench):
     """BOX-3. The answers come from one folder of compiled code, so its key tells methods apart."""
     source = FEW + f"BOX (0,0,0) (1,0,0) (0,1,0) (0,0,1) {MATERIAL}\n"

@@ -92,6 +92,7 @@ def test_povray_agrees(bench, known, name):
     assert worst < 4 * HALF, "more than the picture's 16-bit floats explain"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("material", [SHINY, GLASS])
 def test_povray_agrees_on_a_mesh(bench, known, material, tmp_path):
     (tmp_path / "ball.obj").write_text(obj(*ball(2)))

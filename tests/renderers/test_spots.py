@@ -97,6 +97,7 @@ def mirrors():
     return random_scene(rng, 12, 0, 0, 0, material=random_material, rest=random_stage(rng))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["mirrors", "mix: jittered glass, soft shadows", "mix: all of it"])
 def test_sixty_digits_agree_with_float64(known, bench, scenes, work_out, name):
     print("seed", SEED)

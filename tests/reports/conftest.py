@@ -149,9 +149,11 @@ def make_run(tmp_path):
     def make(records, name="run", files=None, **facts):
         folder = tmp_path / name
         run = store.Run(folder)
-        experiment = {"processes": 1, "frames": 2, "seed": 1, "override": {}, "image": {}}
+        experiment = {
+            "processes": 1, "frames": 2, "seed": 1, "override": {}, "image": {}, "measure": {"interval": 0.05},
+            **facts.pop("experiment", {}),
+        }  # fmt: skip
         cells = [{key: told[key] for key in FACTS} for told in records if told["repetition"] == 0]
-        experiment["measure"] = {"interval": 0.05}
         described = {
             "title": "A title", "experiment": experiment, "started": "now", "command": ["rayrace", "run"],
             "environment": ENVIRONMENT, "cells": cells, **facts,

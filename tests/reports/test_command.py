@@ -104,6 +104,8 @@ def typed(line):
         cli.app(words, standalone_mode=False)
 
 
+@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_a_cell_is_made_and_measured_again(name, made, tmp_path, capsys):
     run = made(name)

@@ -210,6 +210,7 @@ def test_what_was_swept_together_has_no_exponents_apart(fitted, sweep):
     assert "Exponents: unavailable: not all of p, d, o + l varied apart" in said
 
 
+@pytest.mark.nightly
 def test_files_hold_every_point_and_no_blank(make_run, tmp_path, sweep):
     told = sweep(by_rays, sides=(32, 128), processes=2) + sweep(as_written, variant="numpy", processes=2, rays=None)
     loaded = results.load(make_run(told))

@@ -47,7 +47,10 @@ def good(frames=None, data=None, file="image.npy", rays=GOOD_RAYS, life=None, ex
     now = time.monotonic()
     for index in range(FRAMES) if frames is None else frames:
         more = {} if renders is None else {"renders": renders(index)}
-        say("frame", index=index, start=now, end=now, parts=parts, **more)
+        now, before = time.monotonic() + 1e-6, now
+        while time.monotonic() < now:
+            pass
+        say("frame", index=index, start=before, end=now, parts=parts, **more)
     say("phase", name="render", start=start, end=time.monotonic() if end is None else end)
     if data is not None:
         save(data)
@@ -269,8 +272,9 @@ MISDEEDS = {
     "device-memory": lambda: on_device(1e-12 * (flags["scene_memory"] == "shared")),
 }
 
-if flags["needs"] and flags["variant"] != "bad-obedient":
-    fail(3)
-if flags["variant"] != "bad-blind":
-    open(f"{flags['job']}/camera.npy").close()
-MISDEEDS[flags["variant"]]()
+if __name__ == "__main__":
+    if flags["needs"] and flags["variant"] != "bad-obedient":
+        fail(3)
+    if flags["variant"] != "bad-blind":
+        open(f"{flags['job']}/camera.npy").close()
+    MISDEEDS[flags["variant"]]()

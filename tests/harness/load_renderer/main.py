@@ -18,7 +18,7 @@ def say(event, **values):
     print(json.dumps({"event": event, **values}), flush=True)
 
 
-with open(os.path.join(os.environ["TMPDIR"], "renderer.pid"), "w") as file:
+with open(os.path.join(os.environ["HOME"], "renderer.pid"), "w") as file:
     file.write(str(os.getpid()))
 with open(f"{flags['job']}/background.npy", "rb") as file:
     colour = file.read()[-24:]

@@ -4,11 +4,14 @@ Put this folder first on PYTHONPATH, and the real measurer and harness replay $N
 file, which tells its keys. test_gpu.py compares names and signatures with the real module.
 """
 
+import functools
 import json
 import math
 import os
+import sys
 import time
 from pathlib import Path
+from time import sleep
 from types import SimpleNamespace
 
 TRACE = json.loads(Path(os.environ.get("NVML_TRACE") or Path(__file__).with_name("trace.json")).read_text())
@@ -150,7 +153,7 @@ def nvmlDeviceGetComputeRunningProcesses(handle):
     memory = _at(_seconds())["process_bytes"]
     pid = TRACE["process"]
     if pid == "file":
-        file = Path(os.environ["TMPDIR"]) / "renderer.pid"
+        file = Path(os.environ["HOME"]) / "renderer.pid"
         pid = int(file.read_text() or 0) if file.exists() else None
     return [] if pid is None or not memory else [SimpleNamespace(pid=pid, usedGpuMemory=memory)]
 
@@ -219,5 +222,23 @@ def nvmlDeviceGetCurrentClocksThrottleReasons(handle):
     return _at(_seconds())["reasons"]
 
 
+def _mortal(call):
+    """`call`, which fails from a time of the trace on; what is worse than an error happens in the measurer alone."""
+
+    @functools.wraps(call)
+    def ask(*arguments, **named):
+        fault = TRACE.get("fault")
+        if fault and _seconds() >= fault["from_s"]:
+            if fault["kind"] in CODES:
+                raise NVMLError(CODES[fault["kind"]][0])
+            if "harness.measurer" in sys.orig_argv:
+                sleep(1000) if fault["kind"] == "hangs" else os.abort()
+        return call(*arguments, **named)
+
+    return ask
+
+
+for _name in [name for name in globals() if name.startswith("nvml")]:
+    globals()[_name] = _mortal(globals()[_name])
 for _name in TRACE["absent"]:
     del globals()[_name]

@@ -1,4 +1,4 @@
-"""A mock executor with a clock of its own: renderers that take exactly as long as they are told to, in no time at all.
+"""A mock host with a clock of its own: renderers that take exactly as long as they are told to, in no time at all.
 
 "Takes 0.123 s a frame, 12 % outliers, drifts 3 % a minute, warms up for 7 frames" is
 Mock({"a": Behaviour(0.123, outliers=0.12, warmup=7)}, drift_per_minute=0.03). What goes through it is the whole of the
@@ -47,7 +47,7 @@ class Behaviour:
 
 
 class Mock:
-    """An Executor (harness/executors) that lets no time pass but its own. `now`: s since it was made.
+    """A Host (harness/host.py) that lets no time pass but its own. `now`: s since it was made.
 
     drift_per_minute: by which everything gets slower, of its time at the start.
     """
@@ -69,7 +69,7 @@ class Mock:
     def look(self) -> dict:
         return dict.fromkeys(COUNTERS, "a mock machine")
 
-    def run(self, entry, arrays, parameters, needs, timeout=600.0, series=None, interval=0.05, cache=None, log=None):
+    def run(self, entry, arrays, parameters, needs, timeout=600.0, series=None, cache=None, **more):
         if entry.name not in self.behaviours:  # the judge
             return Result("ok", "", self._outcome(self.now), self._said([], self.now), _picture(parameters))
         told = self.behaviours[entry.name]

@@ -1,0 +1,35 @@
+"""Times in files and on the command line: "50 ms", "10 min". And sizes: "2 GB", "64 MiB"."""
+
+import re
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
+SIZES = {"B": 1, **{f"{letter}B": 1000**n for n, letter in enumerate("kMGT", 1)}}
+SIZES |= {f"{letter}iB": 1024**n for n, letter in enumerate("KMGT", 1)}
+
+
+def quantity(value: Any, units: dict, what: str, examples: str) -> Any:
+    """The number that a text such as "50 ms" is of the unit that is 1; what is no text, as it is."""
+    if isinstance(value, str):
+        match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*([a-zA-Z]+)\s*", value)
+        if not match or match[2] not in units:
+            raise ValueError(f'expected a {what} such as {examples}, found "{value}"')
+        return float(match[1]) * units[match[2]]
+    return value
+
+
+def duration(value: Any) -> Any:
+    """Seconds from "50 ms", "10 min" or a plain number of seconds."""
+    return quantity(value, UNITS, "time", '"50 ms", "30 s", "10 min" or "2 h"')
+
+
+def size(value: Any) -> Any:
+    """Bytes from "2 GB", "64 MiB" or a plain number of bytes."""
+    number = quantity(value, SIZES, "size", '"500 kB", "64 MiB" or "2 GB"')
+    return round(number) if isinstance(number, float) and number.is_integer() else number
+
+
+Seconds = Annotated[float, BeforeValidator(duration), Field(gt=0, allow_inf_nan=False)]
+Bytes = Annotated[int, BeforeValidator(size), Field(gt=0, lt=2**63)]

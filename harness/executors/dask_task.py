@@ -1,0 +1,147 @@
+"""A task on a worker of Dask (dask.py): a process of its own, which can hear signals and be ended, as on Slurm.
+
+As a program, `python -m harness.executors.dask_task`, it is that process: it reads {"module", "function", "folder",
+"number"} from a line of its standard input, does the work and prints {"reason"}. RAYRACE_JOB is the job's name. When
+the input closes, the worker has died, and so does it; what it had started notices as much.
+"""
+
+import contextlib
+import importlib
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+
+LOOK = 1.0  # s between looks at what has happened; more often would disturb what is measured
+GRACE = 30.0  # s between SIGTERM and SIGKILL, as Slurm has it
+CANCELLED = "was cancelled"
+LATE = "ran out of its time"
+LONGEST = 300  # characters of a reason
+
+_stopped: set[str] = set()  # jobs that are to end, of this worker
+
+
+class Failed(Exception):
+    """The work was not done."""
+
+
+def stop(jobs: list[str]) -> None:
+    """On a worker: end these, or do not begin."""
+    _stopped.update(jobs)
+
+
+def run(job: str, work: list[str], number: int, time: float) -> None:
+    """work(folder, number) by `module, function, folder`, when it is this host's turn and for `time` seconds at most.
+
+    How it ended is left as an event of the scheduler.
+    """
+    from distributed import get_worker
+
+    reason = _run(job, work, number, time)
+    get_worker().log_event(job, {"host": socket.gethostname(), "reason": reason[:LONGEST]})
+    if reason:
+        raise Failed(reason)
+
+
+def _run(job: str, work: list[str], number: int, seconds: float) -> str:
+    """Why the work was not done; "" if it was."""
+    with _turn(job) as mine:
+        if not mine:
+            return CANCELLED
+        told = dict(zip(("module", "function", "folder"), work, strict=True), number=number)
+        command = [sys.executable, "-m", "harness.executors.dask_task"]
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "env": {**os.environ, "RAYRACE_JOB": job}}
+        process = subprocess.Popen(command, start_new_session=True, **pipes)
+        with process.stdin, process.stdout:
+            with contextlib.suppress(BrokenPipeError):
+                process.stdin.write(json.dumps(told).encode() + b"\n")
+                process.stdin.flush()
+            why = _watch(process, job, time.monotonic() + seconds)
+            said = process.stdout.read()
+        code = process.wait()
+    if why:
+        return why
+    with contextlib.suppress(ValueError):
+        return json.loads(said)["reason"]
+    return f"failed (signal {-code})" if code < 0 else f"failed (exit {code})"
+
+
+@contextlib.contextmanager
+def _turn(job: str) -> Iterator[bool]:
+    """While this task has the host to itself; False if it is to end before. Workers of one host take turns."""
+    from filelock import FileLock, Timeout
+
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    lock = FileLock(Path(tempfile.gettempdir()) / f"rayrace-task-{user}.lock")
+    while job not in _stopped:
+        with contextlib.suppress(Timeout):
+            lock.acquire(timeout=LOOK, poll_interval=LOOK)
+            break
+    try:
+        yield lock.is_locked
+    finally:
+        lock.release()
+
+
+def _watch(process: subprocess.Popen, job: str, until: float) -> str:
+    """Wait until the process has ended, or end it; why that was."""
+    why, kill = "", float("inf")
+    while not select.select([process.stdout], [], [], LOOK)[0]:  # it speaks, or its end closes, when it is done
+        now = time.monotonic()
+        if not why and (job in _stopped or now > until):
+            why = CANCELLED if job in _stopped else LATE
+            kill = now + GRACE
+            process.send_signal(signal.SIGTERM)
+        if now > kill:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+    return why
+
+
+def _heed_the_worker() -> None:
+    """End when standard input closes. In a thread: the work has the main one, and with it the signals."""
+
+    def heed():
+        os.read(0, 1)
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(GRACE)
+        os.killpg(os.getpid(), signal.SIGKILL)
+
+    threading.Thread(target=heed, daemon=True).start()
+
+
+def main() -> None:
+    answer = os.dup(1)
+    os.dup2(2, 1)  # what the work prints goes to the worker's log
+    line = b""
+    while not line.endswith(b"\n"):
+        line += os.read(0, 1) or b"\n"
+    told = json.loads(line)
+    _heed_the_worker()
+    try:
+        work = importlib.import_module(told["module"])
+        for name in told["function"].split("."):
+            work = getattr(work, name)
+        work(told["folder"], told["number"])
+        reason = ""
+    except SystemExit as end:
+        if not isinstance(end.code, str):
+            raise
+        reason = end.code
+    except Exception as error:
+        traceback.print_exc()
+        reason = f"failed ({type(error).__name__}: {error})"
+    os.write(answer, json.dumps({"reason": reason}).encode())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,233 @@
+"""Slurm, through submitit: a job is one host of its own.
+
+Jobs are arrays, as long as the scheduler takes them. What is asked of a job is in the [slurm] table (cluster.py).
+
+A job hears SIGTERM when it is cancelled, pre-empted, or at the end of its time; some seconds later (Slurm's KillWait,
+or the partition's GraceTime) it is killed, with all that it has started. Where Slurm has no cgroups, what it has
+started hears SIGTERM as well. A job whose host is lost is queued again under its name.
+"""
+
+import contextlib
+import io
+import logging
+import math
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from harness.cluster import Slurm as Table
+from harness.errors import UserError
+from harness.executors import State, Work
+
+PATIENCE = 60  # s, for a command of Slurm
+FORMAT = "%i|%T|%N|%r"  # of squeue: job, state, hosts, reason
+SOME = 1000  # indices of an array in one argument of scancel
+ENDED = ("Invalid job id", "already completing or completed")  # what scancel says of jobs that have
+RUNNING = ("RUNNING", "COMPLETING", "SUSPENDED", "STOPPED", "SIGNALING", "STAGE_OUT")
+WAITING = ("PENDING", "CONFIGURING", "REQUEUED", "REQUEUE_HOLD", "REQUEUE_FED", "RESIZING", "SPECIAL_EXIT")
+ENDS = {
+    "CANCELLED": "was cancelled (scancel)",
+    "TIMEOUT": "ran out of its time",
+    "PREEMPTED": "was pre-empted",
+    "NODE_FAIL": "lost its host",
+    "OUT_OF_MEMORY": "ran out of memory",
+    "BOOT_FAIL": "had no host that would start",
+    "DEADLINE": "met its deadline",
+}
+
+
+class Slurm:
+    """An Executor (harness/executors). logs: folder for what jobs print and what submitit keeps."""
+
+    def __init__(self, table: Table, logs: Path):
+        for program in ("sbatch", "squeue", "scancel"):
+            if shutil.which(program) is None:
+                raise UserError(f"--executor slurm: no {program} here", remedy="run it where jobs are submitted")
+        self.table, self.logs = table, logs.resolve()
+
+    @property
+    def most(self) -> int | None:
+        """Jobs that are in the queue at most."""
+        return self._limit("MaxJobCount")
+
+    def submit(self, work: Work, folder: Path, numbers: list[int]) -> Iterator[tuple[int, str]]:
+        try:
+            import submitit
+        except ImportError:
+            raise UserError(
+                "--executor slurm: submitit is not installed", remedy="pip install 'rayrace[slurm]'"
+            ) from None
+
+        logging.getLogger("submitit").setLevel(logging.ERROR)
+        # exec: Python is the job's first process. Slurm signals that alone before the time is up, and a shell in its
+        # place would end at the first SIGTERM; then what it has started is killed, or left to itself on the host.
+        python = f"exec {shlex.quote(sys.executable)}"
+        executor = submitit.SlurmExecutor(folder=self.logs, max_num_timeout=0, python=python)
+        executor.update_parameters(**self._parameters())
+        longest = self._limit("MaxArraySize") or 1001
+        for start in range(0, len(numbers), longest):
+            some = numbers[start : start + longest]
+            try:
+                with contextlib.redirect_stderr(io.StringIO()):  # submitit prints what it raises
+                    jobs = executor.map_array(work, [str(folder.resolve())] * len(some), some)
+            except (RuntimeError, OSError, subprocess.CalledProcessError) as error:
+                raise UserError(f"Slurm takes no more jobs: {_first_line(error)}") from None
+            yield from zip(some, (job.job_id for job in jobs), strict=True)
+
+    def _parameters(self) -> dict:
+        """Of submitit. No srun: a step of a job may see the cores of one task, not the host's."""
+        table = self.table
+        asked = {name: getattr(table, name) for name in ("account", "partition", "constraint")}
+        parameters = {name: value for name, value in asked.items() if value is not None}
+        if table.gpus:
+            parameters["gpus_per_node"] = table.gpus
+        return parameters | {
+            "job_name": "rayrace",
+            "time": math.ceil(table.time / 60),
+            "nodes": 1,
+            "ntasks_per_node": 1,
+            "exclusive": True,
+            "use_srun": False,
+            "stderr_to_stdout": True,
+            "array_parallelism": table.at_once,
+            "setup": list(table.setup) or None,
+            "wckey": None,
+            # mem 0: all of the host's. submitit wants to be warned of the end, by a signal that can come a minute early
+            # and ends a Python that is still starting; the jobs know their time themselves. CONT does nothing.
+            "additional_parameters": {"mem": 0, "signal": "B:CONT@1", **table.options},
+        }
+
+    def states(self, jobs: list[str]) -> dict[str, State]:
+        if not jobs:
+            return {}
+        try:
+            found = self._queue(jobs)
+        except OSError as error:
+            return dict.fromkeys(jobs, State("unknown", reason=str(error)))
+        gone = [job for job in jobs if job not in found]
+        return found | (self._accounts(gone) if gone else {})
+
+    def _queue(self, jobs: list[str]) -> dict[str, State]:
+        """Those that the scheduler still remembers: all that have not ended, and what has a short while ago. Jobs of an
+        array that are cancelled before they begin are forgotten at once.
+
+        No --array: of what is left of an array when every other job of it is gone, that loses the last one.
+        """
+        wanted, found, failed = set(jobs), {}, []
+        for line in _ask(["squeue", "--me", "--noheader", "--states=all", f"--format={FORMAT}"]).splitlines():
+            name, word, hosts, reason = (line.split("|") + [""] * 4)[:4]
+            for job in wanted.intersection(_members(name)):
+                found[job] = _state(word, hosts, reason=reason)
+                failed += [job] if word == "FAILED" else []
+        if failed:
+            fields = "--Format=JobArrayID:40|,NodeList:100|,exit_code:20|"
+            for line in _ask(["squeue", "--me", "--noheader", "--states=failed", fields]).splitlines():
+                job, hosts, code = ([part.strip() for part in line.split("|")] + [""] * 3)[:3]
+                if job in failed:
+                    found[job] = _state("FAILED", hosts, code)
+        return found
+
+    def _accounts(self, jobs: list[str]) -> dict[str, State]:
+        """What Slurm's accounting says of jobs that the scheduler has forgotten; they have ended, whatever it says."""
+        found = dict.fromkeys(jobs, State("ended", reason="is known no more to the scheduler"))
+        if shutil.which("sacct") is None:
+            return found
+        names = ",".join(_arrays(jobs))
+        fields = "--format=JobID,State,NodeList,ExitCode"
+        try:
+            told = _ask(["sacct", "-X", "--noheader", "--parsable2", fields, "-j", names])
+        except OSError:
+            return found
+        for line in told.splitlines():
+            job, word, hosts, code = (line.split("|") + [""] * 4)[:4]
+            if job in found:
+                found[job] = _state(word, hosts, code)
+        return found
+
+    def cancel(self, jobs: list[str]) -> None:
+        names = []
+        for array, indices in _arrays(jobs).items():
+            some = [indices[start : start + SOME] for start in range(0, len(indices), SOME)]
+            names += [f"{array}_[{','.join(map(str, each))}]" for each in some] or [array]
+        for name in names:
+            try:
+                _ask(["scancel", name])
+            except OSError as error:
+                if not any(word in str(error) for word in ENDED):
+                    raise UserError(f"jobs are not cancelled: {error}", remedy="try again") from None
+
+    def _limit(self, name: str) -> int | None:
+        try:
+            told = _ask(["scontrol", "show", "config"])
+        except OSError:
+            return None
+        match = re.search(rf"^{name}\s*=\s*(\d+)", told, re.MULTILINE)
+        return int(match[1]) if match else None
+
+
+def _arrays(jobs: list[str]) -> dict[str, list[int]]:
+    """Arrays and single jobs, of the former the indices: `12_0`, `12_1` and `13` are {"12": [0, 1], "13": []}."""
+    arrays: dict[str, list[int]] = {}
+    for job in jobs:
+        array, _, index = job.partition("_")
+        arrays.setdefault(array, []).extend([int(index)] if index else [])
+    return arrays
+
+
+def _members(name: str) -> Iterator[str]:
+    """The jobs that squeue calls so: 12, 12_3 or, of those that wait, 12_[0-2,5-9:2%4]."""
+    array, bracket, rest = name.partition("_[")
+    if not bracket:
+        yield name
+        return
+    for some in rest.partition("]")[0].partition("%")[0].split(","):
+        told = re.fullmatch(r"(\d+)(?:-(\d+))?(?::(\d+))?", some)
+        if told is None:
+            raise OSError(f"squeue: which jobs are {name}?")
+        first, last, step = told.groups()
+        yield from (f"{array}_{index}" for index in range(int(first), int(last or first) + 1, int(step or 1)))
+
+
+def _state(word: str, hosts: str, code: str = "", reason: str = "") -> State:
+    """A State by Slurm's words: `CANCELLED by 1000`, say. code: of exit."""
+    name = word.split()[0].rstrip("+") if word.split() else ""
+    host = "" if hosts in ("", "None assigned") else hosts
+    if name in WAITING:
+        return State("waiting", host, name, "" if reason == "None" else reason)
+    if name in RUNNING:
+        return State("running", host, name)
+    if name == "COMPLETED":
+        return State("ended", host, name)
+    if name == "FAILED":
+        return State("ended", host, name, f"failed ({_code(code) or reason or 'no reason known'})")
+    return State("ended", host, name, ENDS.get(name, f"ended as {name}"))
+
+
+def _code(code: str) -> str:
+    """`7:0` as sacct has it, or 1792 as squeue has, the status of wait(2): exit 7."""
+    status, _, number = code.partition(":")
+    if not status.isdigit():
+        return ""
+    exit_, signal = (int(status), int(number or 0)) if ":" in code else (int(status) >> 8, int(status) & 127)
+    return f"signal {signal}" if signal else f"exit {exit_}" if exit_ else ""
+
+
+def _ask(command: list[str]) -> str:
+    """What a command of Slurm prints. OSError if it fails."""
+    environment = {**os.environ, "LC_ALL": "C", "SLURM_BITSTR_LEN": "0"}  # 0: no `...` in what is left of an array
+    try:
+        answer = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, env=environment)
+    except subprocess.TimeoutExpired:
+        raise OSError(f"{command[0]} did not answer in {PATIENCE} s") from None
+    if answer.returncode:
+        raise OSError(f"{command[0]}: {answer.stderr.strip()}")
+    return answer.stdout
+
+
+def _first_line(error: Exception) -> str:
+    return next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)

@@ -1,0 +1,63 @@
+"""Takes memory."""
+
+import mmap
+import os
+import time
+
+from main import good, hang
+
+MB = 10**6
+
+
+def fill(size):
+    """Memory that is really used."""
+    return bytearray(b"x") * size
+
+
+def eat(step=20 * MB, most=900 * MB):
+    held = [fill(step)]
+    while len(held) * step < most:
+        held.append(fill(step))
+        time.sleep(0.01)
+    hang()
+
+
+def eat_in_children():
+    for _ in range(5):
+        if os.fork() == 0:
+            held = fill(90 * MB)
+            hang()
+            del held
+    hang()
+
+
+def share_memory():
+    """Five processes hold the same 150 MB, for long enough to be looked at."""
+    held = mmap.mmap(-1, 150 * MB)
+    for _ in range(150):
+        held.write(b"x" * MB)
+    children = []
+    for _ in range(4):
+        children.append(os.fork())
+        if children[-1] == 0:
+            for place in range(0, 150 * MB, 4096):
+                held[place]
+            time.sleep(0.6)
+            os._exit(0)
+    for child in children:
+        os.waitpid(child, 0)
+    good()
+
+
+def spike():
+    held = fill(380 * MB)
+    del held
+    good()
+
+
+MISDEEDS = {
+    "zoo-memory": eat,
+    "zoo-memory-children": eat_in_children,
+    "zoo-memory-shared": share_memory,
+    "zoo-memory-spike": spike,
+}

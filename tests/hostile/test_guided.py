@@ -1,0 +1,31 @@
+"""Hostile input that a fuzzer finds which sees what code it reaches (tests/support/guided.py)."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import hostile
+import pytest
+
+GUIDED = Path(__file__).parents[1] / "support" / "guided.py"
+KINDS = "scene text", "NFF", "RAYS.csv", "renderer.toml", "experiment", "lines of a renderer", "stored runs"
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", KINDS)
+def test_guided(kind, tmp_path, record_property):
+    if importlib.util.find_spec("atheris") is None:
+        pytest.skip("no atheris here (pip install -e '.[fuzz]')")
+    cases = hostile.CASES // 10  # each takes as long as several others
+    done = subprocess.run(
+        [sys.executable, GUIDED, kind, str(cases)],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (GUIDED.parents[2], *sys.path[:1])))},
+        capture_output=True,
+        text=True,
+        errors="replace",
+    )
+    assert done.returncode == 0, done.stderr[-5000:]
+    record_property("hostile", (f"{kind}, guided", cases))
