@@ -27,8 +27,8 @@ VARIANTS = tuple(
 
 # CI runs a part of the cases of some tests, the same each time; by night all of them run. Of tests of conformance and
 # stability one in so many with these variants, and at least one of each file with ALWAYS: starting, building and
-# compiling is most of their time. Of tests that are slow, or in one of FIRST, the first case, and none with Numba; none
-# that must run alone.
+# compiling is most of their time. EVERYTHING, the scene that has every feature, is tried with all but Numba. Of tests
+# that are slow, or in one of FIRST, the first case, and none with Numba; none that must run alone.
 ONE_IN = {
     "numba": 320,
     "numba-parallel": 320,
@@ -39,6 +39,7 @@ ONE_IN = {
     "python": 12,
 }
 ALWAYS = "python", "numpy"
+EVERYTHING = "test_pictures_and_counts_agree", "mix: all of it"
 FIRST = "test_cuda.py", "test_cuda_compile.py", "test_peers.py"
 
 
@@ -71,7 +72,9 @@ def pytest_collection_modifyitems(items):
             late = test in seen or "numba" in item.nodeid.rpartition("[")[2] or item.get_closest_marker("alone")
         elif variant and item.path.parent.name in ("conformance", "stability"):
             test = item.path, variant
-            late = not (variant in ALWAYS and test not in seen) and zlib.crc32(item.nodeid.encode()) % ONE_IN[variant]
+            whole = all(part in item.nodeid for part in EVERYTHING) and "numba" not in variant
+            first = variant in ALWAYS and test not in seen
+            late = not (whole or first) and zlib.crc32(item.nodeid.encode()) % ONE_IN[variant]
         else:
             continue
         if late:
