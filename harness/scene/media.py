@@ -1,5 +1,7 @@
 """The clear solids that can share a place with something else, ranked (MED-2), and which of them hold the eye."""
 
+from itertools import islice
+
 import numpy as np
 
 from harness.errors import UserError
@@ -9,7 +11,7 @@ from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Sphere
 
 MOST = 63  # a renderer keeps a set of them in the bits of one integer
 OPAQUE = (0.0, 0.0, 0.0)
-BLOCK = 1 << 20  # pairs of boxes compared at once
+TOGETHER = 64  # solids that lie close to each other, compared at once with all that is near them
 
 
 def solid(thing):
@@ -31,11 +33,11 @@ def media(scene):
     around = ((boxes[clear, 0] <= eye) & (eye <= boxes[clear, 1])).all(axis=1)
     holding = {i for i, near in zip(clear, around, strict=True) if near and holds(scene.objects[i], eye)}
     entered = [i for i in clear if scene.objects[i].material.k_s > 0]
-    ranked = sorted(holding | set(_meeting(boxes, entered)))
+    ranked = sorted(holding | set(islice(_meeting(boxes, np.array(entered, int)), MOST + 1)))
     if len(ranked) > MOST:
         last = scene.objects[ranked[MOST]]
         raise UserError(
-            f"{len(ranked)} clear solids touch other objects or hold the eye, and {MOST} are the most",
+            f"more than {MOST} clear solids touch other objects or hold the eye",
             file=scene.file,
             line=last.line or None,
             remedy="make some opaque, with attenuation (0,0,0), move them apart or join them with OR",
@@ -45,16 +47,23 @@ def media(scene):
 
 
 def _meeting(boxes, chosen):
-    """Those of `chosen` whose box meets that of any other object; faces that touch meet."""
-    step = max(1, BLOCK // max(len(boxes), 1))
-    for first in range(0, len(chosen), step):
-        some = chosen[first : first + step]
-        meet = np.ones((len(some), len(boxes)), bool)
-        for axis in range(3):
-            low, high = boxes[:, 0, axis], boxes[:, 1, axis]
-            meet &= (low[some, None] <= high) & (low <= high[some, None])
-        meet[np.arange(len(some)), some] = False
-        yield from (i for i, found in zip(some, meet.any(axis=1), strict=True) if found)
+    """Those of `chosen` whose box meets that of any other object, as they are found; faces that touch meet."""
+    for some in _close(boxes[chosen, 0]):
+        some = chosen[some]
+        low, high = boxes[some, 0], boxes[some, 1]
+        near = np.flatnonzero(((boxes[:, 0] <= high.max(axis=0)) & (low.min(axis=0) <= boxes[:, 1])).all(axis=1))
+        meet = (near != some[:, None]) & (boxes[near, 0] <= high[:, None]).all(axis=2)
+        meet &= (low[:, None] <= boxes[near, 1]).all(axis=2)
+        yield from some[meet.any(axis=1)].tolist()
+
+
+def _close(points):
+    """Indices of points (N, 3), TOGETHER at a time: cut into slabs by x, those into columns by y, sorted by z."""
+    ranks = points.argsort(axis=0).argsort(axis=0)
+    cuts = max(round((len(points) / TOGETHER) ** (1 / 3)), 1)
+    slab, column, _ = (ranks * cuts // max(len(points), 1)).T
+    order = np.lexsort((ranks[:, 2], column, slab))
+    return (order[first : first + TOGETHER] for first in range(0, len(order), TOGETHER))
 
 
 def holds(thing, point):

@@ -11,7 +11,7 @@ from harness.errors import UserError
 from harness.scene import text
 from harness.scene.bounds import bounds
 from harness.scene.flatten import flatten
-from harness.scene.media import holds, media
+from harness.scene.media import _meeting, holds, media
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Operator, Polygon, Sphere
 
 CAMERA = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,100)\n"
@@ -170,10 +170,26 @@ def test_no_more_than_a_set_can_hold():
     assert len(ranks("".join(line.format(i) for i in range(63)))) == 63
     with pytest.raises(UserError) as caught:
         ranks("".join(line.format(i) for i in range(64)))
-    why = "scene.txt:65: 64 clear solids touch other objects or hold the eye, and 63 are the"
+    why = "scene.txt:65: more than 63 clear solids touch other objects or hold the eye"
     assert str(caught.value).startswith(why)
     apart = "".join(line.format(1.1 * i) for i in range(500))
     assert ranks(apart) == []
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_which_of_many_meet(seed):
+    """More than are compared at once, on all axes and on some, on a lattice whose boxes touch, and in one place."""
+    print("seed", seed)
+    draw = np.random.default_rng(seed)
+    count = draw.integers(100, 600)
+    low = draw.uniform(-2, 2, (count, 3)) * draw.choice([1, 1, 10, 0], 3)
+    low = low.round(1) if seed % 3 == 0 else low
+    boxes = np.stack([low, low + draw.uniform(0, 0.3, (count, 3))], axis=1)
+    boxes[:, 1] = np.where(seed % 3, boxes[:, 1], low + 0.2)
+    chosen = np.flatnonzero(draw.random(count) < draw.random())
+    overlap = [((boxes[:, 0] <= box[1]) & (box[0] <= boxes[:, 1])).all(axis=1).sum() > 1 for box in boxes]
+    found = list(_meeting(boxes, chosen))
+    assert sorted(found) == [i for i in chosen if overlap[i]]
 
 
 @pytest.mark.alone
