@@ -1,6 +1,7 @@
 """The command line. Every command imports what it needs when it runs, so that --help is quick."""
 
 import contextlib
+import io
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -24,6 +25,8 @@ def main() -> None:
     """The entry point: 0 good, 1 something that was measured failed, 2 wrong use, 130 stopped by Ctrl-C."""
     from harness.errors import UserError, of_system
 
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="surrogateescape")  # names of files need not be Unicode
     try:
         app()
     except UserError as error:
@@ -66,7 +69,7 @@ def report(
     from harness.errors import UserError
     from reports import several
 
-    if out is None and (len(runs) > 1 or not runs[0].is_dir()):
+    if out is None and (len(runs) > 1 or runs[0].is_file()):
         raise UserError("name the folder of the report with -o FOLDER")
     folder = out or runs[0] / "report"
     if not check:

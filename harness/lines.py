@@ -36,10 +36,16 @@ def cut_torn(path: Path) -> None:
         file.truncate(whole)
 
 
+def as_json(told, indent: int | None = None) -> str:
+    """JSON in ASCII, with "?" for what is no Unicode, as names of files may hold: nobody could read it back."""
+    unicode = json.dumps(told, ensure_ascii=False, allow_nan=False).encode("utf-8", errors="replace")
+    return json.dumps(json.loads(unicode), indent=indent)
+
+
 def append(path: Path, line: dict) -> None:
     """Write a line at the end, on the disk when this returns."""
     cut_torn(path)
     with open(path, "a", encoding="utf-8") as file:
-        file.write(json.dumps(line, allow_nan=False) + "\n")
+        file.write(as_json(line) + "\n")
         file.flush()
         os.fsync(file.fileno())

@@ -82,7 +82,6 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
 
 import errno
 import io
-import json
 import os
 from collections.abc import Callable, Collection
 from pathlib import Path
@@ -117,7 +116,7 @@ class Run:
         self._cells = _by_key(facts)
         if "environment" in facts:
             self.host = fingerprint.of(facts["environment"])
-        text = json.dumps({"format": FORMAT, **facts}, indent=1, allow_nan=False)
+        text = lines.as_json({"format": FORMAT, **facts}, indent=1)
         write_whole(self.folder / "run.json", text + "\n")
 
     def append(self, record: dict) -> None:
@@ -126,7 +125,7 @@ class Run:
         own = {name: value for name, value in record.items() if name == "cell" or known.get(name, self) != value}
         if os.fstat(self._file.fileno()).st_nlink == 0:  # what is written to it now is nowhere
             raise FileNotFoundError(errno.ENOENT, "it was deleted during the run", self._file.name)
-        self._file.write(json.dumps(own, allow_nan=False) + "\n")
+        self._file.write(lines.as_json(own) + "\n")
         self._file.flush()
         os.fsync(self._file.fileno())
 
@@ -267,10 +266,10 @@ def _read(folder: Path, prefix: str = "") -> tuple[dict, list[dict]]:
 def facts_of(folder: Path) -> dict:
     """run.json of a folder, with its own host. UserError if it is no run."""
     try:
-        facts = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        facts = orjson.loads((folder / "run.json").read_bytes())
     except OSError as error:
         raise _no_run(folder, error) from None
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise _no_run(folder / "run.json", error) from None
     if not isinstance(facts, dict) or facts.get("format") != FORMAT:
         raise UserError(f"{folder / 'run.json'}: expected format {FORMAT}")

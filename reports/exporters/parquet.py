@@ -6,9 +6,9 @@ of which nothing is known has the type null. A column whose values are of severa
 """
 
 import json
-import os
 from pathlib import Path
 
+from harness import store
 from harness.errors import UserError
 from reports import repetition
 from reports.results import Results
@@ -27,9 +27,7 @@ def write(results: Results, out: Path) -> None:
     rows = [_row(record, is_out) for record, is_out in zip(results.records, outlying, strict=True)]
     columns = {name: _column(pyarrow, [row.get(name) for row in rows]) for name in _names(rows)}
     about = {"rayrace run.json": json.dumps(results.facts)}
-    part = out.with_name(out.name + ".part")
-    parquet.write_table(pyarrow.table(columns, metadata=about), part)
-    os.replace(part, out)
+    store.write_part(out, lambda file: parquet.write_table(pyarrow.table(columns, metadata=about), file))
 
 
 def _row(record: dict, is_out: bool) -> dict:
