@@ -13,7 +13,7 @@ test: quick  ## all tests but those of `nightly`, the fast ones first
 
 quick: .venv/installed  ## the fast tests
 	$(BIN)/ruff check .
-	$(BIN)/pytest -q -m "not slow and alone and not nightly"
+	$(BIN)/pytest -q -rs -m "not slow and alone and not nightly"
 	$(BIN)/pytest -q -m "not slow and not alone and not nightly" $(SHARED) loadfile
 
 # What the kernel computes is the source of numba, tested there; here it is how a GPU comes to run it.
