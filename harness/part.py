@@ -15,9 +15,10 @@ import sys
 import time
 from pathlib import Path
 
+import orjson
 from filelock import FileLock, Timeout
 
-from harness import batch, calibration, merge, plan, race, registry, repetition, resume, software, store
+from harness import batch, calibration, lines, merge, plan, race, registry, repetition, resume, software, store
 from harness.bench import timestamp
 from harness.errors import UserError, of_system
 from harness.experiment import Experiment
@@ -173,7 +174,7 @@ def _print(cell, record, done, total, left_s) -> None:
 def _say(place: Path, end: dict) -> None:
     """Leave word of how it ended, in place, as a full disk has no room for a new file; and in the log of the job."""
     told = {**end, "at": timestamp(), "job": job_facts(), "hostname": socket.gethostname()}
-    text = json.dumps(told).encode().ljust(BLOCK)
+    text = lines.as_json(told).encode().ljust(BLOCK)
     try:
         descriptor = os.open(place / END, os.O_WRONLY | os.O_CREAT, 0o644)
         with open(descriptor, "wb") as file:
@@ -196,6 +197,8 @@ def _is_full(place: Path) -> bool:
 def ending(place: Path) -> dict | None:
     """What the job said that made the part; None if it did not, or not whole."""
     try:
-        return dict(json.loads((place / END).read_bytes()))
+        told = orjson.loads((place / END).read_bytes())
     except (OSError, ValueError):
         return None
+    whole = isinstance(told, dict) and all(isinstance(told.get(name), str) for name in ("status", "reason", "hostname"))
+    return told if whole else None

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import orjson
 
-from harness import environment
+from harness import environment, store, stored
+from harness.errors import UserError
 from harness.plan import Cell
 
 HISTORY = 16 * 2**20  # bytes of old runs that are read at most
@@ -48,7 +49,7 @@ class Predictor:
 
     def _learn(self, record: dict, what: str, took: float) -> None:
         self._own[record["cell"], what].append(took)
-        if record["status"] == "ok" and record.get("lights") is not None:
+        if record["status"] == "ok" and record.get("shapes") and record.get("lights") is not None:
             self._fits[record["variant"], what].add(_work(record), took)
 
     def seconds(self, cell: Cell, first: bool = False) -> Prediction | None:
@@ -126,14 +127,17 @@ def history(results: Path, but: Path | None = None, most: int = HISTORY) -> list
         most -= facts.stat().st_size if facts.exists() else 0
         if most <= 0:
             break
-        told = _json(facts.read_bytes() if facts.exists() else b"")
-        if any(told.get("environment", {}).get(name) != here[name] for name in ("host", "cpu")):
+        try:
+            told = store.facts_of(path.parent)
+        except UserError:  # that run's report will say so
+            continue
+        if any((told.get("environment") or {}).get(name) != here[name] for name in ("host", "cpu")):
             continue
         tail = _tail(path, most)
         most -= len(tail)
-        cells = {cell["cell"]: cell for cell in told["cells"]}
-        rows = [{**cells.get(row.get("cell"), {}), **row} for row in map(_json, tail.splitlines())]
-        found += [row for row in rows if "variant" in row and row["status"] not in NEVER_RAN]
+        cells = {cell["cell"]: cell for cell in told.get("cells", ())}
+        rows = [{**cells.get(str(row.get("cell")), {}), **row} for row in map(_json, tail.splitlines())]
+        found += [row for row in rows if stored.teaches(row) and row["status"] not in NEVER_RAN]
     return found
 
 

@@ -142,7 +142,18 @@ Line = _some(
     **dict.fromkeys(("host", "status", "reason"), Text),
 )
 
-_ROW, _FACTS, _LINE = map(TypeAdapter, (Row, Facts, Line))
+Learnt = _some(
+    "Learnt",
+    **dict.fromkeys(("cell", "variant", "status"), Required[str]),
+    **{"pass": str},
+    repetition=Required[Count],
+    **dict.fromkeys(("took_s", "wall_s"), Seconds | None),
+    parameters=Required[_some("Work", region=Required[_REGION], depth=Required[Count], frames=Required[Count])],
+    shapes=dict[str, Count] | None,
+    lights=Count | None,
+)
+
+_ROW, _FACTS, _LINE, _LEARNT = map(TypeAdapter, (Row, Facts, Line, Learnt))
 
 # What the report of a run is made of.
 OF_RUN = "title", "experiment", "started", "command", "environment", "cells"
@@ -160,6 +171,15 @@ OF_EXPERIMENT = "processes", "override", "measure"
 def row(told, file: Path, line: int) -> None:
     """UserError if a record is none."""
     _check(_ROW, told, file, line)
+
+
+def teaches(record) -> bool:
+    """Whether predict.py can use a record, which it looks for in any run that lies about."""
+    try:
+        _LEARNT.validate_python(record)
+    except ValidationError:
+        return False
+    return True
 
 
 def facts(told, file: Path) -> None:

@@ -126,7 +126,8 @@ def stored(tmp_path):
     def write(name, rows, end="", **machine):
         folder = tmp_path / "results" / name
         folder.mkdir(parents=True)
-        facts = {"format": 1, "environment": {**here, **machine}, "cells": [{"cell": "known", "variant": "cpp"}]}
+        known = {"cell": "known", "variant": "cpp", "parameters": row(1, 1.0)["parameters"]}
+        facts = {"format": 1, "environment": {**here, **machine}, "cells": [known]}
         (folder / "run.json").write_text(json.dumps(facts))
         lines = folder / "repetitions.jsonl"
         lines.write_text("".join(json.dumps(line) + "\n" for line in rows) + end)
@@ -142,7 +143,9 @@ def test_history(stored, tmp_path):
     stored("of another", [row(3, 3.0)], host="elsewhere")
     stored("before the new processor", [row(4, 4.0)], cpu="older")
     stored("b", [row(5, 5.0), row(6, 6.0, status="unavailable"), row(7, 7.0, status="unsupported")])
-    mine = stored("c", [{"cell": "known", "status": "ok", "took_s": 8.0}, {"cell": "unknown", "status": "ok"}])
+    mine = stored(
+        "c", [{"cell": name, "repetition": 1, "status": "ok", "took_s": 8.0} for name in ("known", "unknown")]
+    )
     (tmp_path / "results" / "none").mkdir()
     (tmp_path / "results" / "none" / "repetitions.jsonl").write_text("x\n")
 

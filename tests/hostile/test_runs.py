@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from stored_run import as_bytes, facts, job_lines, rows, texts, write
 
-from harness import packed, store
+from harness import environment, packed, predict, store
 from harness.errors import UserError
 from reports import results
 
@@ -68,6 +68,27 @@ def test_cases(fuzz, tried):
         tried(told, records, floor=random.randint(0, 9) == 0)
 
     fuzz("stored runs", once)
+
+
+def test_cases_of_runs_that_lie_about(fuzz, place, monkeypatch):
+    """From which the times of a new run are predicted, unless they are damaged."""
+    here = environment.capture()
+    monkeypatch.setattr(environment, "capture", lambda: here)
+
+    def once(random):
+        told, records = facts(), rows()
+        told["environment"].update(host=here["host"], cpu=here["cpu"])
+        if random.randint(0, 1):
+            told = bent_bytes(random, told)
+        else:
+            records[0] = bent_bytes(random, records[0])
+        write(place / "run", told, records)
+        with hostile.contained():
+            predict.Predictor(predict.history(place))
+
+    fuzz("runs that lie about", once)
+    write(place / "run", {**facts(), "environment": here}, rows())
+    assert len(predict.history(place)) == len(rows())
 
 
 def test_cases_of_clusters(fuzz, tried):
