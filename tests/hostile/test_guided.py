@@ -18,9 +18,8 @@ KINDS = "scene text", "NFF", "RAYS.csv", "renderer.toml", "experiment", "lines o
 def test_guided(kind, tmp_path, record_property):
     if importlib.util.find_spec("atheris") is None:
         pytest.skip("no atheris here (pip install -e '.[fuzz]')")
-    cases = hostile.CASES // 10  # each takes as long as several others
     done = subprocess.run(
-        [sys.executable, GUIDED, kind, str(cases)],
+        [sys.executable, GUIDED, kind, str(hostile.CASES)],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (GUIDED.parents[2], *sys.path[:1])))},
         capture_output=True,
@@ -28,4 +27,4 @@ def test_guided(kind, tmp_path, record_property):
         errors="replace",
     )
     assert done.returncode == 0, done.stderr[-5000:]
-    record_property("hostile", (f"{kind}, guided", cases))
+    record_property("hostile", (f"{kind}, guided", hostile.CASES))
