@@ -59,7 +59,7 @@ def made(kind):
 
 
 @pytest.mark.parametrize("kind", ["ply", "stl", "off", "glb"])
-def test_other_formats(tried, fuzz, kind, monkeypatch):
+def test_cases_of_other_formats(tried, fuzz, kind, monkeypatch):
     """Of bytes, as these formats are read by a library: a tenth of the cases of OBJ."""
     monkeypatch.setattr(hostile, "CASES", hostile.CASES // 10)
     valid = made(kind)
