@@ -5,6 +5,7 @@ word of how under its name, as an event of the scheduler, which is there as long
 """
 
 import importlib.util
+import time
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,25 +31,41 @@ class Dask:
         self._connected = None
 
     def submit(self, work: Work, folder: Path, numbers: list[int]) -> Iterator[tuple[int, str]]:
-        import distributed
-
         client = self._client()
         run = f"rayrace-{uuid.uuid4().hex[:12]}"  # of this submission: what failed before is another task
         jobs = [f"{run}-{number}" for number in numbers]
-        place = [work.__module__, work.__qualname__, str(folder.resolve())]
         try:
-            futures = client.map(
-                dask_task.run, jobs, [place] * len(jobs), numbers, time=self.table.time, key=jobs, pure=False
-            )
-            distributed.fire_and_forget(futures)
-            told = client.run_on_scheduler(_taken(), jobs, timeout=TAKEN)
+            self._give(client, work, folder, dict(zip(jobs, numbers, strict=True)))
         except OSError as error:
             raise UserError(f"{self.table.scheduler} takes no more jobs: {_text(error)}") from None
-        bad = [future for future in futures if future.status == "error"]
-        if bad or not told:
-            why = _text(bad[0].exception()) if bad else f"it has not taken them in {TAKEN} s"
-            raise UserError(f"{self.table.scheduler} takes no more jobs: {why}")
         yield from zip(numbers, jobs, strict=True)
+
+    def _give(self, client, work: Work, folder: Path, numbers: dict[str, int]) -> None:
+        """Until the scheduler has taken every job; UserError if it does not."""
+        import distributed
+
+        place = [work.__module__, work.__qualname__, str(folder.resolve())]
+        futures = client.map(
+            _run(),
+            numbers,
+            [place] * len(numbers),
+            numbers.values(),
+            time=self.table.time,
+            key=list(numbers),
+            pure=False,
+        )
+        distributed.fire_and_forget(futures)
+        end = time.monotonic() + TAKEN
+        left = list(numbers)
+        while left:
+            # Asked before: what has failed since may have been taken, and done, in between.
+            failed = {future.key: future for future in futures if future.status == "error"}
+            left = client.run_on_scheduler(_left(), left)
+            bad = next((failed[job] for job in left if job in failed), None)
+            if bad or (left and time.monotonic() > end):
+                why = " ".join(str(bad.exception()).split()) if bad else f"it has not taken them in {TAKEN} s"
+                raise UserError(f"{self.table.scheduler} takes no more jobs: {why}")
+            time.sleep(0.1 if left else 0)
 
     def states(self, jobs: list[str]) -> dict[str, State]:
         if not jobs:
@@ -89,21 +106,24 @@ class Dask:
         return self._connected
 
 
-# What runs on the scheduler is a function in a function: it travels whole, so that rayrace need not be installed there.
+# What the scheduler sees is a function in a function: it travels whole, so that rayrace need not be installed there.
 
 
-def _taken():
-    async def taken(jobs, timeout, dask_scheduler=None):
-        """Whether it has all of the jobs, or had."""
-        import asyncio
+def _run():
+    def run(job, work, number, time):
+        from harness.executors import dask_task
 
-        for _ in range(timeout * 10):
-            if all(job in dask_scheduler.tasks or dask_scheduler.get_events(topic=job) for job in jobs):
-                return True
-            await asyncio.sleep(0.1)
-        return False
+        dask_task.run(job, work, number, time)
 
-    return taken
+    return run
+
+
+def _left():
+    def left(jobs, dask_scheduler=None):
+        """Those of the jobs that it neither has nor had."""
+        return [job for job in jobs if job not in dask_scheduler.tasks and not dask_scheduler.get_events(topic=job)]
+
+    return left
 
 
 def _look():

@@ -1,10 +1,12 @@
 """The executor for Dask, with a scheduler and two workers on this machine."""
 
 import importlib.util
+import json
 import os
 import signal
 import subprocess
 import sys
+import time
 
 import cluster_tasks
 import pytest
@@ -79,6 +81,67 @@ def test_what_became_of_a_job(table, folder):
     assert reasons[3].startswith("failed (FileNotFoundError: ")
     lost = executor.states(["rayrace-0-0"])["rayrace-0-0"]
     assert lost.kind == "ended" and "is known no more to the scheduler" in lost.reason
+
+
+def test_a_job_that_fails_before_it_is_known_to_be_taken(table, folder, monkeypatch):
+    """It was taken."""
+    keep = distributed.fire_and_forget
+
+    def wait(futures):
+        keep(futures)
+        cluster_tasks.until(lambda: all(future.status == "error" for future in futures))
+
+    monkeypatch.setattr(distributed, "fire_and_forget", wait)
+    executor = Dask(table)
+    jobs = submit(executor, cluster_tasks.fault, folder, 0, 1)
+    assert [state.reason for state in ended(executor, jobs)] == [
+        f"failed (ValueError: task {number} is not possible)" for number in (0, 1)
+    ]
+
+
+class NotThere:
+    """A function that cannot be loaded."""
+
+    def __init__(self, *_):
+        pass
+
+    def __call__(self, *_, **options):
+        raise AssertionError
+
+    def __reduce__(self):
+        return importlib.import_module, ("not_on_the_scheduler",)
+
+
+@pytest.mark.filterwarnings("ignore:Client 'fire-and-forget' desires key")
+def test_jobs_that_the_scheduler_cannot_read(table, folder, monkeypatch):
+    monkeypatch.setattr("harness.executors.dask._run", NotThere)
+    begin = time.monotonic()
+    with pytest.raises(UserError, match=r"takes no more jobs: Error during deserialization .* different environments"):
+        submit(Dask(table), cluster_tasks.stamp, folder, 0, 1)
+    assert time.monotonic() - begin < 30, "it does not wait in vain"
+
+
+SCHEDULER = """
+import sys
+sys.modules["harness"] = None
+from distributed.cli.dask_scheduler import main
+main(["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", sys.argv[1]])
+"""
+
+
+def test_a_scheduler_without_rayrace(folder):
+    said = folder / "scheduler.json"
+    command = [sys.executable, "-c", SCHEDULER, str(said)]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as scheduler:
+        try:
+            cluster_tasks.until(said.exists)
+            executor = Dask(Table(scheduler=json.loads(said.read_text())["address"]))
+            jobs = submit(executor, cluster_tasks.stamp, folder, 0, 1)
+            assert {state.reason for state in executor.states(jobs).values()} == {"no worker is there"}
+            executor.cancel(jobs)
+            assert {state.reason for state in executor.states(jobs).values()} == {"was cancelled"}
+        finally:
+            scheduler.kill()
 
 
 SUBMIT = """
