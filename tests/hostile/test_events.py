@@ -1,5 +1,6 @@
 """Hostile JSON Lines of a renderer: what it said, or faults with the line, and a row that a run can keep either way."""
 
+import copy
 import json
 from pathlib import Path
 
@@ -80,7 +81,7 @@ def _heard(path):
 def test_cases(fuzz, heard):
     def once(random):
         if random.randint(0, 1):  # lines that are JSON, of values that are not expected
-            lines = [json.dumps(hostile.bent(random, dict(line))) for line in random.sample(GOOD, 3)]
+            lines = [json.dumps(hostile.bent(random, line)) for line in random.sample(copy.deepcopy(GOOD), 3)]
             heard("\n".join(lines))
         else:
             some = [random.choice(LINES) for _ in range(3)]

@@ -7,6 +7,7 @@ Cases are made by functions of a random.Random, so that who draws is another's b
 fails small, or atheris, which looks for code that it has not seen yet (guided.py).
 """
 
+import copy
 import math
 import os
 import random
@@ -221,8 +222,7 @@ def bent(random, told):
         elif way == 3 and isinstance(holder[key], list):
             holder[key] = holder[key] * random.choice((2, 3))
         else:
-            value = random.choice(VALUES)
-            holder[key] = value.copy() if isinstance(value, list | dict) else value
+            holder[key] = copy.deepcopy(random.choice(VALUES))
     return told
 
 
