@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import os
+import secrets
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -13,13 +14,18 @@ from harness import leftovers
 
 @contextlib.contextmanager
 def scratch(prefix: str = "rayrace-") -> Iterator[Path]:
-    """A new temporary folder."""
-    folder = tempfile.mkdtemp(prefix=prefix)
+    """A new temporary folder, which goes also where a signal comes as it is made or removed."""
+    folder = Path(tempfile.gettempdir(), prefix + secrets.token_hex(8))  # known before it is there
     try:
-        with leftovers.hold(Path(folder)):
-            yield Path(folder)
+        folder.mkdir(mode=0o700)
+        with leftovers.hold(folder):
+            yield folder
     finally:
-        remove(folder)
+        try:
+            remove(folder)
+        except BaseException:  # after a signal others are not heard for a while (stopping.py)
+            remove(folder)
+            raise
 
 
 def remove(path: str | Path) -> None:

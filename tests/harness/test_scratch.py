@@ -1,6 +1,8 @@
 """A folder is removed whatever is in it; what links in it lead to is not."""
 
+import itertools
 import os
+import sys
 import tempfile
 
 import pytest
@@ -53,3 +55,40 @@ def test_a_file(here):
     (here / "file").touch()
     remove(here / "file")
     assert list(here.iterdir()) == []
+
+
+class Signal(BaseException):
+    """What a handler raises."""
+
+
+def once_at(instant):
+    """A profiler that raises a Signal where Python would let a handler run: a function begins, one of C has ended."""
+    count = 0
+
+    def profile(frame, event, what):
+        nonlocal count
+        if event in ("call", "c_return", "c_exception"):
+            count += 1
+            if count == instant:
+                raise Signal
+
+    return profile
+
+
+def test_a_signal_at_any_instant_leaves_nothing(here):
+    for instant in itertools.count(1):
+        heard = False
+        sys.setprofile(once_at(instant))
+        try:
+            with scratch() as folder:
+                (folder / "a").mkdir()
+                (folder / "a" / "b").write_text("c")
+        except Signal:
+            heard = True
+        finally:
+            sys.setprofile(None)
+        assert not list(here.iterdir()), f"a signal at instant {instant}"
+        if not heard:
+            break
+    assert instant > 100
+    print("instants:", instant)
