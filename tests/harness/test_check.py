@@ -18,7 +18,8 @@ PEERS = ("taichi", "jax", "typed", "embree")  # optional: where one is missing t
 )
 def test_shipped(folder, rayrace):
     done = rayrace("check", folder, timeout=900)
-    if "FAIL  available here" in done.stdout:
+    faults = [line for line in done.stdout.splitlines() if line.lstrip().startswith("FAIL")]
+    if faults and all("available here: " in line for line in faults):
         pytest.skip(done.stdout)
     assert done.returncode == 0 and done.stdout.endswith("all checks passed\n"), done.stdout
     unchecked = [line for line in done.stdout.splitlines() if "not checked" in line and cuda.MISSING not in line]
