@@ -175,8 +175,7 @@ def test_a_run_that_is_looked_at_starts_nothing(command, run, rayrace, tmp_path,
     found.pop("marshal.loads", None)  # the interpreter's own modules
     assert found == {}, {event: what[:3] for event, what in found.items()}
     ours = [
-        str(run),
-        str(out),
+        *map(str, places.values()),
         environment["TMPDIR"],
         str(tmp_path / "seen"),
         str(REPOSITORY),
