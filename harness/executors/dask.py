@@ -35,28 +35,20 @@ class Dask:
         run = f"rayrace-{uuid.uuid4().hex[:12]}"  # of this submission: what failed before is another task
         jobs = [f"{run}-{number}" for number in numbers]
         try:
-            self._give(client, work, folder, dict(zip(jobs, numbers, strict=True)))
+            self._give(client, work, folder, jobs, numbers)
         except OSError as error:
             raise UserError(f"{self.table.scheduler} takes no more jobs: {_text(error)}") from None
         yield from zip(numbers, jobs, strict=True)
 
-    def _give(self, client, work: Work, folder: Path, numbers: dict[str, int]) -> None:
+    def _give(self, client, work: Work, folder: Path, jobs: list[str], numbers: list[int]) -> None:
         """Until the scheduler has taken every job; UserError if it does not."""
         import distributed
 
         place = [work.__module__, work.__qualname__, str(folder.resolve())]
-        futures = client.map(
-            _run(),
-            numbers,
-            [place] * len(numbers),
-            numbers.values(),
-            time=self.table.time,
-            key=list(numbers),
-            pure=False,
-        )
+        futures = client.map(_run(), jobs, [place] * len(jobs), numbers, time=self.table.time, key=jobs, pure=False)
         distributed.fire_and_forget(futures)
         end = time.monotonic() + TAKEN
-        left = list(numbers)
+        left = jobs
         while left:
             # Asked before: what has failed since may have been taken, and done, in between.
             failed = {future.key: future for future in futures if future.status == "error"}
