@@ -9,9 +9,12 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageOps
 
-from harness import packed
-from reports import pictures_figure, results, stored, style, times_figure
-from reports.results import Results
+from harness.store import packed
+from reports.paper import style
+from reports.pictures import pictures_figure
+from reports.run import results, stored
+from reports.run.results import Results
+from reports.times import times_figure
 
 ROOT = Path(__file__).parents[1]
 RUNS = ROOT / "results" / "reference" / "xeon-2x"

@@ -1,4 +1,4 @@
-"""Times in files and on the command line: "50 ms", "10 min". And sizes: "2 GB", "64 MiB"."""
+"""Parses durations and sizes of files and the command line: "50 ms", "10 min", "2 GB", "64 MiB"."""
 
 import re
 from typing import Annotated, Any

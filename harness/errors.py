@@ -1,4 +1,4 @@
-"""The error that is the user's to mend, and what the system's say."""
+"""Errors that the user can mend, and how messages are made safe to print."""
 
 LINES, LINE = 20, 1000  # of a message, and characters of one: what was given may say any number of things wrongly
 
@@ -26,6 +26,11 @@ class UserError(Exception):
         return fit(f"{text}; {self.remedy}" if self.remedy else text)
 
 
+def missing(what: str, extra: str) -> UserError:
+    """The error of a package that only some need, which is not installed. extra: that of rayrace which brings it."""
+    return UserError(f"{what} is not installed", remedy=f"pip install 'rayrace[{extra}]'")
+
+
 def fit(text: str) -> str:
     """`text` as a terminal can show it and a person read it: what is not printable is escaped, what is too long cut."""
     lines = text.split("\n")
@@ -42,5 +47,5 @@ def printable(text: str) -> str:
 
 
 def of_system(error: OSError, place="system") -> str:
-    """What an OSError says; place: where, if it does not know."""
+    """Returns the message of an OSError. place: where it happened, if the error does not say."""
     return f"{error.filename or place}: {error.strerror or error}"

@@ -1,4 +1,4 @@
-"""Settings of the command line: key=value, the value as in TOML, the key dotted."""
+"""Parses settings of the command line: key=value, the value as in TOML, the key dotted."""
 
 import tomllib
 

@@ -7,12 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixtures import bad_folder, environment, experiment, generate, rayrace, rows, write  # noqa: F401
 
-from harness import registry, repetition, trouble
-from harness.job import Parameters
+from harness.process import repetition
+from harness.renderer import registry
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
+from harness.system import trouble
 
 # Outside programs have tests of their own; exhibits are wrong on purpose. Optional peers, which know few shapes, are
 # tested where they are installed; elsewhere they would be a thousand skips.

@@ -1,4 +1,4 @@
-"""Where tasks are done: in this process, or on machines that a scheduler gives, each for one task at a time.
+"""Executors: run tasks in this process or on hosts of a scheduler, each host one task at a time.
 
 A task is `work(folder, number)`: a function of a module, a folder that all machines see, and which of the folder's
 tasks it is. All that it is told and all that comes of it lies in the folder: whoever submitted it need not stay.
@@ -14,8 +14,8 @@ Work = Callable[[str, int], None]
 
 
 class State(NamedTuple):
-    """Of a job. kind: waiting, running, ended or unknown. host: where it runs or ran; "" if unknown. word: the
-    scheduler's own for it. reason: why it waits, or why it ended before its work was done; "" if it need not say.
+    """The state of a job. kind: waiting, running, ended or unknown. host: where it runs or ran; "" if unknown. word:
+    the scheduler's own for it. reason: why it waits, or why it ended before its work was done; "" if it need not say.
     """
 
     kind: str

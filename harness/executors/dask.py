@@ -1,4 +1,4 @@
-"""Dask, for labs with a scheduler that runs: a job is a task of that scheduler, done by dask_task.py on a worker.
+"""The Dask executor, for labs with a running scheduler: a job is a Dask task, run by dask_task.py on a worker.
 
 Nobody holds a job's future: who submitted it may end. The scheduler forgets a task when it ends, so the task leaves
 word of how under its name, as an event of the scheduler, which is there as long as the scheduler is.
@@ -10,9 +10,9 @@ import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
-from harness.cluster import Dask as Table
 from harness.errors import UserError
 from harness.executors import State, Work, dask_task
+from harness.experiment.cluster import Dask as Table
 
 PATIENCE = 10  # s, until a scheduler answers
 TAKEN = 60  # s, until it has taken a list of tasks
@@ -112,7 +112,7 @@ def _run():
 
 def _left():
     def left(jobs, dask_scheduler=None):
-        """Those of the jobs that it neither has nor had."""
+        """Returns the jobs that the scheduler neither has nor had."""
         return [job for job in jobs if job not in dask_scheduler.tasks and not dask_scheduler.get_events(topic=job)]
 
     return left
@@ -120,7 +120,7 @@ def _left():
 
 def _look():
     def look(jobs, dask_scheduler=None):
-        """Of each job: what it has left word of, and what the scheduler knows of it: state, host, error."""
+        """Returns for each job its own last message, and the scheduler's view: state, host, error."""
         found = {}
         for job in jobs:
             events = [event for _, event in dask_scheduler.get_events(topic=job)]

@@ -1,4 +1,4 @@
-"""A task on a worker of Dask (dask.py): a process of its own, which can hear signals and be ended, as on Slurm.
+"""A task on a Dask worker (dask.py): a process of its own, which receives signals and can be ended, as on Slurm.
 
 As a program, `python -m harness.executors.dask_task`, it is that process: it reads {"module", "function", "folder",
 "number"} from a line of its standard input, does the work and prints {"reason"}. RAYRACE_JOB is the job's name. When

@@ -1,4 +1,4 @@
-"""This process, one task after the other."""
+"""The local executor: runs tasks in this process, one after the other."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Slurm, through submitit: a job is one host of its own.
+"""The Slurm executor, through submitit: a job is one exclusive host.
 
 Jobs are arrays, as long as the scheduler takes them. What is asked of a job is in the [slurm] table (cluster.py).
 
@@ -20,9 +20,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from harness.cluster import Slurm as Table
 from harness.errors import UserError
 from harness.executors import State, Work
+from harness.experiment.cluster import Slurm as Table
 
 PATIENCE = 60  # s, for a command of Slurm
 FORMAT = "%i|%T|%N|%r"  # of squeue: job, state, hosts, reason
@@ -80,7 +80,7 @@ class Slurm:
             yield from zip(some, (job.job_id for job in jobs), strict=True)
 
     def _parameters(self) -> dict:
-        """Of submitit. No srun: a step of a job may see the cores of one task, not the host's."""
+        """The parameters for submitit. No srun: a step of a job may see the cores of one task, not the host's."""
         table = self.table
         asked = {name: getattr(table, name) for name in ("account", "partition", "constraint")}
         parameters = {name: value for name, value in asked.items() if value is not None}
@@ -113,8 +113,8 @@ class Slurm:
         return found | (self._accounts(gone) if gone else {})
 
     def _queue(self, jobs: list[str]) -> dict[str, State]:
-        """Those that the scheduler still remembers: all that have not ended, and what has a short while ago. Jobs of an
-        array that are cancelled before they begin are forgotten at once.
+        """Returns the jobs that the scheduler still knows: all that have not ended, and those that ended recently. Jobs
+        of an array that are cancelled before they begin are forgotten at once.
 
         No --array: of what is left of an array when every other job of it is gone, that loses the last one.
         """
@@ -133,7 +133,7 @@ class Slurm:
         return found
 
     def _accounts(self, jobs: list[str]) -> dict[str, State]:
-        """What Slurm's accounting says of jobs that the scheduler has forgotten; they have ended, whatever it says."""
+        """Asks Slurm's accounting about jobs that the scheduler has forgotten; they have ended in any case."""
         found = dict.fromkeys(jobs, State("ended", reason="is known no more to the scheduler"))
         if shutil.which("sacct") is None:
             return found
@@ -218,7 +218,7 @@ def _code(code: str) -> str:
 
 
 def _ask(command: list[str]) -> str:
-    """What a command of Slurm prints. OSError if it fails."""
+    """Runs a Slurm command and returns its output. OSError if it fails."""
     environment = {**os.environ, "LC_ALL": "C", "SLURM_BITSTR_LEN": "0"}  # 0: no `...` in what is left of an array
     try:
         answer = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, env=environment)

@@ -1,4 +1,4 @@
-"""Axis-parallel boxes round objects: arrays (2, 3), the low corner and the high one.
+"""Axis-aligned bounding boxes of objects: arrays (2, 3), the low corner and the high one.
 
 A box with a low above its high holds nothing; one from -inf to inf everything.
 """

@@ -1,4 +1,4 @@
-"""Faults of shapes. A check returns the `Fault` it found or None, and is scale-free: any unit of length will do.
+"""Checks shapes for faults. A check returns the `Fault` it found or None, and is scale-free.
 
 Numbers that reach it are at most LARGEST in size.
 """
@@ -21,7 +21,7 @@ SLACK = 1e-6
 
 
 class Fault(NamedTuple):
-    """What is wrong, and the index of the vector, in order of the file, that is to blame."""
+    """What is wrong, and the index of the faulty vector in the order of the file."""
 
     index: int
     text: str

@@ -1,4 +1,4 @@
-"""What entities of scene text are made of: tokens in turn, numbers, vectors, materials and errors at their place."""
+"""Parses the fields of scene text: numbers, vectors, materials; errors name their place."""
 
 import re
 from typing import NamedTuple

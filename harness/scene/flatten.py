@@ -1,8 +1,8 @@
-"""A scene as the arrays of a job (renderers/README.md)."""
+"""Flattens a scene to the arrays of a job (renderers/README.md)."""
 
 import numpy as np
 
-from harness import colour
+from harness.picture import colour
 from harness.scene.media import media
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Operator, Polygon, Sphere
 

@@ -1,4 +1,4 @@
-"""The clear solids that can share a place with something else, ranked (MED-2), and which of them hold the eye."""
+"""Ranks the transparent solids that overlap others (MED-2), and finds those that hold the eye."""
 
 from itertools import islice
 
@@ -47,7 +47,7 @@ def media(scene):
 
 
 def _meeting(boxes, chosen):
-    """Those of `chosen` whose box meets that of any other object, as they are found; faces that touch meet."""
+    """Yields those of `chosen` whose box meets that of any other object; boxes whose faces touch meet."""
     for some in _close(boxes[chosen, 0]):
         some = chosen[some]
         low, high = boxes[some, 0], boxes[some, 1]

@@ -1,4 +1,4 @@
-"""Meshes from files (OBJ, PLY, STL, OFF, glTF), cleaned and placed in the scene's frame.
+"""Reads meshes (OBJ, PLY, STL, OFF, glTF), cleans them and places them in the scene's frame.
 
 Equal vertices become one, so that triangles that meet share their edge; faces of more corners are cut in a fan of
 triangles, which suits convex ones; triangles without an area go. What is closed then is turned outward (surface.py).

@@ -1,4 +1,4 @@
-"""A scene as its file says it: numbers as written, colours in sRGB, lengths in the scene's own unit.
+"""The scene as its file describes it: numbers as written, colours in sRGB, lengths in the scene's own unit.
 
 A `Vector` is three floats: a point, a direction or red, green, blue. What the readers hand out is valid:
 finite, in range and of proper shapes (check.py).
@@ -55,7 +55,7 @@ class Material:
 
 @dataclass(frozen=True, slots=True)
 class Object:
-    """What all shapes have. `line` is where the file has it, from 1; 0 if it came from no file.
+    """The base of all shapes. `line` is its line in the file, from 1; 0 if it came from no file.
 
     A part of a CSG solid has no material of its own: None.
     """
@@ -140,7 +140,7 @@ class Csg(Object):
         return [word for word in self.code if not isinstance(word, Operator)]
 
     def fold(self, part: Callable, either: Callable, both: Callable, other: Callable) -> Any:
-        """What the tree comes to when each part is `part(it)`, and OR, AND and NOT are the other three."""
+        """Evaluates the tree: each part becomes `part(it)`, and OR, AND and NOT are the other three functions."""
         stack = []
         for word in self.code:
             if word is Operator.NOT:

@@ -1,4 +1,4 @@
-"""The features that a picture of a scene uses: what a renderer's manifest must name to be given the job."""
+"""Works out the features that a picture of a scene uses: a renderer's manifest must name them to get the job."""
 
 from harness.scene.media import media, solid
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere

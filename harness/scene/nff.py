@@ -24,7 +24,7 @@ What our light model makes of it:
 import math
 import re
 
-from harness import colour
+from harness.picture import colour
 from harness.scene import check
 from harness.scene.fields import ANY, NOT_NEGATIVE, POSITIVE, Fields, Range
 from harness.scene.model import Camera, Light, Material, Polygon, Scene, Sphere

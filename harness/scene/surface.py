@@ -1,4 +1,4 @@
-"""Surfaces of triangles: whether they are closed, which way is out, and what is inside."""
+"""Triangle surfaces: tests whether they are closed, orients them outward, tests points for inside."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Text files and the tokens in them."""
+"""Reads text files and splits them into tokens."""
 
 import io
 import re

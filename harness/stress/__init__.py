@@ -1,4 +1,4 @@
-"""Where methods fail: each row of the catalogue makes inputs under a stress that grows, and knows the truth."""
+"""The catalogue of failures: each row generates inputs under growing stress, and knows their truth."""
 
 from functools import cache
 from importlib import import_module
@@ -7,8 +7,10 @@ from harness.stress.row import Row
 
 # The modules that have rows, in the order of the catalogue (docs: where methods fail).
 MODULES = (
-    "spheres", "huge", "ellipsoids", "scales", "acne", "leak", "drift", "cracks", "slivers", "slabs", "coincident",
-    "polygons", "refraction", "media", "furnace", "highlight", "codes", "nan", "table", "threads", "pictures",
+    "geometry.spheres", "geometry.huge", "geometry.ellipsoids", "geometry.scales", "light.acne", "light.leak",
+    "execution.drift", "geometry.cracks", "geometry.slivers", "geometry.slabs", "geometry.coincident",
+    "geometry.polygons", "light.refraction", "light.media", "light.furnace", "light.highlight", "light.codes",
+    "light.nan", "execution.table", "execution.threads", "pictures",
 )  # fmt: skip
 
 

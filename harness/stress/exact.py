@@ -1,4 +1,4 @@
-"""Truths of lists of rays, exact: a float is a whole number of some power of two, and Python's integers do not round.
+"""Exact hits of lists of rays: a float is an integer times a power of two, and Python's integers do not round.
 
 Arrays of integers are NumPy arrays of dtype object. All that a truth starts from is brought to one unit 2^-scale, and
 only what is homogeneous is asked of it: signs, and t, which is a ratio.
@@ -84,7 +84,7 @@ class Truth:
         return np.array([true / (1 << self.bits) for true in self.t[rays]], dtype=np.float64)
 
     def compare(self, hits: np.ndarray, unit: float | None = 1.0, worst: float = math.inf) -> Finding:
-        """What hits (R, 8) are worth. Errors are |t - truth| / unit, relative ones without a unit.
+        """Judges hits (R, 8). Errors are |t - truth| / unit, relative ones without a unit.
 
         A failure is a wrong hit, a wrong miss, a hit that is not `are_proper` and one whose error is above `worst`.
         """
@@ -127,7 +127,7 @@ def outline(rays: np.ndarray, loop: np.ndarray) -> np.ndarray:
 
 
 def triangle(rays: np.ndarray, corners: np.ndarray) -> Truth:
-    """Of triangles (R or 1, 3, 3), one for each ray or for all."""
+    """Returns the truth for triangles (R or 1, 3, 3), one for each ray or for all."""
     scale, (o, d, v) = whole(rays[:, :3], rays[:, 3:], corners)
     a, bits = v[:, 0], scale + 64
     normal = cross(v[:, 1] - a, v[:, 2] - a)

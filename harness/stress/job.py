@@ -1,11 +1,12 @@
-"""A row of the catalogue at one level of stress, as what a cell is made of: a scene, its needs, and a judge."""
+"""A row of the catalogue at one level of stress, as the parts of a cell: a scene, its needs, a judge."""
 
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from harness.job import Parameters, count_shapes, fingerprint
+from harness.renderer.job import count_shapes, fingerprint
+from harness.renderer.parameters import Parameters
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
 from harness.stress.row import ROUNDOFF, Row, Trial
@@ -42,7 +43,7 @@ class Stressed:
         return self._flat[arithmetic]
 
     def parameters(self, image, threads: int, frames: int, least_frame: float = 0.0) -> Parameters:
-        """Of the job; `image` has the trial's parameters and the method."""
+        """Returns the parameters of the job; `image` has the trial's parameters and the method."""
         made = image.parameters(threads, frames, least_frame)
         return made if self.trial.rays is None else replace(made, kind="rays", depth=0)
 

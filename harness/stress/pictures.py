@@ -1,4 +1,4 @@
-"""Failures that show: pictures of a far sphere, along the edges of a mesh, and of two solids that touch (S1, S10, S13).
+"""Failures that show in pictures: a far sphere, edges of a mesh, two solids that touch (S1, S10, S13).
 
 The rows of the same codes that are lists of rays measure them; these are to be looked at.
 """
@@ -6,7 +6,7 @@ The rows of the same codes that are lists of rays measure them; these are to be 
 import numpy as np
 
 from harness.scene.model import Box, Camera, Csg, Light, Material, Mesh, Operator, Scene, Sphere
-from harness.stress.meshes import icosphere
+from harness.stress.geometry.meshes import icosphere
 from harness.stress.row import Finding, Row, Trial, directions, in_general_position, rounded
 
 SIDE = 96  # pixels
@@ -70,7 +70,7 @@ def along_an_edge(level: float, precision: str, rng: np.random.Generator) -> Tri
 
 
 def touching(level: float, precision: str, rng: np.random.Generator) -> Trial:
-    """What two boxes with a common face have in common, which is nothing, `level` box sizes from the origin."""
+    """Makes the intersection of two boxes with a common face, which is empty, `level` box sizes from the origin."""
     turn, centre = in_general_position(rng), level * directions(rng, 1)[0]
     corner = rounded(centre, precision)
     a, b, c = (rounded(edge, precision) for edge in turn)

@@ -1,4 +1,4 @@
-"""A row of the catalogue of failures: what it puts under stress, and how far theory says that each method holds."""
+"""A row of the catalogue of failures: the stress, and the level at which theory says that each method breaks."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from harness import repetition
+from harness.process import repetition
 from harness.scene.model import Scene
 
 ROUNDOFF = {"float32": 2.0**-24, "float64": 2.0**-53}  # u of NUM-2
@@ -14,7 +14,7 @@ ROUNDOFF = {"float32": 2.0**-24, "float64": 2.0**-53}  # u of NUM-2
 
 @dataclass(frozen=True)
 class Finding:
-    """What an answer is worth.
+    """The verdict on an answer.
 
     count: how many answers were judged. failures: how many of them are wrong, not a number included. errors: of those
     that have one, finite, in the row's unit.

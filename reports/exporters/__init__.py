@@ -1,4 +1,4 @@
-"""A run in the format of another tool: one module a format. They read result files, as all reports do.
+"""Exports a run to the format of another tool: one module a format, which reads result files as all reports do.
 
 The formats for times (pyperf, hyperfine, github) have no place for a reason: a cell that takes part in no comparison is
 left out, and told of. parquet has every repetition, with status and reason; packed is the run itself in one file.
@@ -6,10 +6,10 @@ left out, and told of. parquet has every repetition, with status and reason; pac
 
 from pathlib import Path
 
-from harness import packed, store
 from harness.errors import UserError
-from reports import naming, results
+from harness.store import packed, store
 from reports.exporters import github, hyperfine, parquet, pyperf
+from reports.run import naming, results
 
 TEXTS = {"pyperf": pyperf.text, "hyperfine": hyperfine.text, "github": github.text}
 FORMATS = (*TEXTS, "parquet", "packed")

@@ -6,7 +6,7 @@ of the steady time, s. range: text, its 95 % interval; left out where there is n
 
 import json
 
-from reports.results import Cell, Results
+from reports.run.results import Cell, Results
 
 
 def text(results: Results, cells: dict[str, Cell]) -> str:

@@ -10,8 +10,8 @@ src/benchmark/benchmark_result.rs.)
 import json
 import statistics
 
-from reports import naming
-from reports.results import Cell, Results
+from reports.run import naming
+from reports.run.results import Cell, Results
 
 
 def text(results: Results, cells: dict[str, Cell]) -> str:

@@ -8,10 +8,10 @@ of which nothing is known has the type null. A column whose values are of severa
 import json
 from pathlib import Path
 
-from harness import store
 from harness.errors import UserError
-from reports import repetition
-from reports.results import Results
+from harness.store import store
+from reports.run import repetition
+from reports.run.results import Results
 
 IDENTITY = "cell", "renderer", "renderer_version", "scene_version", "started", "took_s", "frames_s", "frame_renders"
 
@@ -40,7 +40,7 @@ def _row(record: dict, is_out: bool) -> dict:
 
 
 def _names(rows: list[dict]) -> list[str]:
-    """Of all columns: those that only some rows have stand where they were first found."""
+    """Returns the names of all columns; those that only some rows have stand where they were first found."""
     return list(dict.fromkeys(name for row in rows for name in row))
 
 

@@ -8,8 +8,8 @@ not known are not there. Processor, host and Python are those of the harness.
 import json
 import re
 
-from harness import steady
-from reports.results import Cell, Results
+from harness.statistics import steady
+from reports.run.results import Cell, Results
 
 
 def text(results: Results, cells: dict[str, Cell]) -> str:

@@ -1,4 +1,4 @@
-"""report.html: the report as one page that needs no other file and no network, with charts to try out."""
+"""Writes report.html: the report as one offline page with interactive charts."""
 
 import base64
 import hashlib
@@ -11,7 +11,7 @@ from plotly.offline import get_plotlyjs
 
 from reports.page import chart, comparer, sections, series
 from reports.page.embedded import Embedded
-from reports.results import Results
+from reports.run.results import Results
 
 NAME = "report.html"
 LIMIT = 8_000_000  # bytes of the page
@@ -19,7 +19,7 @@ TAGS = 20_000  # of them for what stands around figures
 ROOM = 1_300_000  # of them for pictures to compare and of points; figures have what is left
 
 # Sections that a reader looks for first, in this order, and those that have something to try out.
-FIRST = ("summary", "stability_summary", "pareto_figure", "stability_overview", "pictures_figure", "cpu_figure")
+FIRST = ("summary", "pareto_figure", "overview", "pictures_figure", "cpu_figure")
 TRIED = {"pareto_figure": chart, "pictures_figure": comparer, "cpu_figure": series}
 
 
@@ -80,12 +80,12 @@ def _place(told: tuple[str, str]) -> int:
 
 
 def _fingerprint(script: str) -> str:
-    """What the page's policy calls a script that may run: no other can, whatever names and messages hold."""
+    """Returns the hash by which the page's policy allows a script; no other can run, whatever names hold."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def _lead(results: Results) -> str:
-    """What was run, where and when, in a line."""
+    """Returns one line: what was run, where and when."""
     facts, places = results.facts, len(results.places)
     counts = f"{len(results.variants)} variants, {len(results.records)} processes"
     many = f", {places} places" if places > 1 else ""

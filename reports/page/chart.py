@@ -1,15 +1,17 @@
-"""Speed against accuracy, to be tried out: the points of reports.pareto with all that a reader may ask of one."""
+"""The interactive chart of speed against accuracy: the points of reports.accuracy.pareto with their details."""
 
 from pathlib import Path
 
 import numpy as np
 
-from reports import command, pareto, pareto_figure, quantity, stored, style, thinning
-from reports.cell import Cell, Missing
+from reports.accuracy import pareto, pareto_figure
+from reports.accuracy.pareto import VISIBLE, Chart, Point
 from reports.page.embedded import Embedded, smaller
-from reports.pareto import VISIBLE, Chart, Point
-from reports.pictures_figure import shown
-from reports.results import Results
+from reports.paper import quantity, style, thinning
+from reports.pictures.pictures_figure import shown
+from reports.run import command, stored
+from reports.run.cell import Cell, Missing
+from reports.run.results import Results
 
 MOST = 2000  # points inside a page
 MOST_SEEN = 240  # pictures of points

@@ -1,13 +1,14 @@
-"""Pictures side by side, to be compared by hand: those of a place, their errors and what FLIP sees of them."""
+"""The picture comparer of the page: pictures of one place, their errors and FLIP maps."""
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import LogNorm
 
-from reports import pictures_figure, stored
-from reports.cell import Cell, Missing
 from reports.page.embedded import Embedded, smaller
-from reports.results import Results, place_label
+from reports.pictures import pictures_figure
+from reports.run import stored
+from reports.run.cell import Cell, Missing
+from reports.run.results import Results, place_label
 
 LONGEST = 640  # pixels of a picture that is too large to be shown pixel for pixel
 MOST = 40  # pictures of a place
@@ -71,7 +72,7 @@ def _error(results: Results, picture: np.ndarray, accuracy: dict, pictures: Embe
 
 
 def _flip(results: Results, accuracy: dict, pictures: Embedded) -> str | None:
-    """What FLIP says an eye sees, from 0 to 1, in its usual colours."""
+    """Returns the FLIP map, from 0 to 1, in its usual colours."""
     found = stored.array(results, accuracy.get("flip_file"))
     if isinstance(found, Missing):
         return None

@@ -1,4 +1,4 @@
-"""The Markdown of a report as HTML: sections with headings to jump to, and figures inside the page."""
+"""Converts the Markdown of a report to HTML sections with anchors and embedded figures."""
 
 import re
 from collections.abc import Iterator
@@ -11,8 +11,8 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup, escape
 from PIL import Image
 
-from reports import markdown
 from reports.page.embedded import Embedded, smaller
+from reports.paper import markdown
 
 LARGEST_DRAWING = 220_000  # bytes of an SVG file; a larger one, which holds pictures, becomes pixels
 LONGEST = 1400  # pixels of such a figure

@@ -1,11 +1,12 @@
-"""What a process used over its life, to be looked at: processor, memory and GPU between the marks of its phases."""
+"""The interactive series of a process: processor, memory and GPU over its life, with its phases."""
 
 import numpy as np
 import pandas as pd
 
-from reports import cpu_figure, style, timeline
 from reports.page.embedded import Embedded
-from reports.results import Cell, Results, place_label
+from reports.paper import style, timeline
+from reports.run.results import Cell, Results, place_label
+from reports.times import cpu_figure
 
 FINEST = 150  # steps of a curve
 MOST = 12  # scenes

@@ -8,8 +8,8 @@ import pytest
 from nightly import by_night
 from random_scenes import random_material, random_scene, random_stage
 
-from harness import judge, reference
-from harness.job import Parameters
+from harness.judge import judge, reference
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs

@@ -9,8 +9,9 @@ from nightly import by_night
 from random_scenes import random_material, random_scene, random_stage, words
 from stage import camera, close, reflectance, square, turned
 
-from harness import bound, repetition
-from harness.job import Parameters
+from harness.judge import bound
+from harness.process import repetition
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs

@@ -5,11 +5,12 @@ import pytest
 from feature_scenes import features
 from nightly import by_night
 
-from harness import cuda, judge, reference
-from harness.job import Parameters
+from harness.judge import judge, reference
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs
+from harness.system import cuda
 
 SIZE = {"width": 26, "height": 22}
 if cuda.simulated():
@@ -127,7 +128,7 @@ def test_a_chain_is_the_least_for_mirrors(bench, scenes, serial):
 
 def refused(bench, known, variant, source, **parameters):
     """The reason with which a variant refuses a job."""
-    from harness import repetition
+    from harness.process import repetition
 
     entry = bench.entry(variant)
     scene = text.read(source, "refused")

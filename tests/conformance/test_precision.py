@@ -8,8 +8,8 @@ depth 10 between perfect mirrors float32 leaves 1.8 % of the pixels off by more 
 import numpy as np
 import pytest
 
-from harness import job
-from harness.scene.generate_lattice import lattice
+from harness.renderer.parameters import default_epsilon
+from harness.scene.generate.lattice import lattice
 
 SIDE = 96
 
@@ -24,7 +24,7 @@ def error(bench, serial):
     def find(material, depth, **method):
         size = {"width": SIDE, "height": SIDE, "depth": depth}
         found = bench.picture(serial, lattice(material), **size, **method)
-        epsilon = job.default_epsilon(method.get("precision", "float64"))  # else that is what would be compared
+        epsilon = default_epsilon(method.get("precision", "float64"))  # else that is what would be compared
         right = bench.picture(serial, lattice(material), **size, epsilon=epsilon)
         return np.abs(found.astype(np.float64) - right).max(axis=-1)
 

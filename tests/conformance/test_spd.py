@@ -7,11 +7,11 @@ All counts are "within about 10 %" for any classical tracer (SPD Readme 3.14).
 import pytest
 from nightly import by_night
 
-from harness import repetition
-from harness.job import Parameters
+from harness.process import repetition
+from harness.renderer.parameters import Parameters
 from harness.scene import nff
 from harness.scene.flatten import flatten
-from harness.scene.generate_spd import balls, tetra
+from harness.scene.generate.spd import balls, tetra
 from harness.scene.needs import needs
 
 CORNERS = {"sampler": "adaptive", "adaptive_depth": 0, "depth": 4, "shadows": True}

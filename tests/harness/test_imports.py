@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from harness import launcher, repetition
-from harness.job import Parameters
+from harness.process import launcher, repetition
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 
 pytestmark = pytest.mark.alone
 
 REPOSITORY = Path(__file__).parents[2]
-HEAVY = {"pandas", "matplotlib", "pydantic", "scipy", "rich", "typer", "psutil", "PIL", "harness", "reports"}
+HEAVY = {"pandas", "matplotlib", "pydantic", "scipy", "rich", "typer", "psutil", "PIL", "harness", "reports", "rayrace"}
 
 
 def imported(trace, at_least=0):
@@ -73,7 +73,7 @@ def test_a_measured_process_imports_its_own_technology(name, known, tmp_path):
 
 
 def test_help_loads_nothing_heavy():
-    command = [sys.executable, "-X", "importtime", "-m", "harness", "--help"]
+    command = [sys.executable, "-X", "importtime", "-m", "rayrace", "--help"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0 and "Races ray tracers" in done.stdout
     assert not imported(done.stderr) & {"pandas", "matplotlib", "numba", "scipy", "numpy", "pydantic", "psutil"}

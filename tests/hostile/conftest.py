@@ -1,20 +1,9 @@
 """What tests of a hostile world share; and how many cases and faults there were, at the end of pytest's output."""
 
-import importlib.util
 from collections import Counter
-from pathlib import Path
 
 import hostile
 import pytest
-
-_FILE = Path(__file__).parents[1] / "harness" / "conftest.py"
-_spec = importlib.util.spec_from_file_location("conftest_of_harness", _FILE)
-_shared = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_shared)
-
-# The real command line, and experiments for it.
-environment, rayrace, write, experiment = _shared.environment, _shared.rayrace, _shared.write, _shared.experiment
-bad_folder, rows = _shared.bad_folder, _shared.rows
 
 
 @pytest.fixture

@@ -9,10 +9,12 @@ import hostile
 import numpy as np
 import pytest
 
-from harness import bound, hits, judge, perception, repetition
-from harness.events import Said
-from harness.job import Parameters
-from harness.reference import Reference
+from harness.judge import bound, hits, judge
+from harness.judge.reference import Reference
+from harness.picture import perception
+from harness.process import repetition
+from harness.renderer.events import Said
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 

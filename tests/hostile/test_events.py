@@ -8,9 +8,11 @@ import hostile
 import orjson
 import pytest
 
-from harness import events, process, row
-from harness.repetition import Result
-from reports import repetition
+from harness.process import process
+from harness.process.repetition import Result
+from harness.race import row
+from harness.renderer import events
+from reports.run import repetition
 
 GOOD = [
     {"event": "phase", "name": "load", "start": 1.0, "end": 1.1},

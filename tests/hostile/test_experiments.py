@@ -6,10 +6,11 @@ from pathlib import Path
 import hostile
 import pytest
 
-from harness import experiment, plan
 from harness.errors import UserError
-from harness.experiment import Experiment, Generate, Measure, Stress
-from harness.image import Image
+from harness.experiment import experiment
+from harness.experiment.experiment import Experiment, Generate, Measure, Stress
+from harness.experiment.image import Image
+from harness.plan import plan
 
 EXPERIMENTS = Path(__file__).parents[2] / "experiments"
 SCENE = (

@@ -9,8 +9,10 @@ import faulty
 import numpy as np
 import pytest
 
-from harness import builder, kept, store
-from harness.kept import Kept
+from harness.judge import cache as kept
+from harness.judge.cache import Kept
+from harness.renderer import builder
+from harness.store import store
 
 SEED = int(os.environ.get("RAYRACE_FUZZ_SEED", "20"))
 FACTS = {"maker": "cpp", "rays": {"primary": 63}}
@@ -49,7 +51,7 @@ def test_a_reference_that_is_damaged(tmp_path, way, injected):
 @pytest.fixture
 def cached(tmp_path):
     """A cache of its own with a build in it, and what builds it: cached() is the Built."""
-    from harness import registry
+    from harness.renderer import registry
 
     faulty.tiny(tmp_path / "tiny")
 

@@ -8,7 +8,7 @@ import subprocess
 import faulty
 import pytest
 
-from harness import store
+from harness.store import store
 
 HOURS = 3600
 

@@ -10,8 +10,8 @@ import time
 import faulty
 import pytest
 
-from harness import alone, store
 from harness.errors import UserError
+from harness.store import alone, store
 
 
 @pytest.fixture
@@ -213,7 +213,7 @@ def test_the_lock_ends_with_who_holds_it(tmp_path):
     with alone.only_one(tmp_path):
         pass
     holder = subprocess.Popen(
-        [sys.executable, "-c", f"from pathlib import Path; from harness import alone; import os, signal\n"
+        [sys.executable, "-c", f"from pathlib import Path; from harness.store import alone; import os, signal\n"
          f"with alone.only_one(Path({str(tmp_path)!r})): os.kill(os.getpid(), signal.SIGKILL)"],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
     )  # fmt: skip

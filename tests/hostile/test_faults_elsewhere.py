@@ -7,7 +7,7 @@ import faulty
 import pytest
 from feature_scenes import features
 
-from harness import process
+from harness.process import process
 
 SIZE = {"width": 19, "height": 13}
 # Between them: jittered and adaptive samples, a lens, soft shadows, glossy reflection, glass.

@@ -10,7 +10,8 @@ from pathlib import Path
 import faulty
 import pytest
 
-from harness import process, store
+from harness.process import process
+from harness.store import store
 
 FAKE = Path(__file__).parents[1] / "support" / "nvml"
 TRACE = json.loads((FAKE / "trace.json").read_text())

@@ -17,7 +17,7 @@ import time
 import faulty
 import pytest
 
-from harness import store
+from harness.store import store
 
 SEED = int(os.environ.get("RAYRACE_FUZZ_SEED", "20"))
 ERRORS = "ENOSPC", "EIO", "EROFS", "EACCES", "EMFILE"

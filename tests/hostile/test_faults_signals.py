@@ -14,7 +14,8 @@ import time
 import faulty
 import pytest
 
-from harness import launcher, store
+from harness.process import launcher
+from harness.store import store
 
 
 def heeding():

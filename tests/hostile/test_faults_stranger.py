@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness import store
 from harness.errors import UserError
+from harness.store import store
 
 REPOSITORY = Path(__file__).parents[2]
 NAMES = {  # where a row names a file
@@ -44,7 +44,7 @@ def hook(event, arguments):
     ):
         seen.write(event + " " + repr(arguments)[:300].replace(chr(10), " ") + chr(10))
 sys.addaudithook(hook)
-from harness.cli import main
+from rayrace.main import main
 main()
 """
 
@@ -220,7 +220,7 @@ def test_an_array_of_objects_is_not_loaded(run):
         def __reduce__(self):
             return os.mkdir, (str(run / "evil"),)
 
-    from reports import results, stored
+    from reports.run import results, stored
 
     (record,) = store.read(run)[1][:1]
     np.save(run / record["picture"]["file"], np.array([Evil()], dtype=object), allow_pickle=True)

@@ -5,11 +5,11 @@ from pathlib import Path
 import hostile
 import pytest
 
-from harness import manifest
-from harness.builder import fill
 from harness.errors import UserError
-from harness.manifest import Build, Manifest, Requires, Variant
-from harness.registry import Entry, Renderer
+from harness.renderer import manifest
+from harness.renderer.builder import fill
+from harness.renderer.manifest import Build, Manifest, Requires, Variant
+from harness.renderer.registry import Entry, Renderer
 
 RENDERERS = Path(__file__).parents[2] / "renderers"
 MOST = 3000  # characters of a file, so that it is quick

@@ -12,7 +12,7 @@ import trimesh
 from harness.errors import UserError
 from harness.scene import load, mesh
 from harness.scene.flatten import flatten
-from harness.scene.generate_icosphere import obj
+from harness.scene.generate.icosphere import obj
 
 CAMERA = "CAMERA (0,0,1) (1,0,0) (0,1,0) 2\n"
 MATERIAL = "(0.9,0.2,0.1) 0.3 50 (0,0,0) 1e6 1\n"

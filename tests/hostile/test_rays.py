@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from harness.errors import UserError
-from harness.rays import read
+from harness.judge.rays import read
 
 HEAD = "ox,oy,oz,dx,dy,dz\n"
 VALID = [HEAD + "0,0,0,0,0,1\n1.5,-2,3e-5,0.1,0.2,-0.3\n" * 3, HEAD, HEAD + '"0","0","0","1e-300","0","0"\r\n']

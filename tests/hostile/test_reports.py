@@ -10,7 +10,7 @@ import pytest
 from stored_run import facts, rows, write
 
 from harness.errors import UserError
-from reports import several
+from reports.page import several
 
 EVIL = "<script>alert(1)</script><img src=x onerror=alert(2)>[a](javascript:alert(3))`</style>\"'&"
 SERIES = "t,cpu_s,rss_bytes\n0.0,0.0,1e6\n0.5,0.4,2e6\n1.5,1.0,3e6\n"

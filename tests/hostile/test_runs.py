@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 from stored_run import as_bytes, facts, job_lines, rows, texts, write
 
-from harness import environment, packed, predict, store
 from harness.errors import UserError
-from reports import results
+from harness.machine import environment
+from harness.plan import predict
+from harness.store import packed, store
+from reports.run import results
 
 NAMES = "run.json", "repetitions.jsonl", "jobs.jsonl", ": a file"
 
@@ -290,7 +292,7 @@ def test_no_pickle_is_loaded(place):
     for name in {row["picture"]["file"] for row in rows() if row["picture"]}:
         with open(place / "run" / name, "wb") as file:
             pickle.dump(Evil(), file)
-    from reports import stored
+    from reports.run import stored
 
     loaded = load(place / "run")
     assert any(isinstance(stored.picture(loaded, cell), results.Missing) for cell in loaded.cells)

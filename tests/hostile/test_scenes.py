@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from harness.errors import UserError
-from harness.job import Parameters
+from harness.renderer.parameters import Parameters
 from harness.scene import load
 from harness.scene.flatten import flatten
-from harness.scene.generate import comparison
-from harness.scene.generate_spd import balls, tetra
+from harness.scene.generate.comparison import comparison
+from harness.scene.generate.spd import balls, tetra
 from harness.scene.needs import needs
 from harness.scene.nff import _ENTITIES
 from harness.scene.text import _KEYWORDS

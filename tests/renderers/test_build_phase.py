@@ -5,12 +5,13 @@ import itertools
 import pytest
 from nightly import by_night
 
-from harness import repetition, row
-from harness.job import Parameters
+from harness.process import repetition
+from harness.race import row
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
-from harness.scene.generate_icosphere import obj
-from harness.scene.generated import generated
+from harness.scene.generate.generated import generated
+from harness.scene.generate.icosphere import obj
 from harness.scene.needs import needs
 
 HAVE = ("python", "numba", "numba-parallel", "numba-cuda", "cpp", "cpp-threads")

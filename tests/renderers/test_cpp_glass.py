@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.builder import find_compiler
+from harness.renderer.builder import find_compiler
 
 HERE = Path(__file__).parent
 

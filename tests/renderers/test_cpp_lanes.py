@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.builder import find_compiler
+from harness.renderer.builder import find_compiler
 
 SOURCE = Path(__file__).parents[2] / "renderers" / "cpp" / "main.cpp"
 NEEDS = "SPHERE", "DIFFUSE", "PHONG", "REFLECTION", "SHADOWS"

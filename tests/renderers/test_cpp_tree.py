@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness import builder, registry
+from harness.renderer import builder, registry
 
 SEED = 11
 PROGRAM = r"""

@@ -9,8 +9,9 @@ import pytest
 from random_scenes import random_material, random_rays, random_scene, random_stage
 from tessellate import ball, obj
 
-from harness import repetition, row
-from harness.job import Parameters
+from harness.process import repetition
+from harness.race import row
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes

@@ -11,11 +11,12 @@ from feature_scenes import features
 from random_scenes import random_material, random_scene, random_stage
 
 import renderers
-from harness import compile_report, job
-from harness.job import Parameters
+from harness.contract import compile_report
+from harness.renderer import job
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
-from harness.scene.generate import comparison
+from harness.scene.generate.comparison import comparison
 from harness.scene.needs import needs
 from renderers.numba.gpu.occupancy import occupancy
 

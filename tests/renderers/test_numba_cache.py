@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness import job, registry
+from harness.renderer import job, registry
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 
@@ -25,12 +26,12 @@ SCENE = (
 def render(tmp_path):
     """render(variant, precision, ..) with a copy of the renderers that may be edited: the picture, "cold" or "warm"."""
     shutil.copytree(RENDERERS, tmp_path / "renderers", ignore=shutil.ignore_patterns("__pycache__"))
-    parameters = job.Parameters(width=9, height=9, depth=0)
+    parameters = Parameters(width=9, height=9, depth=0)
     job.write(tmp_path / "job", flatten(text.read(SCENE)), parameters, ("sphere", "ambient"))
     (tmp_path / "neutral").mkdir()
 
     def run(variant="numba", precision="float64", **methods):
-        wanted = job.Parameters(width=9, height=9, depth=0, precision=precision, threads=2, **methods)
+        wanted = Parameters(width=9, height=9, depth=0, precision=precision, threads=2, **methods)
         given = ("sphere", "ambient", *wanted.carried(()))
         flags = job.flags(tmp_path / "job", tmp_path, variant, tmp_path / "cache", wanted, given)
         done = subprocess.run(

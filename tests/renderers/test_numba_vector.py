@@ -13,7 +13,9 @@ import pytest
 from nightly import by_night
 from random_scenes import random_scene, random_stage, words
 
-from harness import job, repetition
+from harness.process import repetition
+from harness.renderer import job
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs
@@ -142,7 +144,7 @@ def test_no_tile_leaves_out_what_it_can_see(bench, tmp_path, seed):
 
 def alone(place, out, source, precision):
     """The picture that a copy of the renderers makes."""
-    parameters = job.Parameters(width=WIDE, height=HIGH, depth=2, precision=precision, vector="on")
+    parameters = Parameters(width=WIDE, height=HIGH, depth=2, precision=precision, vector="on")
     scene = text.read(source)
     needed = needs(scene, parameters)
     job.write(out / "job", flatten(scene), parameters, needed)
@@ -209,7 +211,7 @@ GLASS = "SPHERE (0,0,0) 1 (0.1,0.1,0.1) 0.9 4 (0.9,0.9,0.9) 2 1\n"
 )
 def test_what_is_not_in_lanes_is_refused(bench, reason, more, parameters):
     scene = text.read(STAGE + LIGHTS + CROWD + more)
-    wanted = job.Parameters(width=4, height=4, depth=2, vector="on", **parameters)
+    wanted = Parameters(width=4, height=4, depth=2, vector="on", **parameters)
     arrays = {**flatten(scene), "rays": np.ones((1, 6))}
     result = repetition.run(bench.entry("numba"), arrays, wanted, needs(scene, wanted))
     assert (result.status, result.reason) == ("unsupported", f"vector on: {reason}")

@@ -11,8 +11,10 @@ import pytest
 from random_scenes import random_material, random_scene, random_stage
 from tessellate import ball, obj
 
-from harness import judge, reference, registry, repetition
-from harness.job import Parameters
+from harness.judge import judge, reference
+from harness.process import repetition
+from harness.renderer import registry
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes

@@ -7,8 +7,9 @@ import OpenEXR
 import pytest
 from tessellate import ball, obj
 
-from harness import reference, repetition
-from harness.job import Parameters
+from harness.judge import reference
+from harness.process import repetition
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs

@@ -10,9 +10,11 @@ import pytest
 from feature_scenes import features
 from random_scenes import random_material, random_scene, random_stage
 
-from harness import events, job, process, reference
-from harness.builder import fill
-from harness.job import Parameters
+from harness.judge import reference
+from harness.process import process
+from harness.renderer import events, job
+from harness.renderer.builder import fill
+from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs

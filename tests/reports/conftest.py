@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 from made_up_errors import DEFAULTS, error
 
-from harness import store
-from reports import page, report, results, style
+from harness.store import store
+from reports import page
+from reports.page import report
+from reports.paper import style
+from reports.run import results
 
 SCENE = "scenes/comparison.txt"
 PARAMETERS = {

@@ -2,8 +2,9 @@
 
 import pytest
 
-from harness import repetition, stress
-from harness.image import Image
+from harness import stress
+from harness.experiment.image import Image
+from harness.process import repetition
 from harness.stress import job
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from harness import stress
-from harness.job import Parameters
-from harness.stress import acne
+from harness.renderer.parameters import Parameters
+from harness.stress.light import acne
 from harness.stress.row import ROUNDOFF
 
 BY_NAME = {row.name: row for row in acne.ROWS}

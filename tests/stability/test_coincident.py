@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.stress.coincident import ROWS
+from harness.stress.geometry.coincident import ROWS
 
 BY_NAME = {row.name: row for row in ROWS}
 SEED = 20201107

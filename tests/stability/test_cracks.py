@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from nightly import by_night
 
-from harness.stress.cracks import ROWS, icosphere
+from harness.stress.geometry.cracks import ROWS, icosphere
 
 SEED = 20201107
 PRECISIONS = ("float32", "float64")

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.stress import drift
+from harness.stress.execution import drift
 from harness.stress.row import ROUNDOFF
 
 SEED = 20201107

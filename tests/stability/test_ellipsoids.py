@@ -4,7 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from harness.stress.ellipsoids import ROWS, Truth
+from harness.stress.geometry.ellipsoids import ROWS, Truth
 from harness.stress.row import ROUNDOFF
 
 BY_NAME = {row.name: row for row in ROWS}

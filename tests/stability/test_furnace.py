@@ -4,7 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from harness.stress.optics import reflectance, white_light
+from harness.stress.light.optics import reflectance, white_light
 from harness.stress.row import ROUNDOFF
 
 SEED = 20201107

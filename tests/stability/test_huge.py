@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.stress.huge import ROWS
+from harness.stress.geometry.huge import ROWS
 from harness.stress.row import ROUNDOFF
 
 BY_NAME = {row.name: row for row in ROWS}

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from harness.stress import leak
-from harness.stress.leak import ROWS
+from harness.stress.light import leak
+from harness.stress.light.leak import ROWS
 
 BY_NAME = {row.name: row for row in ROWS}
 SEED = 20201107

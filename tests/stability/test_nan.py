@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.stress.nan import SHARE
+from harness.stress.light.nan import SHARE
 
 SEED = 20201107
 PRECISIONS = ("float32", "float64")

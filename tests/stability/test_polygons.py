@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.stress import exact
-from harness.stress.polygons import AWAY, DIAMOND, ROWS
+from harness.stress.geometry.polygons import AWAY, DIAMOND, ROWS
 from harness.stress.row import ROUNDOFF
 
 BY_NAME = {row.name: row for row in ROWS}

@@ -2,8 +2,8 @@
 
 import pytest
 
+from harness.stress.geometry.scales import ROWS
 from harness.stress.row import ROUNDOFF
-from harness.stress.scales import ROWS
 
 BY_NAME = {row.name: row for row in ROWS}
 SEED = 20201107

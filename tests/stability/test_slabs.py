@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from harness.stress import slabs
+from harness.stress.geometry import slabs
 
 BY_NAME = {row.name: row for row in slabs.ROWS}
 SEED = 20201107

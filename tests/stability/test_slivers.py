@@ -9,8 +9,8 @@ from harness.scene import mesh
 from harness.scene.flatten import flatten
 from harness.scene.model import Mesh
 from harness.stress import exact
+from harness.stress.geometry.slivers import ROWS
 from harness.stress.row import ROUNDOFF
-from harness.stress.slivers import ROWS
 
 SEED = 20201107
 PRECISIONS = ("float32", "float64")

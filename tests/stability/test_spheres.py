@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from harness.stress import exact
+from harness.stress.geometry.spheres import ROWS
 from harness.stress.row import ROUNDOFF
-from harness.stress.spheres import ROWS
 
 BY_NAME = {row.name: row for row in ROWS}
 SEED = 20201107

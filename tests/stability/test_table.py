@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.stress.table import ROWS, rows_of
+from harness.stress.execution.table import ROWS, rows_of
 
 BY_NAME = {row.name: row for row in ROWS}
 SEED = 20201107

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from harness import registry
-from harness.stress import threads
+from harness.renderer import registry
+from harness.stress.execution import threads
 
 SEED = 20201107
 PRECISIONS = ("float32", "float64")

@@ -22,7 +22,7 @@ def stamp(folder: str, number: int) -> None:
 
 def alone(folder: str, number: int) -> None:
     """As `stamp`, as a run that measures: the host is its own meanwhile."""
-    from harness.host import host_lock  # with all that it needs, which takes a second
+    from harness.race.host import host_lock  # with all that it needs, which takes a second
 
     with host_lock():
         stamp(folder, number)

@@ -1,4 +1,4 @@
-"""The files of figures (reports/style.py)."""
+"""The files of figures (reports/paper/style.py)."""
 
 
 def drawn_files(*stems):

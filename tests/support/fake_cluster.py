@@ -2,8 +2,9 @@
 
 import time
 
-from harness import environment, part
+from harness.cluster import part
 from harness.executors import State
+from harness.machine import environment
 
 REAL = environment.capture
 

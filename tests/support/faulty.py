@@ -137,12 +137,8 @@ def timeless(record, folder):
 
 
 def main():
-    import harness.campaign
-    import harness.cli
-    import harness.executors
-    import harness.perception
-    import harness.race
-    import harness.terminal  # noqa: F401
+    import rayrace.main
+    import rayrace.terminal  # noqa: F401
 
     for line in sys.stdin:
         told = json.loads(line)
@@ -189,7 +185,7 @@ def _child(told, writer):
         os.write(writer, b".")
 
     sys.addaudithook(hook)
-    from harness.cli import main as rayrace
+    from rayrace.main import main as rayrace
 
     try:
         rayrace()

@@ -16,8 +16,11 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "hostile")]
 
 with atheris.instrument_imports(include=["harness", "tomllib", "csv"]):
-    from harness import events, experiment, manifest, rays, store
+    from harness.experiment import experiment
+    from harness.judge import rays
+    from harness.renderer import events, manifest
     from harness.scene import load
+    from harness.store import store
 
 import hostile  # noqa: E402
 import test_events  # noqa: E402

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from harness import events, manifest, process, registry
-from harness.repetition import Result
+from harness.process import process
+from harness.process.repetition import Result
+from harness.renderer import events, manifest, registry
 
 MANIFEST = """contract = 1
 name = "{name}"
@@ -47,7 +48,7 @@ class Behaviour:
 
 
 class Mock:
-    """A Host (harness/host.py) that lets no time pass but its own. `now`: s since it was made.
+    """A Host (harness/race/host.py) that lets no time pass but its own. `now`: s since it was made.
 
     drift_per_minute: by which everything gets slower, of its time at the start.
     """

@@ -3,7 +3,7 @@
 import numpy as np
 from random_scenes import words
 
-from harness.colour import decode
+from harness.picture.colour import decode
 
 TOLERANCE = 1e-12
 OPAQUE = "(0,0,0)"

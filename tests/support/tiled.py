@@ -2,7 +2,7 @@
 
 import json
 
-from harness import single, tiles
+from harness.single import single, tiles
 
 EMPTY = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n"
 

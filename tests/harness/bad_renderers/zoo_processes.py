@@ -84,7 +84,7 @@ def kill_measurer():
         with open(place) as file:
             for pid in file.read().split():
                 with open(f"/proc/{pid}/cmdline") as command:
-                    if "harness.measurer" in command.read():
+                    if "harness.process.measurer" in command.read():
                         os.kill(int(pid), signal.SIGKILL)
     good()
 

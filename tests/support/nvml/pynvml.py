@@ -231,7 +231,7 @@ def _mortal(call):
         if fault and _seconds() >= fault["from_s"]:
             if fault["kind"] in CODES:
                 raise NVMLError(CODES[fault["kind"]][0])
-            if "harness.measurer" in sys.orig_argv:
+            if "harness.process.measurer" in sys.orig_argv:
                 sleep(1000) if fault["kind"] == "hangs" else os.abort()
         return call(*arguments, **named)
 

@@ -1,0 +1,1 @@
+"""The same run cut into jobs for a cluster."""

@@ -1,0 +1,286 @@
+"""The front end of a run on a cluster: submits jobs, follows them, and settles what each has done (part.py is the job).
+
+Whoever started it may leave and come back: all that is known of it lies in its folder.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness import executors
+from harness.cluster import batch, part
+from harness.cluster.batch import Batch
+from harness.errors import UserError
+from harness.executors import Executor, State
+from harness.experiment.cluster import Dask, Slurm, warning
+from harness.experiment.experiment import Experiment
+from harness.machine import software
+from harness.plan import resume
+from harness.plan.plan import Plan, Turn
+from harness.plan.predict import Predictor
+from harness.race import race
+from harness.race.bench import timestamp
+from harness.store import store
+from harness.store.jobs import Job, Jobs
+from harness.store.record import identity, key
+
+POLL = 5.0  # s, from one question to the scheduler to the next
+LOOK = 1.0  # s, from one look at the rows to the next
+SETTLE = 2  # questions in a row that a job must have ended for: a shared file system shows its last rows late
+
+
+class Campaign:
+    """The run in `folder`, of an experiment that was read from `file`."""
+
+    def __init__(self, folder: Path, experiment: Experiment, file: Path, plan: Plan, name: str):
+        self.folder, self.experiment, self.file, self.plan = Path(folder), experiment, Path(file), plan
+        self.table = table(experiment, name)
+        self.name = name
+        self.jobs = Jobs(self.folder)
+        self.batches: list[Batch] = []
+        self.waiting: list[int] = []  # numbers of batches that the scheduler has no room for
+
+    def begin(self, batches: list[Batch], only: tuple[str, ...], renderers: tuple[Path, ...]) -> None:
+        """Write down what is to be run."""
+        self.batches = batches
+        told = {
+            "name": self.name,
+            "file": str(self.file.resolve()),
+            "only": list(only),
+            "renderers": [str(path.resolve()) for path in renderers],
+            "software": software.here(),
+            "batches": [each.record() for each in batches],
+            **self._limits(),
+        }
+        self.jobs.reserve()
+        self._describe({**race.describe(self.experiment, self.plan), "pair": _pair(batches), "executor": told})
+
+    def go_on(self) -> None:
+        """Take up the run again. UserError if what it was made with has changed."""
+        front, _ = store.read_front(self.folder)
+        told = front["executor"]
+        changes = software.differences(told["software"], software.here())
+        changes += resume.of_cells(front["cells"], self.plan.cells, part.CHECKED)
+        names = [batch.name(cell) for cell in self.plan.cells]
+        known = {identity(cell) for cell in front["cells"]}
+        changes += [
+            f"{cell.label}: is new" for cell, name in zip(self.plan.cells, names, strict=True) if name not in known
+        ]
+        changes += [f"{', '.join(name)}: is gone" for name in known - set(names)]
+        if changes:
+            listed = "\n  ".join([*changes[:10], *([f"and {len(changes) - 10} more"] if len(changes) > 10 else [])])
+            raise UserError(f"{self.folder}: what it was made with has changed:\n  {listed}", remedy="start a new run")
+        self.batches = [batch.restored(each, self.plan) for each in told["batches"]]
+        facts = {name: value for name, value in front.items() if name not in ("format", "hosts")}
+        self._describe({**facts, "executor": {**told, **self._limits()}})
+
+    def _limits(self) -> dict:
+        """The time limit of a job, and how long before its end it is warned."""
+        return {"time": self.table.time, "warning": warning(self.table.time), "table": self.table.model_dump()}
+
+    def _describe(self, facts: dict) -> None:
+        front = store.Run(self.folder)
+        front.describe(**facts)
+        front.close()
+
+    def turns(self, number: int) -> list[Turn]:
+        return batch.turns(self.plan, self.batches[number], self.experiment.seed, self.experiment.order)
+
+    def missing(self) -> dict[int, list[Turn]]:
+        """Returns the missing turns of each batch by its number; complete batches are left out."""
+        done = {key(record) for record in part.finished(self.folder)}
+        left = {
+            number: [turn for turn in self.turns(number) if _key(turn) not in done]
+            for number in range(len(self.batches))
+        }
+        return {number: turns for number, turns in left.items() if turns}
+
+    def submit(self, executor: Executor, say: Callable[[str], None]) -> None:
+        """A job for each batch that has something left and no job, as far as the scheduler takes them."""
+        self.settle(executor)
+        busy = {job.number for job in self.jobs.live}
+        self.waiting = [number for number in self.missing() if number not in busy]
+        if busy:
+            say(f"{len(busy)} of its jobs are not at their end, and are left to it")
+        count = self._submit(executor)
+        if count:
+            say(f"{count} jobs are submitted")
+        if self.waiting:
+            say(f"{len(self.waiting)} wait for room: the scheduler takes {executor.most} jobs")
+
+    def _submit(self, executor: Executor) -> int:
+        """Submits as many waiting batches as the scheduler has room for; returns how many."""
+        room = None if executor.most is None else max(0, executor.most - len(self.jobs.live))
+        numbers, self.waiting = self.waiting[:room], self.waiting[len(self.waiting) if room is None else room :]
+        for number, name in executor.submit(part.work, self.folder, numbers) if numbers else ():
+            self.jobs.submitted(number, name, timestamp())
+        return len(numbers)
+
+    def follow(self, executor: Executor, tell: race.Tell, say: Callable[[str], None] = lambda _: None) -> None:
+        """Tell of each repetition as it ends, until no job is left; submit what waits as soon as there is room."""
+        cells = {batch.name(cell): cell for each in self.batches for cell in each.cells}
+        rows, ended, asked, silence = _Rows(self.folder), {}, -math.inf, ""
+        seen = {key(record) for record in rows.new()}
+        total = len(seen) + sum(map(len, self.missing().values()))
+
+        def look() -> None:
+            for record in rows.new():
+                if key(record) not in seen and identity(record) in cells:
+                    seen.add(key(record))
+                    tell(cells[identity(record)], record, len(seen), max(total, len(seen)), None)
+
+        while self.jobs.live:
+            if time.monotonic() - asked >= POLL:
+                asked = time.monotonic()
+                unknown = self.settle(executor, ended)
+                if unknown and unknown != silence:
+                    say(f"nothing is known of {unknown}; asking again every {POLL:g} s")
+                silence = unknown
+                self._submit(executor)
+            look()
+            if self.jobs.live:
+                time.sleep(LOOK)
+
+    def settle(self, executor: Executor, ended: dict[str, int] | None = None) -> str:
+        """Write down how jobs ended; what the scheduler does not tell of, and why, or "".
+
+        ended: how often each job was seen to have.
+        """
+        live = self.jobs.live
+        states = executor.states([job.name for job in live]) if live else {}
+        for job in live:
+            state = states[job.name]
+            if state.kind != "ended":
+                continue
+            if ended is not None:
+                ended[job.name] = ended.get(job.name, 0) + 1
+                if ended[job.name] < SETTLE and (self._word(job) or part.SILENT)["status"] == part.SILENT["status"]:
+                    continue
+            self._end(job, state)
+        unknown = [job.name for job in live if states[job.name].kind == "unknown"]
+        return f"{len(unknown)} jobs: {states[unknown[0]].reason}" if unknown else ""
+
+    def _word(self, job: Job) -> dict | None:
+        """Returns the last message of the job itself."""
+        places = sorted((self.folder / part.PARTS).glob(f"{job.number:04d}-{job.name}*"))
+        return part.ending(places[-1]) if places else None
+
+    def _end(self, job: Job, state: State) -> None:
+        word = self._word(job)
+        host = state.host or (word or {}).get("hostname", "")
+        status, reason = _verdict(word, state)
+        self.jobs.end(
+            job, host, status, f"job {job.name}{f' on {host}' if host else ''}: {reason}" if reason else "", timestamp()
+        )
+
+
+def table(experiment: Experiment, name: str):
+    """Returns the experiment's table for this executor. UserError if it needs one and has none."""
+    if name == "dask":
+        if experiment.dask is None:
+            raise UserError('--executor dask: the experiment has no [dask] with scheduler = "tcp://.."')
+        return experiment.dask
+    return experiment.slurm
+
+
+def executor_of(folder: Path, name: str, settings) -> Executor:
+    logs = Path(folder) / "jobs"
+    logs.mkdir(parents=True, exist_ok=True)
+    return executors.find(name, settings, logs)
+
+
+def plan_batches(experiment: Experiment, plan: Plan, name: str, predictor: Predictor) -> list[Batch]:
+    told = table(experiment, name)
+    return batch.make(plan, experiment.measure.pair, told.cells, told.time, predictor)
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """The jobs and host hours that a plan asks of a cluster, known before anything is submitted."""
+
+    table: Slurm | Dask
+    batches: list[Batch]
+
+    @property
+    def seconds(self) -> float | None:
+        """Predicted for all batches, by the times of this machine; None if that cannot be."""
+        known = [each.seconds for each in self.batches]
+        return None if None in known else sum(known)
+
+    @property
+    def text(self) -> str:
+        jobs, limit = len(self.batches), self.table.time
+        most = max(len(each.cells) for each in self.batches)
+        known = "unknown" if self.seconds is None else f"{self.seconds / 3600:.3g} h by the times of this machine"
+        long = sum(each.seconds is not None and each.seconds > limit for each in self.batches)
+        told = (
+            f"{jobs} jobs of at most {most} cells, each with a host of its own for at most {limit / 3600:.3g} h:"
+            f" at most {jobs * limit / 3600:.3g} host hours, predicted: {known}"
+        )
+        if long:
+            told += f"; {long} of them are predicted not to end in their time, and go on with --resume"
+        return told
+
+    def record(self) -> dict:
+        """For --json."""
+        return {
+            "jobs": len(self.batches),
+            "cells": [len(each.cells) for each in self.batches],
+            "hours_at_most": len(self.batches) * self.table.time / 3600,
+            "hours_predicted": None if self.seconds is None else self.seconds / 3600,
+        }
+
+
+def _verdict(word: dict | None, state: State) -> tuple[str, str]:
+    """Status and reason of what a job has not run, from its own word and the scheduler's."""
+    if word and word["status"] == "":
+        return "", ""
+    why = {
+        "CANCELLED": "killed",
+        "PREEMPTED": "killed",
+        "TIMEOUT": "timeout",
+        "DEADLINE": "timeout",
+        "NODE_FAIL": "killed",
+    }
+    if state.word in why:
+        return why[state.word], state.reason
+    if word and word["status"] != part.SILENT["status"]:
+        return word["status"], word["reason"]
+    said = word["reason"] if word else "left no word"
+    return "failed", f"{state.reason or 'ended'}: {said}"
+
+
+def _key(turn: Turn) -> tuple:
+    return *batch.name(turn.cell), turn.number, turn.kind
+
+
+def _pair(batches: list[Batch]) -> dict:
+    """For run.json: that of the first batch that has one; each part has its own."""
+    pair = next((each.pair for each in batches if each.pair), None)
+    if pair:
+        return {"cell": pair.key, "label": pair.label}
+    return {"unavailable": batches[0].reason}
+
+
+class _Rows:
+    """The rows of all parts, as they come."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.sizes: dict[Path, int] = {}
+        self.counts: dict[Path, int] = {}
+
+    def new(self) -> list[dict]:
+        """Returns the rows that were not there before."""
+        found = []
+        for path in sorted(self.folder.glob(f"{part.PARTS}/*/repetitions.jsonl")):
+            size = path.stat().st_size
+            if size == self.sizes.get(path) or not path.with_name("run.json").exists():
+                continue
+            self.sizes[path] = size
+            records = store.read(path.parent)[1]
+            found += records[self.counts.get(path, 0) :]
+            self.counts[path] = len(records)
+        return found

@@ -1,0 +1,1 @@
+"""The contract test that any author of a renderer runs."""

@@ -1,0 +1,1 @@
+"""Experiment files: what a user writes."""

@@ -1,0 +1,257 @@
+"""The experiment file: one TOML file, validated, with every default filled in."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, create_model, model_validator
+
+from harness.duration import Seconds, duration
+from harness.experiment import cluster
+from harness.experiment.image import Count, Image
+from harness.renderer.limits import Limits
+from harness.renderer.manifest import Strict, read_toml, validated
+from harness.scene.generate.generated import COUNTS
+from harness.setting import put
+
+POINTS = 10**5  # of a sweep: as many rows as a run can be expected to have
+Processes = Annotated[int, Field(ge=1, le=10**4)]
+
+# One picture of its own: a scene, and what differs from [image].
+Case = create_model(
+    "Case",
+    __base__=Strict,
+    name=(Annotated[str, Field(min_length=1)], ...),
+    scene=(str, ...),
+    **{key: (kind | None, None) for key, kind in Image.__annotations__.items()},
+)
+
+
+class Generate(Strict):
+    """A scene that is made for the run, in place of files: its counts may be swept like the keys of [image].
+
+    comparison: mirroring spheres on a grid (the study's scene) for any number of objects and lights. balls, tetra:
+    Haines' scenes of a size. `rayrace generate` writes the same. icosphere: in the comparison scene's view, one mirror
+    of 20 * 4^size triangles.
+    """
+
+    scene: Literal["comparison", "balls", "tetra", "icosphere"]
+    objects: Count | None = None
+    lights: Count | None = None
+    size: Annotated[int, Field(ge=0, le=8)] | None = None
+
+    @model_validator(mode="after")
+    def _its_own_counts(self):
+        for key in ("objects", "lights", "size"):
+            if getattr(self, key) is not None and key not in COUNTS[self.scene]:
+                raise ValueError(f"{key} is no count of {self.scene}; it has {', '.join(COUNTS[self.scene])}")
+        return self
+
+    def counts(self) -> dict[str, int]:
+        """Every count that the scene has."""
+        asked = self.model_dump(exclude={"scene"}, exclude_none=True)
+        return {**COUNTS[self.scene], **asked}
+
+
+class Measure(Strict):
+    """How it is measured.
+
+    interval: of the measurer. gpu_load: of the load pass, one more process of each cell of a GPU, with frames that fill
+    this time; 0: none. least_frame: later frames that would be shorter are batches of renders that last so long;
+    0: none. pair: the variant of which one cell is run twice in every round, for the noise floor of the run; auto
+    takes the fastest there is. cold: every cell is run once more in every round, with no code of an earlier process
+    to load; for what starting costs, and in no other time. peaks: before every timed repetition of a cell that can run,
+    what the machine can do at most is measured (calibration.py), some 0.2 s, twice that where threads are used.
+    """
+
+    interval: Seconds = 0.05
+    gpu_load: Annotated[float, BeforeValidator(duration), Field(ge=0, le=3600)] = 5.0
+    least_frame: Annotated[float, BeforeValidator(duration), Field(ge=0, le=60)] = 1e-3
+    pair: str = "auto"
+    cold: bool = False
+    peaks: bool = False
+
+
+class Reference(Strict):
+    """What errors are measured against: the truth that the methods of an experiment approximate.
+
+    depth: the truth's; without it, each picture's own. times: as many samples as the largest picture under test has
+    the truth of a sampled scene, in pictures with other seeds. spots: pixels of the truth of a scene
+    without samples that are worked out in 60 digits. spot_seconds: after which no more of them are begun.
+    """
+
+    depth: Count | None = None
+    times: Annotated[int, Field(ge=8, le=10**4)] = 64
+    spots: Annotated[int, Field(ge=0, le=10**5)] = 100
+    spot_seconds: Seconds = 60.0
+
+
+class Stress(Strict):
+    """A row of the catalogue of failures (harness/stress), to be run at each of its levels.
+
+    levels: in place of the row's own. sweep: lists of values of keys of [image], every combination of them: the methods
+    to compare.
+    """
+
+    row: str
+    levels: Annotated[tuple[Annotated[float, Field(ge=0, allow_inf_nan=False)], ...], Field(min_length=1)] | None = None
+    sweep: dict[str, tuple[Any, ...]] = {}
+
+
+class Override(Strict):
+    """Other repetitions, for a renderer much slower than the rest."""
+
+    processes: Processes | None = None
+    frames: Count | None = None
+    timeout: Seconds | None = None
+
+
+Table = dict[str, tuple[Any, ...]]
+
+
+class Experiment(Strict):
+    """One experiment: scenes x renderers x sweep x processes.
+
+    What is rendered is [image]; of what: `scenes`, files beside this one, or [[case]] tables, each a scene and what
+    of [image] is other for it, or [generate], a scene made for the run (of [[generate]] tables, one each), or
+    [[stress]], rows of the catalogue of failures, whose scenes and rays are made for the run from `seed`.
+
+    Any key of [image] may be swept, and `side`, which is width and height at once, and the counts of [generate]: a
+    point with a count that one of several generated scenes does not have is not of that scene.
+    [sweep] is a table of lists, every combination of them. Of [[sweep]] tables each is zipped, its lists being of one
+    length, and the tables are combined with each other. [[points]] tables are put one after the other: in each, a value
+    is one or a list, and the lists are combined; what a table does not name is as in [image]. A point that two of
+    them hold is run once. With a sweep beside them, all of its points are combined with each. One at a time, and
+    jointly, and one point more:
+
+        [[points]]
+        side = [64, 128, 256]
+
+        [[points]]
+        depth = [0, 5, 10]
+
+        [[points]]
+        side = [64, 128]
+        depth = [0, 5]
+
+        [[points]]
+        side = 512
+        region = [[0, 0, 32, 32]]
+
+    where: expressions that must be true of a cell, or it is left out and counted:
+    "renderer != 'python' or side <= 128".
+    They name the keys of [image], side, objects, lights, size, processes, frames, and renderer, scene, case, stress
+    (the row) and level as labels show them; and have and, or, not, in, comparisons, arithmetic, min, max and abs.
+
+    reference: without it, the truth is made where that takes one picture: of scenes without samples, at each picture's
+    own depth.
+
+    theory: the slope of error against samples that is to be expected, by scene or case and sampler:
+    theory.edge.jittered = -0.75. The samplers are those of [image], and feelers, lens, glossy.
+
+    order: interleaved, every cell once in a shuffled order and then again, so that drift of the machine meets all
+    alike; sequential, all repetitions of a cell before the next.
+
+    slurm, dask: what `--executor slurm` or `--executor dask` asks of a cluster.
+    """
+
+    title: str = Field(min_length=1)
+    scenes: tuple[str, ...] = ()
+    renderers: tuple[str, ...] = Field(min_length=1)
+    processes: Processes = 5
+    frames: Count = 2
+    timeout: Seconds = 600.0
+    seed: int = 1
+    order: Literal["interleaved", "sequential"] = "interleaved"
+    where: tuple[str, ...] = ()
+    image: Image = Image()
+    case: tuple[Case, ...] = ()
+    generate: Generate | tuple[Generate, ...] | None = None
+    stress: tuple[Stress, ...] = ()
+    sweep: Table | tuple[Table, ...] = {}
+    points: tuple[dict[str, Any], ...] = ()
+    measure: Measure = Measure()
+    limits: Limits = Limits()
+    reference: Reference | None = None
+    theory: dict[str, dict[str, float]] = {}
+    override: dict[str, Override] = {}
+    slurm: cluster.Slurm = cluster.Slurm()
+    dask: cluster.Dask | None = None
+
+    @model_validator(mode="after")
+    def _sweep_known(self):
+        swept = set()
+        for table in (self.sweep,) if isinstance(self.sweep, dict) else self.sweep:
+            if swept & set(table):
+                raise ValueError(f"sweep: {', '.join(sorted(swept & set(table)))} is in two tables")
+            swept |= set(table)
+            self._known("sweep", table)
+            if not isinstance(self.sweep, dict) and len({len(values) for values in table.values()}) > 1:
+                raise ValueError(f"sweep: the lists of one [[sweep]] table are zipped, so of one length: {list(table)}")
+        points = {key for table in self.points for key in table}
+        if swept & points:
+            raise ValueError(f"points: {', '.join(sorted(swept & points))} is swept too")
+        for table in self.points:
+            self._known("points", table)
+        if "side" in swept | points and {"width", "height"} & (swept | points):
+            raise ValueError("sweep: side is width and height at once; sweep the one or the others")
+        return self
+
+    @model_validator(mode="after")
+    def _in_bounds(self):
+        """How many points there are is told before they are made."""
+        tables = [self.sweep] if isinstance(self.sweep, dict) else self.sweep
+        zipped = isinstance(self.sweep, tuple)
+        swept = math.prod(
+            math.prod([len(values) for values in table.values()][: 1 if zipped else None]) for table in tables
+        )
+        told = sum(math.prod(len(v) if isinstance(v, tuple) else 1 for v in table.values()) for table in self.points)
+        own = sum(math.prod(map(len, row.sweep.values())) * len(row.levels or "1") for row in self.stress)
+        if (count := swept * max(told, 1) * max(own, 1)) > POINTS:
+            raise ValueError(f"sweep: {count} points, {POINTS} at most")
+        return self
+
+    def made(self) -> tuple[Generate, ...]:
+        """The scenes that are made for the run."""
+        return self.generate if isinstance(self.generate, tuple) else (self.generate,) if self.generate else ()
+
+    def _known(self, name: str, table: dict) -> None:
+        counts = dict.fromkeys(key for made in self.made() for key in COUNTS[made.scene])
+        known = [*Image.model_fields, "side", *counts]
+        for key, values in table.items():
+            if key in {key for counts in COUNTS.values() for key in counts} - set(known):
+                raise ValueError(f"{name}.{key}: only of a scene that has it, in [generate]")
+            if key not in known:
+                raise ValueError(f"{name}.{key}: no such parameter; known: {', '.join(known)}")
+            if values == ():
+                raise ValueError(f"{name}.{key}: expected at least one value")
+
+    @model_validator(mode="after")
+    def _names_known(self):
+        if [bool(self.scenes), bool(self.case), bool(self.generate), bool(self.stress)].count(True) != 1:
+            raise ValueError(
+                "scenes, [[case]], [generate] or [[stress]]: expected one of the four, with at least one scene"
+            )
+        for stress in self.stress:
+            self._known(f"stress.{stress.row}.sweep", stress.sweep)
+        if len({case.name for case in self.case}) != len(self.case):
+            raise ValueError("case: each needs a name of its own")
+        for name in self.override:
+            if name not in self.renderers:
+                raise ValueError(f"override.{name}: not among the experiment's renderers")
+        if self.measure.pair not in ("auto", "off", *self.renderers):
+            raise ValueError(
+                f'measure.pair: expected auto, off or a renderer of the experiment, found "{self.measure.pair}"'
+            )
+        if len(set(self.renderers)) != len(self.renderers) or len(set(self.scenes)) != len(self.scenes):
+            raise ValueError("scenes and renderers: each may be named once")
+        return self
+
+
+def load(path: Path, settings: tuple[str, ...] = ()) -> Experiment:
+    """The experiment in a TOML file, with `key=value` settings (values as in TOML, keys dotted) put over it."""
+    path = Path(path)
+    tables = read_toml(path)
+    for setting in settings:
+        put(tables, setting, "--set", "image.depth=5 or processes=3")
+    return validated(Experiment, tables, path)

@@ -1,0 +1,139 @@
+"""Jobs that return first hits in place of a picture: their rays, their reference, and their verdict."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from harness.experiment.image import Image
+from harness.judge.judge import Verdict
+from harness.judge.reference import ULPS, NoReference, Reference, job_of, of_results, perturbations
+from harness.process import repetition
+from harness.renderer.job import fingerprint
+from harness.renderer.parameters import Parameters
+from harness.renderer.registry import Entry
+from harness.scene.model import Scene
+from harness.scene.needs import shapes
+
+DISTANCE, OBJECT = 0, 7  # columns of hits (renderers/README.md)
+# Of a hit's distance, as a share of it, outside the mask.
+TOLERANCE = {"float64": 1e-9, "float32": 1e-4}
+THRESHOLD = 1e-5  # by which share the distance of a well-conditioned hit changes at most
+
+
+class Aimed:
+    """A scene with `count` rays from its eye through random points of its screen. Stands in the place of its Source.
+
+    In no order, so that a ray finds little of what it needs where the one before it has left it.
+    """
+
+    def __init__(self, source, count: int, seed: int):
+        self.source, self.count, self.seed = source, count, seed
+        self.name, self.stem, self.size = source.name, source.stem, source.size
+        self._flat: dict[str, tuple[str, dict[str, np.ndarray]]] = {}
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        return self.source.counts
+
+    @cached_property
+    def rays(self) -> np.ndarray:
+        return through_the_screen(self.source.scene, self.count, self.seed)
+
+    def flat(self, arithmetic: str) -> tuple[str, dict[str, np.ndarray]]:
+        """The hash of its arrays, and the arrays, its rays among them."""
+        if arithmetic not in self._flat:
+            arrays = {**self.source.flat(arithmetic)[1], "rays": self.rays}
+            self._flat[arithmetic] = fingerprint(arrays), arrays
+        return self._flat[arithmetic]
+
+    def parameters(self, image: Image, threads: int, frames: int, least_frame: float = 0.0) -> Parameters:
+        """Returns the parameters of the job, whose size is its number of rays."""
+        made = image.parameters(threads, frames, least_frame)
+        return replace(made, kind="rays", width=self.count, height=1, region=None, depth=0)
+
+    def needs(self, parameters: Parameters) -> tuple[str, ...]:
+        return tuple(sorted(shapes(self.source.scene)))
+
+
+def through_the_screen(scene: Scene, count: int, seed: int) -> np.ndarray:
+    """Rays (count, 6), origin and unit direction: CAM-3 at points that are uniform on the screen."""
+    camera = scene.camera
+    x, y = np.random.default_rng(seed).uniform(-1, 1, (2, count, 1))
+    rays = np.empty((count, 6))
+    rays[:, :3] = np.add(camera.centre, camera.e)
+    towards = x * np.array(camera.u) + y * np.array(camera.v) - np.array(camera.e)
+    rays[:, 3:] = towards / np.linalg.norm(towards, axis=1, keepdims=True)
+    return rays
+
+
+def make(
+    entry: Entry,
+    arrays: dict[str, np.ndarray],
+    parameters: Parameters,
+    needs: tuple[str, ...],
+    cache: Path,
+    run: Callable[..., repetition.Result] = repetition.run,
+) -> Reference | NoReference:
+    """The Reference of a list of rays, made by `entry`: `picture` (R, 8) has their hits, `mask` (R,).
+
+    A ray is ill-conditioned if a turn by ULPS of float32 changes the object, or the distance by more than THRESHOLD.
+    """
+    wanted = job_of(parameters)
+
+    def results():
+        rays, rng = arrays["rays"], np.random.default_rng(20)
+        yield run(entry, arrays, wanted, needs, cache=cache)
+        for _ in range(perturbations(parameters.precision)):
+            turned = rays.copy()
+            turned[:, 3:] += ULPS * np.spacing(np.float32(0.5)) * _unit(rng.normal(size=(len(rays), 3)))
+            turned[:, 3:] = _unit(turned[:, 3:])
+            yield run(entry, {**arrays, "rays": turned}, wanted, needs, cache=cache)
+
+    def moved(hits, right):
+        return (hits[:, OBJECT] != right[:, OBJECT]) | ~(_off(hits, right) <= THRESHOLD)
+
+    return of_results(entry.name, results(), moved)
+
+
+def judge(hits: np.ndarray, reference: Reference, precision: str) -> Verdict:
+    """Judge `hits` (R, 8), as the contract returns them.
+
+    max_outside, max_inside: largest error of the distance of a hit, as a share of it, outside and inside the mask.
+    """
+    right, mask = reference.picture, reference.mask
+    if len(hits) != len(right):
+        return Verdict(f"{len(hits)} answers, expected {len(right)}")
+    other, off = hits[:, OBJECT] != right[:, OBJECT], _off(hits, right)
+    tolerance = TOLERANCE.get(precision, TOLERANCE["float64"])
+    wrong = None
+    if (other & ~mask).any():
+        wrong = f"{int((other & ~mask).sum())} rays hit something else outside the mask"
+    elif not (off[~mask] <= tolerance).all():
+        wrong = (
+            f"{int((~(off[~mask] <= tolerance)).sum())} distances off by more than {tolerance:.3g} of them outside the "
+            f"mask, the worst by {off[~mask].max():.3g}"
+        )
+    both = mask & ~other
+    return Verdict(
+        wrong=wrong,
+        max_outside=float(off[~mask].max()) if not mask.all() else None,
+        max_inside=float(off[both].max()) if both.any() else None,
+        mask_fraction=float(mask.mean()),
+        tolerance=tolerance,
+    )
+
+
+def _off(hits: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """By which share the distances differ of those that hit the same; 0 of the others."""
+    same = (hits[:, OBJECT] == right[:, OBJECT]) & (right[:, OBJECT] >= 0)
+    off = np.zeros(len(right))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        off[same] = np.abs(hits[same, DISTANCE].astype(np.float64) / right[same, DISTANCE] - 1)
+    return np.nan_to_num(off, nan=0.0)  # 0 / 0 are the same; what is infinite becomes the largest number
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -1,0 +1,136 @@
+"""Judges a picture: compares it with a reference, outside the ill-conditioned pixels and inside them.
+
+Order of checks: all finite, then shape, then numbers in linear float64. A NaN makes every image metric meaningless,
+and some hide it.
+"""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from harness.process.repetition import Result
+
+# Largest difference allowed in any channel outside the mask. float64: the cross-renderer gate of the conformance
+# suite. float32: one step of an 8-bit picture.
+TOLERANCE = {"float64": 1e-9, "float32": 1 / 255}
+STEP = 1 / 255
+LARGEST = 1e145  # of a channel: beyond it, squares and their sums leave float64
+DARK = 1e-2  # squared linear level below which relative errors count less
+EXTERNAL_TOLERANCE = 2 / 255  # of a program that is not ours, whose pictures may come in few bits
+RAY_TOLERANCE = {"float64": 1e-4, "float32": 1e-2}  # relative, of each ray count
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How far a picture is from its reference. Differences are of linear RGB, over all channels.
+
+    max_outside, max_inside: largest absolute difference outside and inside the mask (None: no such pixels).
+    rmse: root of the mean squared difference, all pixels. relative_mse: mean of squared differences, each divided by
+    the square of the reference + 0.01, so that dark and bright count alike. bad_pixels: fraction whose largest channel
+    difference exceeds 1/255. mask_fraction: share of ill-conditioned pixels. wrong: None, or why the picture is
+    rejected.
+    """
+
+    wrong: str | None
+    max_outside: float | None = None
+    max_inside: float | None = None
+    rmse: float | None = None
+    relative_mse: float | None = None
+    bad_pixels: float | None = None
+    mask_fraction: float | None = None
+    tolerance: float | None = None
+
+    def record(self) -> dict:
+        return asdict(self)
+
+
+def not_finite(picture: np.ndarray) -> str | None:
+    """None, or how many pixels have a channel that is NaN, infinite or as good as that."""
+    broken = int(np.count_nonzero(~(np.abs(picture) <= np.float64(LARGEST)).all(axis=-1)))
+    if not broken:
+        return None
+    return f"{broken} pixels are not finite" + (f", or beyond {LARGEST:g}" if np.isfinite(picture).all() else "")
+
+
+def broken(result: Result) -> str | None:
+    """None, or how many pixels of a picture are not finite, or how many samples the renderer counted as such."""
+    if result.array.ndim != 3:
+        return None
+    counted = (result.said.rays or {}).get("non_finite")
+    return not_finite(result.array) or (f"{counted} samples are not finite" if counted else None)
+
+
+def judge(
+    picture: np.ndarray,
+    reference: np.ndarray,
+    mask: np.ndarray,
+    precision: str,
+    external: bool = False,
+    bound: np.ndarray | float = 0.0,
+) -> Verdict:
+    """Judge `picture` (height, width, 3) against `reference`; `mask` (height, width) marks ill-conditioned pixels.
+
+    external: the picture is by a program that is not ours. bound: (height, width), what a cut-off may have changed
+    beside the tolerance (bound.py).
+    """
+    broken = not_finite(picture)
+    if broken:
+        return Verdict(broken)
+    if picture.shape != reference.shape:
+        return Verdict(f"its shape is {picture.shape}, the reference's {reference.shape}")
+    squares = (picture.astype(np.float64) - reference) ** 2
+    difference = np.abs(picture.astype(np.float64) - reference).max(axis=-1)
+    outside, inside = difference[~mask], difference[mask]
+    tolerance = EXTERNAL_TOLERANCE if external else TOLERANCE.get(precision, TOLERANCE["float64"])
+    worst = float(outside.max()) if outside.size else None
+    wrong = None
+    beyond = outside[~(outside <= tolerance + np.broadcast_to(bound, mask.shape)[~mask])]
+    if beyond.size:
+        limit = f"{tolerance:.3g}" + ("" if np.isscalar(bound) else " and the bound of its cut-off")
+        wrong = f"{beyond.size} pixels off by more than {limit} outside the mask, the worst by {beyond.max():.3g}"
+    return Verdict(
+        wrong=wrong,
+        max_outside=worst,
+        max_inside=float(inside.max()) if inside.size else None,
+        rmse=float(np.sqrt(squares.mean())),
+        relative_mse=float(np.mean(squares / (reference**2 + DARK))),
+        bad_pixels=float(np.mean(difference > STEP)),
+        mask_fraction=float(mask.mean()),
+        tolerance=tolerance,
+    )
+
+
+def errors(picture: np.ndarray, truth: np.ndarray, mask: np.ndarray | None) -> dict:
+    """How far a finite picture (height, width, 3) is from the truth: over all pixels, and by the mask, if there is one.
+
+    Keys and measures as in Verdict; a value is None where no pixel is on its side of the mask.
+    """
+    squares = (picture.astype(np.float64) - truth) ** 2
+    difference = np.sqrt(squares.max(axis=-1))
+    told = {
+        "rmse": float(np.sqrt(squares.mean())),
+        "max": float(difference.max()),
+        "bad_pixels": float(np.mean(difference > STEP)),
+        "relative_mse": float(np.mean(squares / (truth**2 + DARK))),
+    }
+    if mask is None:
+        return {**told, **dict.fromkeys(("rmse_outside", "max_outside", "max_inside", "mask_fraction"))}
+    outside = ~mask
+    return {
+        **told,
+        "rmse_outside": float(np.sqrt(squares[outside].mean())) if outside.any() else None,
+        "max_outside": float(difference[outside].max()) if outside.any() else None,
+        "max_inside": float(difference[mask].max()) if mask.any() else None,
+        "mask_fraction": float(mask.mean()),
+    }
+
+
+def compare_rays(counts: dict | None, reference: dict | None, precision: str) -> str | None:
+    """None, or how the ray counts differ from the reference's by more than the tolerance."""
+    if counts is None or reference is None:
+        return None
+    tolerance = RAY_TOLERANCE.get(precision, RAY_TOLERANCE["float64"])
+    for name in ("primary", "reflected", "transmitted", "shadow"):
+        if abs(counts[name] - reference[name]) > tolerance * max(reference[name], 1):
+            return f"{counts[name]} {name} rays, the reference has {reference[name]}"
+    return None

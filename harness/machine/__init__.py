@@ -1,0 +1,1 @@
+"""Which machine this is, and whether it is fit to measure."""

@@ -1,0 +1,76 @@
+"""Checks whether this machine is fit to measure: names what disturbs timings and the remedy, changes nothing."""
+
+import os
+import shutil
+from pathlib import Path
+
+import psutil
+
+from harness.machine import environment, fitness_cores, fitness_gpu
+from harness.renderer import builder
+from harness.system import cgroup
+from harness.system.finding import UNAVAILABLE, Finding, judged, read, unknown
+
+ROOT = Path("/")
+
+
+def examine() -> list[Finding]:
+    facts = environment.capture()
+    return [
+        *fitness_cores.findings(facts),
+        swap(),
+        memory_limit(),
+        memory_peak(),
+        descendants(),
+        randomisation(facts["address_randomisation"]),
+        compiler(facts["compilers"]["c++"]),
+        *fitness_gpu.findings(),
+    ]
+
+
+def swap() -> Finding:
+    used = psutil.swap_memory()
+    found = f"{used.used / 2**20:.0f} of {used.total / 2**20:.0f} MiB used"
+    return judged(used.used <= 2**20, "swap", found, "sudo swapoff -a")
+
+
+def memory_limit(root: Path = ROOT) -> Finding:
+    what, limit, total = "memory limit (cgroup)", cgroup.memory_limit(root), psutil.virtual_memory().total
+    if cgroup.version(root) is None:
+        return unknown(what, "no cgroups here")
+    if limit is None:
+        return Finding("good", what, "none")
+    remedy = "a renderer that needs more swaps or is killed: raise memory.max"
+    return judged(limit >= total, what, f"{limit / 1e9:.3g} GB of {total / 1e9:.3g} GB", remedy)
+
+
+def memory_peak() -> Finding:
+    what = "peak memory of rendering alone"
+    if not os.path.exists("/proc/self/clear_refs"):
+        return unknown(what, "no /proc here", "peaks come from wait4 and include start-up")
+    found = f"VmHWM, reset before rendering; the cgroup counts {'one too' if cgroup.memory_peak() else 'none'}"
+    if os.access("/proc/self/clear_refs", os.W_OK):
+        return Finding("good", what, found)
+    return Finding("doubtful", what, "the peak cannot be reset", "peaks include start-up and compilation")
+
+
+def descendants(root: Path = ROOT) -> Finding:
+    what, own = "processes that a renderer starts", os.getpid()
+    if read(root / f"proc/{own}/task/{own}/children") is not None:
+        return Finding("good", what, "looked for at every tick; orphans are counted")
+    return unknown(what, "the system does not list children", "looked for every half second; orphans may be missed")
+
+
+def randomisation(value: str) -> Finding:
+    """Layout in memory is worth some per cent of time; fixed, it is an error that no repetition averages out."""
+    what = "address randomisation"
+    if value.startswith(UNAVAILABLE):
+        return unknown(what, value)
+    remedy = "each process has the same layout, which favours one renderer: sudo sysctl kernel.randomize_va_space=2"
+    return judged(value == "2", what, {"0": "off", "1": "of a part", "2": "full"}.get(value, value), remedy)
+
+
+def compiler(value: str) -> Finding:
+    if value.startswith(UNAVAILABLE):
+        return Finding("doubtful", "C++ compiler", value, "apt install g++")
+    return Finding("good", "C++ compiler", f"{value} ({shutil.which(builder.find_compiler('c++') or '')})")

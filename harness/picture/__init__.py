@@ -1,0 +1,1 @@
+"""Pixels: picture files, colours, perceptual differences."""

@@ -1,0 +1,68 @@
+"""Perceptual difference of two pictures as a display shows them: PSNR, SSIM and FLIP.
+
+A display shows sRGB, clipped to 0..1. The pictures must have been judged before (judge.py): all finite, of one shape;
+FLIP makes a small number of a NaN.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.picture import colour
+
+WINDOW, SIGMA = 11, 1.5  # pixels: SSIM's window, a Gaussian (Wang et al., IEEE TIP 13(4), 2004)
+C1, C2 = 0.01**2, 0.03**2  # SSIM's constants for data of range 1
+
+
+@dataclass(frozen=True)
+class Perception:
+    """Each a number, or {"unavailable": reason}. flip_map: (height, width) float32, 0 not seen to 1 as seen as can be.
+
+    psnr_db: of data of range 1. ssim: mean structural similarity, 1 for equal pictures. flip: mean of the map, for a
+    viewer 0.7 m from a display 0.7 m and 3840 pixels wide, 67 pixels a degree (Andersson et al., HPG 2020).
+    """
+
+    psnr_db: float | dict
+    ssim: float | dict
+    flip: float
+    flip_map: np.ndarray
+
+    def record(self) -> dict:
+        return {"psnr_db": self.psnr_db, "ssim": self.ssim, "flip": self.flip}
+
+
+def perceive(picture: np.ndarray, reference: np.ndarray, arithmetic: str = "linear") -> Perception:
+    """Compares a judged `picture` (height, width, 3) with its reference; both hold sRGB if the arithmetic is `srgb`."""
+    import flip_evaluator
+
+    shown, right = (_shown(each, arithmetic) for each in (picture, reference))
+    if np.array_equal(shown, right):
+        psnr = {"unavailable": "the display shows no difference: it is infinite"}
+    else:
+        psnr = float(-10 * np.log10(np.mean((right - shown) ** 2)))
+    ssim = {"unavailable": f"the picture is smaller than its window of {WINDOW} x {WINDOW} pixels"}
+    if min(shown.shape[:2]) >= WINDOW:
+        ssim = _ssim(right, shown)
+    seen, mean, _ = flip_evaluator.evaluate(right.astype(np.float32), shown.astype(np.float32), "LDR", applyMagma=False)
+    return Perception(psnr, ssim, float(mean), seen[..., 0])
+
+
+def _ssim(a: np.ndarray, b: np.ndarray) -> float:
+    """Mean structural similarity over the channels and the windows that lie inside (Wang et al., equation 13)."""
+    from scipy.ndimage import gaussian_filter
+
+    def blur(values: np.ndarray) -> np.ndarray:
+        blurred = gaussian_filter(values, (SIGMA, SIGMA, 0), radius=(WINDOW // 2, WINDOW // 2, 0))
+        return blurred[WINDOW // 2 : -(WINDOW // 2), WINDOW // 2 : -(WINDOW // 2)]
+
+    mean_a, mean_b = blur(a), blur(b)
+    squares = mean_a**2 + mean_b**2
+    variances = blur(a * a) + blur(b * b) - squares
+    product = mean_a * mean_b
+    covariance = blur(a * b) - product
+    return float(np.mean((2 * product + C1) * (2 * covariance + C2) / ((squares + C1) * (variances + C2))))
+
+
+def _shown(picture: np.ndarray, arithmetic: str) -> np.ndarray:
+    codes = colour.encode(picture) if arithmetic == "linear" else np.asarray(picture, np.float64)
+    return np.clip(codes, 0.0, 1.0)

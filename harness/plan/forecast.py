@@ -1,0 +1,138 @@
+"""Predicts a run before it starts: which cells run, for how long, and how much of it fits a time budget."""
+
+import math
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from harness.experiment.experiment import Experiment
+from harness.plan import predict, resume
+from harness.plan.plan import Cell, Plan
+from harness.plan.predict import Prediction, Predictor
+from harness.process.repetition import unsupported
+from harness.store import store
+
+
+@dataclass(frozen=True)
+class Line:
+    """A cell. left: its processes that are due, those of the pair too. skipped: None, or why it will not run."""
+
+    cell: Cell
+    left: int
+    begun: bool  # its first repetition is done
+    skipped: str | None
+    first: Prediction | None  # of its first repetition, with all that is made once
+    later: Prediction | None  # of each other; both are None if unknown
+
+    @property
+    def seconds(self) -> float | None:
+        """Predicted seconds of all due repetitions; None if unknown."""
+        if self.skipped or not self.left:
+            return 0.0
+        if self.later is None:
+            return None
+        return self.later.seconds * self.left + (0.0 if self.begun else self.first.seconds - self.later.seconds)
+
+
+class Forecast:
+    """The prediction for a plan, without the processes that are `done`: (cell key, number, kind)."""
+
+    def __init__(self, plan: Plan, experiment: Experiment, predictor: Predictor, done: Collection[tuple] = ()):
+        self.plan, self.predictor = plan, predictor
+        self.order = plan.order(experiment.seed, experiment.order)
+        self.due = [turn for turn in self.order if (turn.cell.key, turn.number, turn.kind) not in done]
+        left = Counter(turn.cell.key for turn in self.due)
+        unavailable = {cell.entry.name: cell.entry.unavailable for cell in plan.cells}
+        self.lines = []
+        for cell in plan.cells:
+            skipped = unavailable[cell.entry.name] or unsupported(cell.entry, cell.parameters, cell.needs)
+            later = None if skipped else predictor.seconds(cell)
+            first = later and (predictor.seconds(cell, first=True) or later)
+            begun = (cell.key, 0, "timed") in done
+            self.lines.append(Line(cell, left[cell.key], begun, skipped, first, later))
+
+    @cached_property
+    def seconds(self) -> float:
+        """Predicted seconds of all due repetitions that can be predicted."""
+        return sum(line.seconds or 0.0 for line in self.lines)
+
+    @property
+    def sources(self) -> dict[str, int]:
+        """How many cells are predicted from what."""
+        return Counter(line.later.source for line in self.lines if line.seconds)
+
+    @property
+    def unknown(self) -> dict[str, int]:
+        """How many cells cannot be predicted, by variant."""
+        return Counter(line.cell.entry.name for line in self.lines if line.seconds is None)
+
+    def cut(self, budget: float) -> tuple[int, int] | None:
+        """How many processes fit in `budget` (s), and how many whole rounds of the plan there are then.
+
+        A first process is begun as long as there is time, another if it is predicted to end in it, as race.py has it.
+        None if some cannot be predicted.
+        """
+        if self.unknown:
+            return None
+        lines = {line.cell.key: line for line in self.lines}
+        clock, fitting = 0.0, 0
+        for cell, number, kind in self.due:
+            line, first = lines[cell.key], number == 0 and kind == "timed"
+            one = 0.0 if line.skipped else (line.first if first else line.later).seconds
+            if clock + (one if number else 0.0) >= budget:
+                break
+            clock, fitting = clock + one, fitting + 1
+        missing = self.due[fitting:]
+        return fitting, min((turn.number for turn in missing), default=self.rounds)
+
+    @property
+    def rounds(self) -> int:
+        return max(cell.processes for cell in self.plan.cells)
+
+    def record(self, budget: float = math.inf) -> dict:
+        """For --json."""
+        plan, cut = self.plan, self.cut(budget)
+        return {
+            "cells": [_record(line) for line in self.lines],
+            "repetitions": len(self.due),
+            "seconds": None if self.unknown else self.seconds,
+            "sources": self.sources,
+            "unknown": self.unknown,
+            "left_out": [{"constraint": constraint, "cells": count} for constraint, count in plan.left_out],
+            "pair": {"cell": plan.pair.key, "label": plan.pair.label}
+            if plan.pair
+            else {"unavailable": plan.pair_reason},
+            "fitting": cut and {"repetitions": cut[0], "rounds": cut[1]},
+        }
+
+
+def make(plan: Plan, experiment: Experiment, results: Path, run: Path | None = None) -> Forecast:
+    """The forecast by the runs of this machine in the folder `results`; run: one that would be gone on with.
+
+    UserError if what that was made with has changed.
+    """
+    _, records = resume.check(run, plan) if run and not store.is_blank(run) else ({}, [])
+    predictor = predict.Predictor([*predict.history(results, but=run), *records])
+    done = {(record["cell"], record["repetition"], record["pass"]) for record in records}
+    return Forecast(plan, experiment, predictor, done)
+
+
+def _record(line: Line) -> dict:
+    cell, expected = line.cell, line.later
+    return {
+        "cell": cell.key,
+        "variant": cell.entry.name,
+        "scene": cell.scene,
+        "point": cell.point,
+        "objects": cell.objects,
+        "lights": cell.lights,
+        "processes": cell.processes,
+        "frames": cell.parameters.frames,
+        "left": line.left,
+        "skipped": line.skipped,
+        "first_seconds": line.first and line.first.seconds,
+        "seconds": expected and expected.seconds,
+        "source": expected and expected.source,
+    }

@@ -1,0 +1,156 @@
+"""Predicts how long a repetition of a cell takes, from finished repetitions."""
+
+import statistics
+from collections import defaultdict
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+import orjson
+
+from harness.errors import UserError
+from harness.machine import environment
+from harness.plan.plan import Cell
+from harness.store import schema, store
+
+HISTORY = 16 * 2**20  # bytes of old runs that are read at most
+NEVER_RAN = ("unavailable", "unsupported")
+
+
+class Prediction(NamedTuple):
+    """source: what it is from, such as "12 finished repetitions of numba"."""
+
+    seconds: float
+    source: str
+
+
+class Predictor:
+    """Predicts by a cell's own repetitions, else by those of its variant.
+
+    The first repetition of a cell is apart: builds, compilation and the reference picture are made with it. Where no
+    later one is known, the wall time of the first processes alone stands for it.
+    """
+
+    def __init__(self, records: Iterable[dict] = ()):
+        self._own: dict[tuple[str, str], list[float]] = defaultdict(list)
+        self._fits: dict[tuple[str, str], _Fit] = defaultdict(_Fit)
+        for record in records:
+            self.add(record)
+
+    def add(self, record: dict) -> None:
+        """Learn from a row of store.py. Of the passes load and cold, which last longer, nothing is to be learnt."""
+        took, kind = record.get("took_s") or record.get("wall_s"), record.get("pass", "timed")
+        if not took or kind in ("load", "cold"):
+            return
+        if record["repetition"] == 0 and kind == "timed":
+            self._learn(record, "first", took)
+            self._learn(record, "process", record.get("wall_s") or took)
+        else:
+            self._learn(record, "later", took)
+
+    def _learn(self, record: dict, what: str, took: float) -> None:
+        self._own[record["cell"], what].append(took)
+        if record["status"] == "ok" and record.get("shapes") and record.get("lights") is not None:
+            self._fits[record["variant"], what].add(_work(record), took)
+
+    def seconds(self, cell: Cell, first: bool = False) -> Prediction | None:
+        """Predicts a later repetition of a cell, or its first: the median of its own rows, else a fit over its variant.
+
+        None if neither can tell.
+        """
+        for what in ("first", "later") if first else ("later", "process"):
+            own = self._own.get((cell.key, what))
+            if own:
+                return Prediction(statistics.median(own), f"{_count(own)} of the cell itself")
+            fit = self._fits.get((cell.entry.name, what))
+            seconds = fit and fit.at(cell.work * (cell.parameters.frames + 1))
+            if seconds:
+                return Prediction(seconds, f"{_count(fit.took)} of {cell.entry.name}")
+        return None
+
+
+class _Fit:
+    """T = a + b * work with a, b >= 0, by least squares of the relative error, so that short and long count alike."""
+
+    def __init__(self):
+        self.took: list[float] = []
+        self.least, self.most = float("inf"), 0
+        self.ones = self.works = 0.0  # sums of 1/T and of w/T; and of their products
+        self.ones_ones = self.ones_works = self.works_works = 0.0
+
+    def add(self, work: int, took: float) -> None:
+        one, share = 1 / took, work / took
+        self.took.append(took)
+        self.least, self.most = min(self.least, work), max(self.most, work)
+        self.ones, self.works = self.ones + one, self.works + share
+        self.ones_ones += one * one
+        self.ones_works += one * share
+        self.works_works += share * share
+
+    def at(self, work: int) -> float | None:
+        """Seconds for a work. One size alone says nothing of another: None."""
+        if self.most <= 1.001 * self.least:
+            return statistics.median(self.took) if self.least <= work <= self.most else None
+        # Normal equations. Where the best has a negative one, the best without is on the border.
+        determinant = self.ones_ones * self.works_works - self.ones_works**2
+        a = (self.ones * self.works_works - self.works * self.ones_works) / determinant
+        b = (self.works * self.ones_ones - self.ones * self.ones_works) / determinant
+        if a < 0:
+            a, b = 0.0, self.works / self.works_works
+        elif b < 0:
+            a, b = self.ones / self.ones_ones, 0.0
+        return a + b * work
+
+
+def _work(record: dict) -> int:
+    """Cell.work of all frames of a row."""
+    parameters = record["parameters"]
+    x0, y0, x1, y1 = map(int, parameters["region"].split(","))
+    things = sum(record["shapes"].values()) + record["lights"]
+    return (x1 - x0) * (y1 - y0) * (parameters["depth"] + 1) * things * (parameters["frames"] + 1)
+
+
+def _count(rows: list) -> str:
+    return f"{len(rows)} finished repetition{'s' if len(rows) > 1 else ''}"
+
+
+def history(results: Path, but: Path | None = None, most: int = HISTORY) -> list[dict]:
+    """Rows that ran on this machine, of the runs in the folder `results`, the newest first: `most` bytes in all.
+
+    but: a run that is left out, as its rows are at hand.
+    """
+    found = [path for kind in ("*", "*/parts/*") for path in results.glob(f"{kind}/repetitions.jsonl")]
+    runs = sorted(found, key=lambda path: path.stat().st_mtime, reverse=True)
+    runs = [path for path in runs if but is None or not path.resolve().is_relative_to(but.resolve())]
+    here, found = environment.capture() if runs else {}, []
+    for path in runs:
+        facts = path.with_name("run.json")
+        most -= facts.stat().st_size if facts.exists() else 0
+        if most <= 0:
+            break
+        try:
+            told = store.facts_of(path.parent)
+        except UserError:  # that run's report will say so
+            continue
+        if any((told.get("environment") or {}).get(name) != here[name] for name in ("host", "cpu")):
+            continue
+        tail = _tail(path, most)
+        most -= len(tail)
+        cells = {cell["cell"]: cell for cell in told.get("cells", ())}
+        rows = [{**cells.get(str(row.get("cell")), {}), **row} for row in map(_json, tail.splitlines())]
+        found += [row for row in rows if schema.teaches(row) and row["status"] not in NEVER_RAN]
+    return found
+
+
+def _tail(path: Path, most: int) -> bytes:
+    """The end of a file; a line that is cut is none."""
+    with open(path, "rb") as file:
+        file.seek(max(0, path.stat().st_size - most))
+        return file.read(most)
+
+
+def _json(text: bytes) -> dict:
+    try:
+        return dict(orjson.loads(text))
+    except (ValueError, TypeError):
+        return {}

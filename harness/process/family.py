@@ -1,0 +1,142 @@
+"""CPU time, memory and threads of a renderer and its descendants, as the system reports them.
+
+The renderer's parent, the launcher, gets its orphans and reaps nothing before it is told to. So whoever is below the
+launcher is of the family, and the dead whom nobody has waited for are there to be counted, the renderer among them.
+"""
+
+import contextlib
+import math
+import os
+import time
+from typing import NamedTuple
+
+import psutil
+
+TICK = 1 / os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 0.01  # s: resolution of CPU times in /proc/PID/stat
+WALK_INTERVAL = 0.5  # s between looks for descendants where only a walk over all processes finds them
+PSS_SHARE = 0.05  # of the time; to sum the pages of a process up takes 1 ms for some 100 MB, while it may not map more
+
+
+class Sample(NamedTuple):
+    """Sums over a family. Memory in bytes."""
+
+    cpu_s: float  # since the start, the dead included
+    rss: int  # of the living, as all that follow
+    vms: int
+    threads: int
+    pss: int | None  # resident memory, shared pages counted once; None if not looked at, as of a single process
+
+
+class Family:
+    def __init__(self, pid: int, launcher: int):
+        """psutil.NoSuchProcess if there is no such process."""
+        self.root, self.launcher = psutil.Process(pid), launcher
+        self.lists_children = os.path.exists(f"/proc/{launcher}/task/{launcher}/children")
+        self.members = {pid: self.root}  # the root first
+        self.looked = self.pss_due = -math.inf
+        self.cpu_s = 0.0
+        self.most = 0  # processes living at once
+        self.mark = None  # bytes: the largest VmHWM of the root, None if never seen
+        self.pss = None  # bytes: the largest sum
+
+    @property
+    def pids(self) -> frozenset[int]:
+        return frozenset(self.members)
+
+    @property
+    def resolution(self) -> float:
+        """s that cpu_s may be wrong by: two counters of the dead children of each member are cut to ticks."""
+        return 2 * TICK * len(self.members)
+
+    def sample(self, now: float) -> Sample | None:
+        """The family at `now` s on the monotonic clock; None once the root has ended."""
+        self._look(now)
+        cpu, rss, vms, threads, living = 0.0, 0, 0, 0, []
+        for process in self.members.values():  # parents first: a death meanwhile must not be counted twice
+            try:
+                with process.oneshot():
+                    cpu += _cpu(process)
+                    if process.status() == psutil.STATUS_ZOMBIE:
+                        raise psutil.ZombieProcess(process.pid)
+                    memory, count = process.memory_info(), process.num_threads()
+            except psutil.NoSuchProcess:
+                if process is self.root:
+                    return None
+                continue
+            rss, vms, threads = rss + memory.rss, vms + memory.vms, threads + count
+            living.append(process.pid)
+        self.cpu_s = max(self.cpu_s, cpu)  # a death may be seen late, and cuts its time to ticks
+        self.most = max(self.most, len(living))
+        mark = _bytes(f"/proc/{self.root.pid}/status", "VmHWM:")
+        self.mark = max(filter(None, (self.mark, mark)), default=None)
+        return Sample(self.cpu_s, rss, vms, threads, self._shared_once(living, now))
+
+    def last(self) -> float | None:
+        """CPU time (s) of the family when all have ended and none is reaped; None if the root is gone."""
+        self._look(math.inf)
+        if not psutil.pid_exists(self.root.pid):
+            return None
+        cpu = 0.0
+        for process in self.members.values():
+            with contextlib.suppress(psutil.NoSuchProcess):
+                cpu += _cpu(process)
+        self.cpu_s = max(self.cpu_s, cpu)
+        return self.cpu_s
+
+    def _shared_once(self, living: list[int], now: float) -> int | None:
+        if len(living) < 2 or now < self.pss_due:
+            return None
+        start = time.process_time()
+        sizes = [_bytes(f"/proc/{pid}/smaps_rollup", "Pss:") for pid in living]
+        self.pss_due = now + (time.process_time() - start) / PSS_SHARE
+        if None in sizes:  # one has died meanwhile, or may not be looked at
+            return None
+        self.pss = max(self.pss or 0, sum(sizes))
+        return sum(sizes)
+
+    def _look(self, now: float) -> None:
+        """Bring `members` up to date."""
+        if self.lists_children:
+            pids = [self.root.pid, *(child for child in _children(self.launcher) if child != self.root.pid)]
+            for pid in pids:  # which grows meanwhile
+                pids += _children(pid)
+        elif now - self.looked >= WALK_INTERVAL:
+            self.looked = now
+            pids = [self.root.pid]
+            with contextlib.suppress(psutil.NoSuchProcess):
+                pids += (child.pid for child in psutil.Process(self.launcher).children(recursive=True))
+        else:
+            return
+        known, self.members = self.members, {}
+        for pid in pids:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                self.members[pid] = known.get(pid) or psutil.Process(pid)
+
+
+def _cpu(process: psutil.Process) -> float:
+    """CPU time (s) of a process and the children it has waited for, its own to the nanosecond where it has a clock."""
+    times = process.cpu_times()
+    try:
+        own = time.clock_gettime(~process.pid << 3 | 2)  # clock_getcpuclockid(3): CPUCLOCK_SCHED of all threads
+    except (OSError, AttributeError):
+        own = times.user + times.system
+    return own + times.children_user + times.children_system
+
+
+def _children(pid: int) -> list[int]:
+    """Returns the children of all threads of a process, including dead ones that nobody has waited for."""
+    found = []
+    with contextlib.suppress(OSError):
+        for thread in os.listdir(f"/proc/{pid}/task"):
+            with contextlib.suppress(OSError), open(f"/proc/{pid}/task/{thread}/children", "rb") as listed:
+                found += map(int, listed.read().split())
+    return found
+
+
+def _bytes(path: str, name: str) -> int | None:
+    """A size in a file of /proc that gives it as "NAME 123 kB"."""
+    with contextlib.suppress(OSError), open(path, encoding="ascii", errors="replace") as lines:
+        for line in lines:
+            if line.startswith(name):
+                return int(line.split()[1]) * 1024
+    return None

@@ -1,0 +1,202 @@
+"""Runs one renderer process with a launcher that starts it and a measurer that watches it."""
+
+import contextlib
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.process import launcher as launcher_module
+from harness.renderer.limits import DEFAULT, Limits
+from harness.system import cuda
+
+# What a renderer needs of the caller's environment. The rest is left out: its size and content change timings
+# (Mytkowicz et al., ASPLOS 2009) and differ from user to user.
+KEPT = (
+    *("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "PYTHONPATH"),
+    *(cuda.SIMULATOR, "CUDA_VISIBLE_DEVICES", "CUDA_HOME", "CUDA_PATH"),
+)
+
+PATIENCE = 10.0  # s, for the measurer's last words
+START = 60.0  # s, for its first: it imports, and asks NVML
+STUCK = 60.0  # s after which a launcher that should have spoken has been stopped, or worse
+DIED = {"failed": "the launcher died"}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one process ended. Times in s on the monotonic clock of this machine, memory in bytes."""
+
+    failed: str | None  # it could not be started
+    spawned: float
+    exited: float
+    code: int | None
+    signal: int | None
+    timed_out: bool
+    user_s: float  # of it, its descendants that were waited for, and its orphans
+    system_s: float
+    wait4_peak_bytes: int
+    wait4_floor_bytes: int
+    measurer: dict | None  # the measurer's words about itself; None if it was not asked to watch
+    orphans: int | None = None  # descendants that nobody waited for; None if the system does not give them to us
+    orphans_s: float | None = None  # their CPU time, which is in user_s and system_s
+    stopped: bool = False  # by a signal, when it had timed out
+    over: tuple[str, str] | None = None  # a limit that it was over, and what it did
+
+    @property
+    def wall_s(self) -> float:
+        return self.exited - self.spawned
+
+
+def _packages() -> list[str]:
+    """Where Python's packages are: with it, renderers can leave out `site`.
+
+    `site` runs what packages leave in *.pth files (numba-cuda: 20 ms and 4 MB), in each process and whoever needs it.
+    """
+    given = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
+    installed = [path for path in sys.path if Path(path).name in ("site-packages", "dist-packages")]
+    return list(dict.fromkeys([*given, str(Path(__file__).parents[2]), *installed]))
+
+
+def run(
+    command: list[str],
+    folder: Path,
+    stdout: Path,
+    stderr: Path,
+    timeout: float,
+    series: Path | None = None,
+    interval: float = 0.05,
+    limits: Limits = DEFAULT,
+    cache: Path | None = None,
+) -> Outcome:
+    """Run `command` in `folder`; with `series`, watch it every `interval` seconds into that CSV file.
+
+    What it writes beside `folder`, which is alone there with what else it is given, and into `cache` is limited.
+    """
+    environment = {name: os.environ[name] for name in KEPT if name in os.environ}
+    environment["PYTHONPATH"] = os.pathsep.join(_packages())
+    environment["CUDA_DEVICE_ORDER"] = "PCI_BUS_ID"  # NVML's: the device that runs is the one that is watched
+    own = folder.parent / f"{folder.name}.tmp"  # goes with the rest; and no other process has it in its environment
+    own.mkdir(exist_ok=True)
+    environment["TMPDIR"] = str(own)
+    most = limits.now()
+    spec = folder.parent / f"{folder.name}.launch.json"
+    spec.write_text(
+        json.dumps(
+            {
+                "command": command,
+                "folder": str(folder),
+                "environment": environment,
+                "stdout": str(stdout),
+                "stderr": str(stderr),
+                "timeout": timeout,
+                "limits": most,
+                "places": [str(place) for place in (folder.parent, cache) if place],
+            }
+        )
+    )
+    # -P: the current folder may hold modules of the same names
+    watch = [sys.executable, "-P", "-m", "harness.process.measurer", str(series), str(interval)]
+    measurer = _start(watch) if series else None
+    if measurer:
+        _word(measurer, START)  # ready: its imports must not run beside the renderer
+    launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(spec)])
+    try:
+        started = _hear(launcher, 0.0)
+        if started is DIED:
+            end_marked(own)
+        if "failed" in started:
+            return Outcome(started["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
+        if measurer:
+            _tell(measurer, {**started, "launcher": launcher.pid})
+        end = _hear(launcher, timeout)
+        if "failed" not in end:
+            audit = _last_words(measurer, end) if measurer else None
+            _tell(launcher, {})  # it may reap
+            end |= _hear(launcher, 0.0)
+        if "failed" in end:
+            launcher_module.kill_group(started["pid"], signal.SIGKILL)
+            end_marked(own)
+            return Outcome(end["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
+        if end["over"]:
+            name, used = end["over"]
+            end["over"] = name, limits.told(name, used, most[name])
+        return Outcome(failed=None, spawned=started["spawned"], measurer=audit, **end)
+    finally:
+        for process in (launcher, measurer):
+            if process:
+                with contextlib.suppress(BrokenPipeError):  # it died before it read all
+                    process.stdin.close()
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    process.wait(STUCK)
+                if process.returncode is None:
+                    process.kill()
+                    process.wait()
+                    end_marked(own)
+                process.stdout.close()
+        spec.unlink(missing_ok=True)
+
+
+def _hear(launcher: subprocess.Popen, seconds: float) -> dict:
+    """Waits up to `seconds`, plus a margin, for the launcher's next message. Returns DIED if there is none."""
+    if not _speaks(launcher, seconds + STUCK):
+        launcher.send_signal(signal.SIGCONT)  # a renderer may stop it; it then does what is overdue
+        _speaks(launcher, STUCK) or launcher.kill()
+    try:
+        return json.loads(launcher.stdout.readline())
+    except ValueError:  # nothing, or not its words
+        launcher.kill()
+        return DIED
+
+
+def _speaks(helper: subprocess.Popen, seconds: float) -> bool:
+    """Wait until a helper has something to say, or has ended; False after so many seconds."""
+    until = time.monotonic() + seconds
+    while (left := until - time.monotonic()) > 0:
+        if select.select([helper.stdout], [], [], min(left, 3600.0))[0]:
+            return True
+    return False
+
+
+def end_marked(own: Path) -> None:
+    """End the processes that have the folder `own` for their temporary files, where Linux tells: a dead launcher's."""
+    mark = f"TMPDIR={own}\0".encode()
+    found = True
+    while found:  # they may be multiplying
+        found = False
+        for place in Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                if mark in (place / "environ").read_bytes():
+                    os.kill(int(place.name), signal.SIGKILL)
+                    found = True
+
+
+def _start(command: list[str]) -> subprocess.Popen:
+    """Start a helper in a session of its own, so that Ctrl-C reaches the harness alone. No buffers: select sees all."""
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, bufsize=0, stdin=pipe, stdout=pipe, start_new_session=True)
+
+
+def _tell(process: subprocess.Popen, message: dict) -> None:
+    with contextlib.suppress(BrokenPipeError):
+        process.stdin.write(json.dumps(message).encode() + b"\n")
+
+
+def _last_words(measurer: subprocess.Popen, end: dict) -> dict | None:
+    """Have the measurer look at the dead once more; its audit. None if it is dead itself, or stuck."""
+    _tell(measurer, end)
+    line = _word(measurer, PATIENCE)
+    return json.loads(line) if line else None
+
+
+def _word(measurer: subprocess.Popen, seconds: float) -> bytes:
+    """The next line of the measurer; empty if it is dead, or stuck, as in the driver of a GPU that is lost: then it is
+    killed."""
+    if not _speaks(measurer, seconds):
+        measurer.kill()
+    return measurer.stdout.readline()

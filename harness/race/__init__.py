@@ -1,0 +1,1 @@
+"""The run itself: turn after turn, each judged and stored."""

@@ -1,0 +1,145 @@
+"""Runs the repetitions of a run: starts each, judges it, and makes its row."""
+
+import hashlib
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from harness.judge import judge
+from harness.plan.plan import Cell, Plan
+from harness.process import repetition
+from harness.race import gpu_use, row
+from harness.race.host import Host
+from harness.race.judging import Judging
+from harness.renderer import job
+from harness.renderer.builder import BuildError
+from harness.renderer.registry import Entry
+from harness.store import store
+from harness.system import trouble
+
+RAYS = "primary", "reflected", "transmitted", "shadow", "non_finite"
+
+
+class Bench:
+    """Shared by the repetitions of one run: their judge, the pictures seen, caches of compiled code."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        known: dict[str, Entry],
+        run_store: store.Run,
+        caches: Path,
+        interval: float,
+        host: Host,
+    ):
+        self.plan, self.store = plan, run_store
+        self.caches, self.interval, self.host = caches, interval, host
+        self.judging = Judging(plan, known, run_store.folder, caches, host)
+        self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
+
+    def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
+        """Run one repetition of a cell, for one of the passes of a run; its record (store.py)."""
+        stem = f"{cell.key}-{number}" if kind == "timed" else f"{cell.key}-{kind}-{number}"
+        series = self.store.folder / "series" / f"{stem}.csv"
+        calibrated = self.plan.peaks and kind == "timed" and cell.refused is None
+        peaks = self.host.peaks(cell.parameters.threads) if calibrated else None
+        started, begun, before = timestamp(), self.host.clock(), self.host.look()
+        arrays = self.plan.arrays[cell.scene_version]
+        # Cells under stress are many, and how long they compile is not asked.
+        cache = self.caches / (f"{cell.entry.name}.stress" if cell.stressed else cell.key)
+        result = self.host.run(
+            cell.entry,
+            arrays,
+            cell.parameters,
+            cell.needs,
+            timeout=cell.timeout,
+            limits=cell.limits,
+            series=series,
+            interval=self.interval,
+            cache=None if kind == "cold" else cache,
+            log=self.store.folder / "logs" / stem,
+        )
+        disturbed = trouble.between(before, self.host.look())
+        record = {
+            "host": self.store.host,
+            **cell.facts(),
+            "repetition": number,
+            "started": started,
+            "shapes": job.count_shapes(arrays),
+            "lights": len(arrays["lights"]),
+            "unranked": row.STRESSED if cell.stressed else row.unranked(cell.entry, result.said),
+            "pass": kind,
+            "peaks": peaks,
+            **row.measured(result, series),
+            "disturbed": disturbed,
+            "gpu": _gpu(cell.entry, result, series),
+            "build": self._build(cell),
+            "picture": None,
+            "accuracy": None,
+            "error": None,
+            "bound": None,
+            "stability": None,
+        }
+        if record["wall_s"] is not None:
+            record["warnings"] += trouble.doubts(disturbed, record["wall_s"])
+        if cell.stressed and result.array is not None:  # one that is no valid answer too: it is counted, and fails
+            record["stability"] = cell.stressed.record(result, cell.parameters)
+            if cell.parameters.kind == "image":
+                record["picture"] = self._keep(cell, result.array, record["warnings"])
+            wrong = judge.broken(result)
+            if wrong and result.status == "ok":
+                result.status, result.reason = "wrong picture", wrong
+        elif result.array is not None and result.status == "ok":
+            if cell.parameters.kind == "rays":
+                record["rays"] = {**dict.fromkeys(RAYS, 0), "primary": len(result.array)}
+            record["picture"] = self._keep(cell, result.array, record["warnings"])
+            told = self.judging.judge(cell, result, record["picture"])
+            record["accuracy"], record["error"], record["bound"], wrong = told
+            if wrong:
+                result.status, result.reason = "wrong picture", wrong
+        record["status"], record["reason"] = result.status, result.reason
+        record["took_s"] = self.host.clock() - begun
+        return record
+
+    def _build(self, cell: Cell) -> dict | None:
+        try:
+            built = None if cell.entry.unavailable else cell.entry.renderer.build(cell.parameters, cell.needs)
+        except BuildError:
+            return None
+        if built is None:
+            return None
+        return {"seconds": built.seconds, "compiler": built.compiler, "command": list(built.command)}
+
+    def _keep(self, cell: Cell, picture: np.ndarray, warnings: list[str]) -> dict | None:
+        """Store the first picture of a cell; later ones must have the same bytes, hits too, which are not stored."""
+        digest = hashlib.sha256(np.ascontiguousarray(picture).tobytes()).hexdigest()
+        name = f"pictures/{cell.key}.npy"
+        first = cell.key not in self.pictures
+        if self.pictures.setdefault(cell.key, digest) != digest:
+            what = "hits are" if cell.parameters.kind == "rays" else "picture is"
+            warnings.append(f"the {what} not the same as in the first repetition")
+            name = f"pictures/{cell.key}-{digest[:8]}.npy"
+        if cell.parameters.kind == "rays":
+            return None
+        if (
+            first or not (self.store.folder / name).exists()
+        ):  # one of a run that was cut off before its row is of nobody
+            store.save_whole(self.store.folder / name, picture)
+        return {"file": name, "sha256": digest}
+
+
+def _gpu(entry: Entry, result: repetition.Result, series: Path) -> dict | None:
+    """Returns the GPU use of a repetition, if its variant runs on one."""
+    if entry.variant.device != "cuda":
+        return None
+    if result.outcome is None or result.outcome.failed:
+        return gpu_use.unavailable(result.reason)
+    if row.simulated(entry, result.said):
+        return gpu_use.unavailable(row.SIMULATED)
+    return gpu_use.use(result.said, result.outcome, series)
+
+
+def timestamp() -> str:
+    """The time of day, ISO 8601."""
+    return datetime.now(UTC).isoformat(timespec="microseconds")

@@ -1,0 +1,141 @@
+"""GPU use of one repetition while it rendered: the `gpu` of its row, from its series and the measurer's audit.
+
+utilisation_percent, power_w      means over the phase `render`, of values that look back on nothing else
+energy_j, energy_s      used between the first and the last tick in that phase, and the time between the two
+joules_per_mray      energy_j over the rays of the frames, and parts of frames, in that time
+process_memory_bytes      the largest over the life of the process
+temperature_c, throttled      the largest, and every reason seen but "idle", in the phase `render`
+
+Each is a number, or {"unavailable": reason}.
+"""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.process.process import Outcome
+from harness.renderer.events import Said
+from harness.system.nvml import AVAILABLE, NO_TICK, TOO_SOON
+
+VALUES = (
+    *("utilisation_percent", "power_w", "energy_j", "energy_s", "joules_per_mray"),
+    *("process_memory_bytes", "temperature_c", "throttled"),
+)
+# s of rendering, below which utilisation, power and energy are not told: the period of utilisation is up to 1 s, and
+# the energy counter moves about every 0.1 s.
+SHORTEST = 1.0
+
+
+class Missing(Exception):
+    """The text says why a value is not there."""
+
+
+def unavailable(reason: str) -> dict:
+    """Every value, for one reason."""
+    return {name: {"unavailable": reason} for name in VALUES}
+
+
+def use(said: Said, outcome: Outcome, series: Path) -> dict:
+    """The values of one repetition."""
+    phases = [phase for phase in said.phases if phase["name"] == "render"]
+    if not phases:
+        return unavailable("it told of no phase render")
+    if outcome.measurer is None:
+        return unavailable("the measurer died")
+    start, end = (stamp - outcome.spawned for stamp in (phases[0]["start"], phases[-1]["end"]))
+    frames = [(f["start"] - outcome.spawned, f["end"] - outcome.spawned, f["renders"]) for f in said.frames]
+    rays = said.rays and sum(said.rays[kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
+    render = Render(start, end, frames, rays, _ticks(series), outcome.measurer)
+    return {name: _told(getattr(render, name)) for name in VALUES}
+
+
+def _told(ask):
+    try:
+        return ask()
+    except Missing as missing:
+        return {"unavailable": str(missing)}
+
+
+def _ticks(series: Path) -> list[dict]:
+    """The whole rows of a series."""
+    try:
+        whole, _, _ = series.read_text(encoding="utf-8").rpartition("\n")
+    except OSError:
+        return []
+    return list(csv.DictReader(whole.splitlines()))
+
+
+@dataclass
+class Render:
+    """The phase `render`, with the life around it. Times in s since the start of the process."""
+
+    start: float
+    end: float
+    frames: list[tuple[float, float, int]]  # start, end and renders
+    rays: int | None  # of one render
+    ticks: list[dict]  # rows of the series
+    audit: dict
+
+    def utilisation_percent(self) -> float:
+        return self._mean("gpu_percent")
+
+    def power_w(self) -> float:
+        return self._mean("gpu_power_w")
+
+    def energy_j(self) -> float:
+        (_, first), (_, last) = self._span()
+        return last - first
+
+    def energy_s(self) -> float:
+        (start, _), (end, _) = self._span()
+        return end - start
+
+    def joules_per_mray(self) -> float:
+        (start, _), (end, _) = self._span()
+        if not self.rays:
+            raise Missing("it does not count its rays" if self.rays is None else "it has no rays")
+        inside = [n * max(0.0, min(b, end) - max(a, start)) / (b - a) for a, b, n in self.frames if b > a]
+        if not sum(inside):
+            raise Missing("no frame lies between the first and the last tick")
+        return self.energy_j() / (self.rays * sum(inside)) * 1e6
+
+    def process_memory_bytes(self) -> int:
+        return int(max(value for _, value in self._values("gpu_process_memory_bytes", 0.0, float("inf"))))
+
+    def temperature_c(self) -> float:
+        return max(value for _, value in self._values("gpu_temperature_c", self.start, self.end))
+
+    def throttled(self) -> list[str]:
+        seen = self._values("gpu_throttle", self.start, self.end, str)
+        return sorted({reason for _, text in seen for reason in text.split("; ")} - {"none", "idle"})
+
+    def _mean(self, column: str) -> float:
+        self._long_enough(column)
+        window = self.audit["gpu_sources"].get(column, {}).get("window_s", 0.0)
+        values = [value for _, value in self._values(column, self.start + window, self.end, window=window)]
+        return sum(values) / len(values)
+
+    def _span(self):
+        """(time, counter of energy) of the first and the last tick."""
+        self._long_enough("gpu_energy_j")
+        found = self._values("gpu_energy_j", self.start, self.end)
+        if len(found) < 2:
+            raise Missing("fewer than two ticks in the phase render")
+        return found[0], found[-1]
+
+    def _long_enough(self, column: str) -> None:
+        if self.end - self.start < SHORTEST and self.audit["gpu"][column] in (AVAILABLE, NO_TICK, TOO_SOON):
+            raise Missing(self._short(SHORTEST))
+
+    def _short(self, window: float) -> str:
+        return f"too short to sample: {self.end - self.start:.3g} s of rendering, the window is {window:.3g} s"
+
+    def _values(self, column: str, start: float, end: float, kind=float, window: float = 0.0) -> list[tuple]:
+        """(time, value) of the ticks from start to end that have one; Missing if none has."""
+        if self.audit["gpu"][column] != AVAILABLE:
+            raise Missing(self.audit["gpu"][column])
+        rows = [(float(tick["t"]), tick[column]) for tick in self.ticks if tick[column]]
+        found = [(t, kind(value)) for t, value in rows if start <= t <= end]
+        if not found:
+            raise Missing(self._short(max(window, self.audit["interval_s"])))
+        return found

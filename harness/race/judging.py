@@ -1,0 +1,216 @@
+"""Judges the pictures of one run: against a reference by another renderer, and against the truth.
+
+References and truths are made when first asked for, stored in the run, and kept for other runs (kept.py).
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from harness.experiment.experiment import Reference as Wanted
+from harness.judge import bound, certificate, hits, judge, reference, truth
+from harness.judge.cache import Kept
+from harness.judge.reference import NoReference, Reference
+from harness.judge.truth import Truth
+from harness.picture import perception
+from harness.plan.plan import Cell, Plan
+from harness.process import repetition
+from harness.race.host import Host
+from harness.renderer import job
+from harness.renderer.registry import Entry
+from harness.store import store
+
+OFF = Wanted(spots=0)
+
+
+class Judging:
+    """Judges the pictures of a run. caches: folder for compiled code."""
+
+    def __init__(self, plan: Plan, known: dict[str, Entry], folder: Path, caches: Path, host: Host):
+        self.plan, self.known, self.folder, self.caches, self.host = plan, known, folder, caches, host
+        self.kept = Kept(host.references)
+        self.wanted = plan.truths.wanted or OFF
+        self.made: dict[str, tuple] = {}  # what was made, and its files, by content
+        self.seen: dict[tuple[str, str], dict] = {}  # perception by picture and what it is beside
+        self.compared: dict[tuple, dict] = {}
+        self.stored: set[str] = set()  # files of dropped weights
+
+    def judge(
+        self, cell: Cell, result: repetition.Result, picture: dict | None
+    ) -> tuple[dict, dict | None, dict | None, str | None]:
+        """`accuracy`, `error` and `bound` of a record (store.py), and why the picture is wrong, or None.
+
+        picture: where the array of `result` is stored; None for hits.
+        """
+        if cell.parameters.kind == "rays":
+            return self._hits(cell, result)
+        limit, bounded = self._bound(cell, result, picture)
+        broken = judge.broken(result)
+        found, files = self._reference(cell)
+        if isinstance(found, NoReference):
+            accuracy, wrong, mask = {"unavailable": found.reason}, broken, None
+        else:
+            verdict, wrong = self._verdict(cell, result, found, limit)
+            seen = self._perceive(cell, result.array, picture, found.picture, files["reference_file"], "flip")
+            accuracy, mask = {"reference": found.maker, **files, **verdict.record(), **seen}, found.mask
+            wrong = wrong or broken
+        return accuracy, self._error(cell, result.array, picture, mask, broken), bounded, wrong
+
+    def _hits(self, cell: Cell, result: repetition.Result):
+        """`judge` of a list of hits, of which there is no other truth than the reference."""
+        found, files = self._reference(cell)
+        if isinstance(found, NoReference):
+            return {"unavailable": found.reason}, None, None, None
+        verdict = hits.judge(result.array, found, cell.parameters.precision)
+        unseen = {key: {"unavailable": "hits are no picture"} for key in ("psnr_db", "ssim", "flip")}
+        told = {"reference": found.maker, **files, **verdict.record(), **unseen, "flip_file": None}
+        return told, None, None, verdict.wrong
+
+    def _verdict(self, cell: Cell, result: repetition.Result, found: Reference, limit):
+        precision, external = cell.parameters.precision, cell.entry.renderer.manifest.external
+        verdict = judge.judge(result.array, found.picture, found.mask, precision, external, limit)
+        wrong = verdict.wrong
+        if not external and "cutoff" not in cell.needs:  # others count other things, and the reference cuts nothing off
+            wrong = wrong or judge.compare_rays(result.said.rays, found.rays, precision)
+        return verdict, wrong
+
+    def _bound(self, cell: Cell, result: repetition.Result, picture: dict):
+        """Returns the bound of what a cut-off may have changed in each pixel, and `bound` of the record."""
+        if result.dropped is None:
+            return 0.0, None
+        arrays, depth = self.plan.arrays[cell.scene_version], cell.parameters.depth
+        limit = bound.bound(arrays, depth, result.dropped)
+        name = picture["file"].removesuffix(".npy") + ".dropped.npy"
+        if name not in self.stored:
+            store.save_whole(self.folder / name, result.dropped)
+            self.stored.add(name)
+        radiance = float(bound.radiance(arrays, depth).max())
+        return limit, {
+            "radiance": radiance,
+            "max": float(limit.max()),
+            "mean": float(limit.mean()),
+            "dropped_file": name,
+        }
+
+    def _error(self, cell: Cell, picture: np.ndarray, kept: dict, mask: np.ndarray | None, broken: str | None) -> dict:
+        if broken:
+            return {"unavailable": broken}
+        found, files = self._truth(cell, mask)
+        if isinstance(found, NoReference):
+            return {"unavailable": found.reason}
+        if picture.shape != found.picture.shape:
+            return {"unavailable": f"its shape is {picture.shape}, the truth's {found.picture.shape}"}
+        key = kept["sha256"], files["truth_file"], cell.entry.renderer.manifest.name
+        if key not in self.compared:
+            self.compared[key] = judge.errors(picture, found.picture, mask)
+        seen = self._perceive(cell, picture, kept, found.picture, files["truth_file"], "error.flip")
+        known = {"truth": found.maker, **files, "pictures": found.pictures, "standard_error": found.uncertainty}
+        return {**known, **self.compared[key], **seen}
+
+    def _perceive(self, cell: Cell, picture: np.ndarray, kept: dict, right: np.ndarray, file: str, suffix: str) -> dict:
+        """Computes the perceptual difference once for each picture; its map is stored beside the picture."""
+        if judge.not_finite(picture) or picture.shape != right.shape:
+            reason = {"unavailable": "the picture is not finite, or of another shape"}
+            return {"psnr_db": reason, "ssim": reason, "flip": reason, "flip_file": None}
+        key = kept["sha256"], file
+        if key not in self.seen:
+            found = perception.perceive(picture, right, cell.parameters.arithmetic)
+            name = kept["file"].removesuffix(".npy") + f".{suffix}.npy"
+            store.save_whole(self.folder / name, found.flip_map)
+            self.seen[key] = {**found.record(), "flip_file": name}
+        return self.seen[key]
+
+    def _reference(self, cell: Cell) -> tuple[Reference | NoReference, dict]:
+        """The reference for a cell, and its files."""
+        needs = reference.needs_of(cell.needs)
+        judges = reference.judges_of(self.plan.arrays[cell.scene_version])
+        maker = reference.choose(cell.entry, self.known, cell.parameters, needs, judges)
+        if maker is None:
+            return NoReference("no other renderer here can make this picture"), {}
+
+        def make():
+            arrays, cache = self.plan.arrays[cell.scene_version], self.caches / f"{maker.name}.reference"
+            way = hits if cell.parameters.kind == "rays" else reference
+            return way.make(maker, arrays, cell.parameters, needs, cache, self.host.run)
+
+        key = reference.key(maker, cell.scene_version, cell.parameters)
+        return self._once(key, make, Reference.stored, Reference.restored)
+
+    def _truth(self, cell: Cell, mask: np.ndarray | None) -> tuple[Truth | NoReference, dict]:
+        """The truth that a cell's picture approximates, with its files and certificate."""
+        told = self.plan.truths.of(cell)
+        if not told.seeds:
+            return NoReference(told.reason), {}
+        arrays = self.plan.arrays[cell.scene_version]
+        judges = reference.JUDGES_OF_MANY if len(told.seeds) > 1 else reference.judges_of(arrays)
+        maker = reference.choose(cell.entry, self.known, told.parameters, told.needs, judges)
+        if maker is None:
+            return NoReference("no other renderer here can make its truth"), {}
+
+        def make():
+            try:
+                return truth.make(told, maker, arrays, self.caches / f"{maker.name}.reference", self.host.run)
+            except LookupError as error:
+                return NoReference(str(error))
+
+        def unpack(facts, stored):
+            return Truth(facts["maker"], stored["truth"], facts["pictures"], stored.get("standard_error"))
+
+        def pack(found):
+            stored = {"truth": found.picture}
+            if found.standard_error is not None:
+                stored["standard_error"] = found.standard_error
+            return {"maker": found.maker, "pictures": found.pictures}, stored
+
+        made_by = maker.name, maker.renderer.version
+        key = job.fingerprint({}, "truth", cell.scene_version, told.parameters, told.seeds, *made_by)
+        found, files = self._once(key, make, pack, unpack)
+        if isinstance(found, Truth):
+            files = {"truth_file": files["truth_file"], "standard_error_file": files.get("standard_error_file")}
+            certified = self._certificate(key, cell, found, mask)
+            if certified.get("wrong"):
+                told = f"{certified['wrong']} of {certified['spots']} spots, by {certified['largest']:.2g} at the most"
+                return NoReference(f"the truth by {maker.name} is not what 60 digits make in {told}"), {}
+            files["certificate"] = certified
+        return found, files
+
+    def _certificate(self, key: str, cell: Cell, found: Truth, mask: np.ndarray | None) -> dict:
+        """Certifies single pixels of a truth in 60 digits (certificate.py)."""
+        told, spots = self.plan.truths.of(cell), self.wanted.spots
+        if found.standard_error is not None:
+            return {"unavailable": "the truth is sampled; its standard error says how well it is known"}
+        if spots == 0:
+            return {"unavailable": "not asked for: reference.spots is 0, or the experiment has no [reference]"}
+        if mask is None:
+            return {"unavailable": "there is no mask"}
+
+        def make():
+            arrays, seconds = self.plan.arrays[cell.scene_version], self.wanted.spot_seconds
+            return certificate.certify(
+                found.picture, mask, self.known, arrays, told.parameters, told.needs, spots, seconds
+            )
+
+        key = job.fingerprint({"mask": mask}, key, spots, self.wanted.spot_seconds)
+        certified, _ = self._once(key, make, lambda made: (made, {}), lambda facts, _: facts)
+        return certified
+
+    def _once(self, key: str, make: Callable, pack: Callable, unpack: Callable) -> tuple:
+        """Returns the result of `make` and its files in the run; reuses one of this run or, if it was good, of another.
+
+        pack: it as facts for JSON and arrays, which become files; unpack: the other way.
+        """
+        if key in self.made:
+            return self.made[key]
+        kept = self.kept.get(key)
+        found = unpack(*kept) if kept else make()
+        files = {}
+        if not isinstance(found, NoReference):
+            facts, arrays = pack(found)
+            if kept is None and "unavailable" not in facts:
+                self.kept.put(key, facts, arrays)
+            for name, array in arrays.items():
+                files[f"{name}_file"] = f"pictures/{key}.{name}.npy"
+                store.save_whole(self.folder / files[f"{name}_file"], array)
+        self.made[key] = found, files
+        return self.made[key]

@@ -1,0 +1,209 @@
+"""Runs a plan: one repetition at a time, each judged and stored before the next begins."""
+
+import math
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from harness.errors import UserError
+from harness.experiment.experiment import Experiment
+from harness.machine import environment
+from harness.plan import resume
+from harness.plan.plan import Cell, Plan, Turn
+from harness.plan.predict import Predictor
+from harness.process.scratch import scratch
+from harness.race import load_pass, stopping
+from harness.race.bench import Bench, timestamp
+from harness.race.host import Host, ThisHost
+from harness.renderer.registry import Entry
+from harness.store import store
+from harness.store.alone import only_one
+
+STATE = ("load", "pressure", "frequency", "governor", "turbo")  # of the environment, again when a run has ended
+REMEDY = "what had finished is kept; start a new run with what is there now"
+
+# tell(cell, record, done, all, seconds left or None)
+Tell = Callable[[Cell, dict, int, int, float | None], None]
+
+
+def run(
+    experiment: Experiment,
+    plan: Plan,
+    known: dict[str, Entry],
+    folder: Path,
+    tell: Tell = lambda *_: None,
+    resumed: bool = False,
+    budget: float = math.inf,
+    host: Host | None = None,
+    earlier: Iterable[dict] = (),
+    part: dict | None = None,
+    elsewhere: Iterable[dict] = (),
+) -> list[dict]:
+    """Run every repetition of the plan into `folder`; the records. `tell` hears of each.
+
+    resumed: the folder is of a run that was cut off; only what it lacks is run (resume.py). budget: seconds after which
+    nothing more is begun, nor what is predicted to end later; as all cells have their turn before any has its second,
+    what there is is a thinner study. earlier: rows of other runs, to predict by. part, elsewhere: of one part of a run
+    (part.py), what run.json says of that, and the rows of other parts, which are not run again. UserError if a renderer
+    is edited meanwhile, or if another process is at work on the folder.
+    """
+    where = host or ThisHost()
+    if not resumed:
+        folder.mkdir(parents=True, exist_ok=True)
+    with only_one(folder), where.exclusive():
+        return _run(experiment, plan, known, folder, tell, resumed, budget, where, earlier, part, list(elsewhere))
+
+
+def describe(experiment: Experiment, plan: Plan) -> dict:
+    """Returns the content of run.json when a run begins."""
+    return {
+        "title": experiment.title,
+        "experiment": experiment.model_dump(),
+        "started": timestamp(),
+        "command": sys.argv,
+        "environment": environment.capture(),
+        "order": experiment.order,
+        "pair": {"cell": plan.pair.key, "label": plan.pair.label} if plan.pair else {"unavailable": plan.pair_reason},
+        "left_out": [{"constraint": constraint, "cells": count} for constraint, count in plan.left_out],
+        "stability": {cell.stressed.row.name: cell.stressed.row.facts() for cell in plan.cells if cell.stressed},
+        "cells": [cell.facts() for cell in plan.cells],
+    }
+
+
+def _run(experiment, plan, known, folder, tell, resumed, budget, host, earlier, part, elsewhere) -> list[dict]:
+    facts = {**describe(experiment, plan), **(part or {})}
+    records = []
+    if resumed and not store.is_blank(folder):
+        facts, records = _go_on(facts, *resume.check(folder, plan))
+    run_store = store.Run(folder)
+    try:
+        run_store.describe(**facts)
+        with scratch("rayrace-caches-") as caches:
+            bench = Bench(plan, known, run_store, caches, experiment.measure.interval, host)
+            _Loop(experiment, plan, bench, records, tell, host.clock() + budget, earlier, elsewhere).run()
+        state = environment.capture()
+        run_store.describe(**facts, ended={"at": timestamp(), **{name: state[name] for name in STATE}})
+    finally:
+        run_store.close()
+    return records
+
+
+class _Loop:
+    """The turns of a run that are due, one after the other."""
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        plan: Plan,
+        bench: Bench,
+        records: list[dict],
+        tell: Tell,
+        end: float,
+        earlier,
+        elsewhere,
+    ):
+        self.plan, self.bench, self.records, self.tell, self.end = plan, bench, records, tell, end
+        self.clock = bench.host.clock
+        self.gpu_load = experiment.measure.gpu_load
+        self.elsewhere = elsewhere
+        self.there = {(record["cell"], record["repetition"], record["pass"]) for record in [*elsewhere, *records]}
+        self.due = [
+            turn for turn in plan.order(experiment.seed, experiment.order)
+            if (turn.cell.key, turn.number, turn.kind) not in self.there
+        ]  # fmt: skip
+        self.left = Counter(turn.cell.key for turn in self.due)
+        self.total = len(records) + len(self.due)
+        self.idle = {cell.key for cell in plan.cells if cell.refused}
+        self.predictor = Predictor([*earlier, *elsewhere, *records])
+        self.left_s, self.looked = None, -math.inf
+        for record in records:
+            if record["picture"]:
+                bench.pictures.setdefault(record["cell"], record["picture"]["sha256"])
+
+    def run(self) -> None:
+        """Each turn, stored as it ends; then the load pass, if the budget has let all have their turn."""
+        for turn in self.due:
+            if not self._fits(turn):
+                return
+            self._take(turn)
+        more = [
+            cell for cell in load_pass.cells(self.plan, [*self.elsewhere, *self.records], self.gpu_load)
+            if (cell.key, 0, "load") not in self.there
+        ]  # fmt: skip
+        self.total += len(more)
+        for cell in more:
+            if self.clock() >= self.end:
+                return
+            self._take(Turn(cell, 0, "load"))
+
+    def _fits(self, turn: Turn) -> bool:
+        """Is there time for it? A first repetition is begun as long as there is any."""
+        if turn.number == 0 or math.isinf(self.end):
+            return self.clock() < self.end
+        expected = self.predictor.seconds(turn.cell)
+        return self.clock() + (expected.seconds if expected else 0.0) < self.end
+
+    def _take(self, turn: Turn) -> None:
+        stopping.heed_again()
+        _must_be_unchanged(turn.cell)
+        record = self.bench.repeat(*turn)
+        _must_be_unchanged(turn.cell)  # else nobody knows which of the two has run
+        self.bench.store.append(record)
+        self.records.append(record)
+        self.there.add((turn.cell.key, turn.number, turn.kind))
+        self.left[turn.cell.key] -= 1
+        self.predictor.add(record)
+        self.tell(turn.cell, record, len(self.records), self.total, self._time_left())
+
+    def _time_left(self) -> float | None:
+        """Predicted seconds of what is due; None while a cell of it cannot be predicted. Worked out once a second."""
+        if self.clock() - self.looked > 1:
+            parts = [self._seconds(cell, count) for cell in self.plan.cells if (count := self.left[cell.key]) > 0]
+            self.left_s = None if None in parts else sum(parts)
+            self.looked = self.clock()
+        return self.left_s
+
+    def _seconds(self, cell: Cell, count: int) -> float | None:
+        """Predicted for `count` more repetitions of a cell."""
+        if cell.key in self.idle:
+            return 0.0
+        later = self.predictor.seconds(cell)
+        if later is None:
+            return None
+        begun = (cell.key, 0, "timed") in self.there
+        first = later if begun else self.predictor.seconds(cell, first=True) or later
+        return first.seconds + (count - 1) * later.seconds
+
+
+def _must_be_unchanged(cell: Cell) -> None:
+    changed = cell.entry.renderer.changed()
+    if changed:
+        files = ", ".join(map(str, changed))
+        raise UserError(f"{cell.entry.name} was edited during the run: {files}", remedy=REMEDY)
+
+
+def _go_on(now: dict, before: dict, records: list[dict]) -> tuple[dict, list[dict]]:
+    """Returns the content of run.json of a resumed run, and its rows."""
+    known = {cell["cell"] for cell in before["cells"]}
+    again = {name: now[name] for name in ("started", "command", "experiment", "order", "pair", "left_out")}
+    return {
+        **{name: value for name, value in before.items() if name not in ("format", "hosts", "ended")},
+        "stability": {**now["stability"], **before.get("stability", {})},
+        "cells": [*before["cells"], *(cell for cell in now["cells"] if cell["cell"] not in known)],
+        "resumed": [*before.get("resumed", []), again],
+    }, records
+
+
+def new_folder(title: str, parent: Path) -> Path:
+    """A folder of its own for a new run: the time, and the experiment's name."""
+    stamp = time.strftime("%Y%m%d-%H%M%S")
+    for extra in ("", *(f"-{n}" for n in range(2, 100))):
+        folder = parent / f"{stamp}-{title}{extra}"
+        try:
+            folder.mkdir(parents=True)
+            return folder
+        except FileExistsError:
+            continue
+    raise FileExistsError(f"{parent}/{stamp}-{title}")

@@ -1,0 +1,153 @@
+"""The measured part of a row: times, CPU, memory, warnings, and whether the row may be ranked."""
+
+from pathlib import Path
+
+from harness.process import repetition
+from harness.renderer import events
+from harness.renderer.registry import Entry
+from harness.store.record import MEASURED
+
+BAD = ("failed", "timeout", "killed", "wrong picture")
+CPU_TOLERANCE = 0.10  # between wait4 and the measurer's series
+CPU_RESOLUTION = 0.02  # s, of the series, where its measurer does not tell
+SAME_MARK = 10**6  # bytes: two readings of one high-water mark, of which the later sees the exit too, differ by less
+AT_MOST = "wait4 (at most)"  # the peak is below what wait4 can tell; at_least_bytes is the other bound
+PHASE_TOLERANCE = 0.02  # of the wall time that no phase covers
+UNTIMED = 0.5  # of the phase render that no frame covers, where it
+SHORT = 0.05  # s is not shorter than this
+
+EXHIBIT = "exhibit: "
+STRESSED = EXHIBIT + "put under stress, to see where it breaks"
+SIMULATED = "ran in the CUDA simulator: its times say nothing about a GPU"
+
+
+def unranked(entry: Entry, said: events.Said) -> str | None:
+    """None, or why the row takes no part in any comparison."""
+    if entry.variant.exhibit:
+        return EXHIBIT + entry.variant.exhibit
+    return SIMULATED if simulated(entry, said) else None
+
+
+def simulated(entry: Entry, said: events.Said) -> bool:
+    return entry.simulated or bool((said.device or {}).get("simulated"))
+
+
+def is_as_meant(record: dict) -> bool:
+    """Is it an exhibit's picture that is wrong, as it was made to be?"""
+    return record["status"] == "wrong picture" and (record["unranked"] or "").startswith(EXHIBIT)
+
+
+def failed(record: dict) -> bool:
+    """Did something go wrong that should not?"""
+    return record["status"] in BAD and not is_as_meant(record)
+
+
+def measured(result: repetition.Result, series: Path) -> dict:
+    """The measured part of a record."""
+    outcome, said = result.outcome, result.said
+    record = {**dict.fromkeys(MEASURED), "warnings": [] if result.status != "ok" else list(said.faults)}
+    if outcome is None or outcome.failed:
+        return record
+    phases = cover(said, outcome.spawned, outcome.exited)
+    record |= {
+        "wall_s": outcome.wall_s,
+        "phases": phases,
+        "frames_s": [(frame["end"] - frame["start"]) / frame["renders"] for frame in said.frames],
+        "frame_renders": [frame["renders"] for frame in said.frames],
+        "frame_parts": [frame["parts"] for frame in said.frames],
+        "cpu": cpu(outcome, series),
+        "memory": memory(said, outcome),
+        "rays": said.rays,
+        "used": said.used,
+        "versions": said.versions,
+        "device": said.device,
+        "measurer": outcome.measurer,
+        "series": f"series/{series.name}" if series.exists() else None,
+    }
+    if outcome.measurer:
+        used = outcome.user_s + outcome.system_s
+        record["measurer"] = {**outcome.measurer, "integral_s": record["cpu"]["series_s"], "wait4_s": used}
+    missing = 1 - sum(end - start for _, start, end in phases) / outcome.wall_s
+    if result.status == "ok" and abs(missing) > PHASE_TOLERANCE:
+        record["warnings"].append(f"its phases leave {missing:.1%} of the wall time uncovered")
+    render = sum(end - start for name, start, end in phases if name == "render")
+    framed = sum(frame["end"] - frame["start"] for frame in said.frames)
+    if result.status == "ok" and render >= SHORT and framed < (1 - UNTIMED) * render:
+        record["warnings"].append(f"its frames cover {framed / render:.1%} of its phase render")
+    if record["series"] and outcome.measurer is None:
+        record["warnings"].append("its measurer gave no account of itself: the series may not be whole")
+    doubt = cpu_doubt(record["cpu"], outcome)
+    if doubt:
+        record["warnings"].append(doubt)
+    return record
+
+
+def cover(said: events.Said, spawned: float, exited: float) -> list[list]:
+    """Phases as [name, start, end] since `spawned`, with `start` before the first and `exit` after the last.
+
+    What lies between phases is left uncovered: the renderer must account for it.
+    """
+    marks = [[p["name"], p["start"] - spawned, p["end"] - spawned] for p in said.phases]
+    wall = exited - spawned
+    if not marks:
+        return [["start", 0.0, wall]]
+    return [["start", 0.0, marks[0][1]], *marks, ["exit", marks[-1][2], wall]]
+
+
+def cpu(outcome, series: Path) -> dict:
+    """CPU seconds of a process and its descendants, what the series says, and the part of the orphans."""
+    unknown = {"unavailable": "the system gives orphans to another process"} if outcome.orphans is None else None
+    return {
+        "user_s": outcome.user_s,
+        "system_s": outcome.system_s,
+        "series_s": last_cpu(series),
+        "orphans": unknown or outcome.orphans,
+        "orphans_s": unknown or outcome.orphans_s,
+    }
+
+
+def last_cpu(series: Path) -> float | None:
+    """CPU time (s) in the last whole row of a series; None if it has none."""
+    try:
+        whole, _, _ = series.read_text(encoding="utf-8").rpartition("\n")
+    except OSError:
+        return None
+    rows = whole.splitlines()[1:]
+    return float(rows[-1].split(",")[1]) if rows else None
+
+
+def cpu_doubt(cpu: dict, outcome) -> str | None:
+    """How wait4 and the series, which both know the end, differ by more than its resolution explains."""
+    if cpu["series_s"] is None or outcome.measurer is None:
+        return None
+    total = cpu["user_s"] + cpu["system_s"]
+    resolution = outcome.measurer.get("resolution_s") or CPU_RESOLUTION
+    if abs(total - cpu["series_s"]) > max(CPU_TOLERANCE * total, resolution):
+        return f"CPU time: wait4 says {total:.3g} s, the measurer saw {cpu['series_s']:.3g} s"
+    return None
+
+
+def memory(said: events.Said, outcome) -> dict:
+    """The peak of a process and its descendants, by the method that knows the most of it; sizes in bytes.
+
+    What the renderer tells of itself; wait4's, of the largest single process, which cannot be below the launcher's
+    floor; PSS, the largest sum over a family that the measurer saw at a tick.
+    """
+    own, audit = said.memory or {}, outcome.measurer or {}
+    wait4, floor, pss = outcome.wait4_peak_bytes, outcome.wait4_floor_bytes, audit.get("pss_peak_bytes")
+    ways = [(own.get("peak_bytes"), SAME_MARK, own.get("method")), (pss, 0, "PSS")]
+    if wait4 > floor + SAME_MARK:
+        ways.append((wait4, 0, "wait4"))
+    elif not own.get("peak_bytes"):
+        ways.append((wait4, 0, AT_MOST))
+    peak, _, method = max((way for way in ways if way[0]), key=lambda way: way[0] + way[1])
+    seen = max(audit.get("mark_bytes") or 0, pss or 0)
+    return {
+        "peak_bytes": peak,
+        "render_peak_bytes": own.get("render_peak_bytes"),
+        "peak_virtual_bytes": own.get("peak_virtual_bytes"),
+        "method": method,
+        "at_least_bytes": seen if seen and method == AT_MOST else None,
+        "floor_bytes": floor if method in ("wait4", AT_MOST) else None,
+        "wait4_peak_bytes": wait4,
+    }

@@ -1,0 +1,159 @@
+"""Compiles a program on first use, into a cache keyed by its sources, flags, compiler and processor."""
+
+import hashlib
+import json
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from filelock import FileLock
+
+from harness.errors import of_system
+
+CANDIDATES = {"c++": ("CXX", ("c++", "g++", "clang++")), "c": ("CC", ("cc", "gcc", "clang"))}
+MISSING = {"c++": "no C++ compiler (apt install g++)", "c": "no C compiler (apt install gcc)"}
+DEFINES, OPTIONS = "{defines}", "{options}"  # words of a build command: what the job needs, and its methods
+TIMEOUT = 600  # s
+
+
+class BuildError(Exception):
+    """The build failed; str() says how."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """A finished build. `seconds` is what it took when it was made, `cached` whether that was earlier."""
+
+    folder: Path
+    seconds: float
+    compiler: str
+    command: tuple[str, ...]
+    cached: bool
+
+
+def cache_folder(name: str) -> Path:
+    """Folder `name` of the user's cache, or of $RAYRACE_CACHE."""
+    import platformdirs
+
+    return Path(os.environ.get("RAYRACE_CACHE") or platformdirs.user_cache_dir("rayrace")) / name
+
+
+def find_compiler(kind: str) -> str | None:
+    variable, names = CANDIDATES[kind]
+    chosen = os.environ.get(variable)
+    return shutil.which(chosen) if chosen else next(filter(None, map(shutil.which, names)), None)
+
+
+@cache
+def compiler_version(path: str) -> str:
+    try:
+        answer = subprocess.run([path, "--version"], capture_output=True, text=True, errors="replace", timeout=30)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"unavailable: {error}"
+    return (answer.stdout or answer.stderr).partition("\n")[0].strip() or "unavailable: it does not tell"
+
+
+@cache
+def processor() -> str:
+    """Identifies the processor for -march=native: its model and instruction sets."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    wanted = ("model name", "flags", "Features", "CPU part")
+    return "\n".join(sorted({line for line in lines if line.startswith(wanted)})) or platform.machine()
+
+
+def build(renderer, chosen: dict[str, tuple[str, ...]] | None = None) -> Built:
+    """Build `renderer` (a registry.Renderer), or find its build. BuildError if there is no compiler or it fails.
+
+    chosen: the words that stand for {defines} and {options} in its command; none if left out.
+    """
+    recipe = renderer.manifest.build
+    known = {DEFINES: (), OPTIONS: (), **(chosen or {})}
+    words = tuple(word for part in recipe.command for word in known.get(part, (part,)))
+    return make(renderer.manifest.name, renderer.version, renderer.folder, recipe.compiler, words)
+
+
+def make(name: str, content: str, folder: Path, kind: str, words: tuple[str, ...]) -> Built:
+    """Run the command `words` in the cache, or find what it made. BuildError if there is no compiler or it fails.
+
+    {folder}, {compiler} and {build} in it stand for `folder`, a compiler of a `kind` of CANDIDATES, and where the
+    result goes. content: a hash of the sources.
+    """
+    compiler = find_compiler(kind)
+    if compiler is None:
+        raise BuildError(MISSING[kind])
+    version = compiler_version(compiler)
+    parts = (content, str(folder), *words, compiler, version, processor())
+    key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
+    home = cache_folder("builds")
+    final = home / f"{name}-{key}"
+    if there := _whole(final):  # also in a cache that nobody may write to
+        return there
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        with FileLock(f"{final}.lock"):
+            return _whole(final) or _fresh(folder, words, compiler, version, final)
+    except OSError as error:
+        raise BuildError(f"{of_system(error, home)}; RAYRACE_CACHE names another folder") from None
+
+
+def _whole(final: Path) -> Built | None:
+    """A build as it was made; None if it is not there, or damaged."""
+    try:
+        record = json.loads((final / "build.json").read_text())
+        if record["files"] != {name: _state(final / name) for name in record["files"]}:
+            return None
+        return Built(final, record["seconds"], record["compiler"], tuple(record["command"]), True)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _state(path: Path) -> str:
+    """Describes a file: whether it is executable, and a hash of its content."""
+    return f"{path.stat().st_mode & 0o111:o} {hashlib.sha256(path.read_bytes()).hexdigest()}"
+
+
+def _fresh(folder: Path, words, compiler, version, final: Path) -> Built:
+    for old in (final, *final.parent.glob(f"{final.name}-*")):  # damaged, or of a process that was killed
+        shutil.rmtree(old, ignore_errors=True)
+    scratch = Path(tempfile.mkdtemp(prefix=f"{final.name}-", dir=final.parent))
+    try:
+        places = {"compiler": compiler, "folder": str(folder), "build": str(scratch)}
+        command = tuple(fill(word, places) for word in words)
+        start = time.monotonic()
+        try:
+            done = subprocess.run(
+                command, cwd=scratch, capture_output=True, text=True, errors="replace", timeout=TIMEOUT,
+                stdin=subprocess.DEVNULL,
+            )  # fmt: skip
+        except OSError as error:
+            raise BuildError(f"{command[0]}: {error.strerror}") from None
+        except subprocess.TimeoutExpired:
+            raise BuildError(f"the build did not end within {TIMEOUT} s") from None
+        seconds = time.monotonic() - start
+        if done.returncode:
+            lines = [line for line in done.stderr.splitlines() if line.strip()]
+            first = next((line for line in lines if "error" in line), lines[-1] if lines else "no message")
+            raise BuildError(f"{' '.join(command)}: exit {done.returncode}: {first}")
+        files = {str(path.relative_to(scratch)): _state(path) for path in sorted(scratch.rglob("*")) if path.is_file()}
+        record = {"seconds": seconds, "compiler": version, "command": words, "files": files}
+        (scratch / "build.json").write_text(json.dumps(record))
+        os.replace(scratch, final)
+        return Built(final, seconds, version, words, False)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def fill(word: str, places: dict[str, str]) -> str:
+    """`word` with its {placeholders} filled in; other braces stay."""
+    for name, value in places.items():
+        word = word.replace("{" + name + "}", value)
+    return word

@@ -1,0 +1,117 @@
+"""The parameters of a job, and the defaults of `rayrace render`. Imports the standard library alone."""
+
+import dataclasses
+from dataclasses import dataclass
+
+
+def default_epsilon(precision: str) -> float:
+    """32 u (NUM-2, OFF-1) of a precision: float64, float32, or mpmath's with so many digits, such as mp60."""
+    if precision.startswith("mp") and precision[2:].isdigit():
+        return 16 * 10.0 ** (1 - int(precision[2:]))
+    return 32 * {"float32": 2.0**-24}.get(precision, 2.0**-53)
+
+
+FIXED_EPSILON = 1e-4  # OFF-1: the length that is so often seen in code
+
+
+NOT_IN_THE_PICTURE = (
+    *("threads", "frames", "least_frame", "walk", "accel", "kernel"),
+    *("scene_memory", "block_width", "block_height", "total_threads", "max_registers"),
+)
+
+
+# What a job may need (renderers/README.md).
+NEEDS = (
+    *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg", "ambient", "diffuse", "phong", "shadows", "soft"),
+    *("reflection", "transmission", "glossy", "attenuation", "media", "supersampling", "adaptive", "lens", "cutoff"),
+)
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The parameters of a job, with the names and units of the contract."""
+
+    kind: str = "image"
+    width: int = 512
+    height: int = 512
+    region: tuple[int, int, int, int] | None = None  # None: the whole picture
+    depth: int = 10
+    shadows: bool = False
+    sampler: str = "one"
+    samples: int = 1
+    adaptive_depth: int = 3
+    adaptive_threshold: float = 0.1
+    lens_radius: float = 0.0
+    focal_distance: float = 1.0
+    feelers: int = 0
+    glossy_rays: int = 0
+    glossy_weight: str = "plain"
+    seed: int = 0
+    walk: str = "least"
+    accel: str = "auto"
+    arithmetic: str = "linear"
+    sphere: str = "robust"
+    triangle: str = "watertight"
+    slab: str = "branch"
+    merge: str = "tolerant"
+    offset: str = "bounded"
+    fresnel: str = "clamped"
+    phong: str = "clamped"
+    renormalise: str = "on"
+    kernel: str = "needed"  # or "general", or what it carries unneeded: "needed+shadows+lens"
+    vector: str = "off"
+    floating_point: str = "strict"
+    cutoff: float = 0.0
+    sample_x: float = 0.5
+    sample_y: float = 0.5
+    precision: str = "float64"
+    epsilon: float | None = None  # None: 32 u of the precision, for a fixed offset FIXED_EPSILON (OFF-1)
+    threads: int = 1
+    frames: int = 0
+    least_frame: float = 0.0  # s; frames that would be shorter consist of several renders
+    scene_memory: str = "auto"  # of a GPU, as what follows
+    block_width: int = 16
+    block_height: int = 16
+    total_threads: int = 0  # 0: one for each pixel
+    max_registers: int = 0  # of a thread; 0: as many as the compiler likes
+
+    def bounds(self) -> tuple[int, int, int, int]:
+        return self.region or (0, 0, self.width, self.height)
+
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of the picture."""
+        x0, y0, x1, y1 = self.bounds()
+        return y1 - y0, x1 - x0, 3
+
+    def values(self) -> dict[str, str | int | float]:
+        """Returns the parameters as the contract spells them."""
+        values = dataclasses.asdict(self)
+        values["region"] = ",".join(map(str, self.bounds()))
+        values["shadows"] = int(self.shadows)
+        usual = FIXED_EPSILON if self.offset == "fixed" else default_epsilon(self.precision)
+        values["epsilon"] = usual if self.epsilon is None else self.epsilon
+        return values
+
+    def picture(self) -> "Parameters":
+        """These parameters without those that may not change the picture."""
+        default = Parameters()
+        return dataclasses.replace(self, **{name: getattr(default, name) for name in NOT_IN_THE_PICTURE})
+
+    def carried(self, features: tuple[str, ...]) -> tuple[str, ...]:
+        """Returns the features that a renderer's kernel carries whether the job needs them or not."""
+        if self.kernel == "general":
+            return tuple(name for name in NEEDS if name in features)
+        return tuple(self.kernel.split("+")[1:])
+
+    def defines(self, needs: tuple[str, ...]) -> tuple[str, ...]:
+        """Returns the compiler flags -D.. for this job (the contract's {defines})."""
+        names = [*(f"NEED_{name}" for name in sorted(needs)), f"KIND_{self.kind}", f"PRECISION_{self.precision}"]
+        return tuple("-D" + name.upper().replace("-", "_") for name in names)
+
+
+# Values of the options of `rayrace render` that are not given, by parameter, spelt as on the command line: shadows are
+# on, and what is empty or 0 there is left to the scene, the method or the variant.
+OPTIONS = {
+    **{field.name: field.default for field in dataclasses.fields(Parameters)},
+    **{"shadows": True, "region": "", "epsilon": "", "sampler": "", "cutoff": "0", "focal_distance": 0.0, "threads": 0},
+}

@@ -1,0 +1,217 @@
+"""Puts a picture together from tiles that an executor rendered (tiles.py)."""
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from harness import executors, setting
+from harness.errors import UserError
+from harness.experiment import cluster
+from harness.picture import picture
+from harness.picture.grid import Grid
+from harness.process import repetition
+from harness.renderer import manifest, registry
+from harness.renderer.parameters import Parameters
+from harness.scene import load
+from harness.scene.flatten import flatten
+from harness.scene.needs import needs as needs_of
+from harness.single import single, tiles
+from harness.single.following import Following, Tell
+
+NOT_JUDGED = "a picture in tiles is compared with no reference"
+SHARED = "corners on the edge of two tiles are counted in both (SAM-5)"
+
+
+@dataclass(frozen=True)
+class Way:
+    """Who has the tiles rendered. table: cluster.Slurm, cluster.Dask or None. cells: tiles of a job at most."""
+
+    name: str
+    table: object
+    cells: int
+
+
+def way(name: str, settings: tuple[str, ...], address: str) -> Way:
+    """By --executor, --slurm and --dask."""
+    if settings and name != "slurm":
+        raise UserError("--slurm: only with --executor slurm")
+    if (name == "dask") != bool(address):
+        raise UserError("--executor dask and --dask ADDRESS, of its scheduler, go together")
+    if name == "slurm":
+        tables = {}
+        for each in settings:
+            setting.put(tables, each, "--slurm", "partition=long or time='2 h'")
+        table = manifest.validated(cluster.Slurm, tables, Path("--slurm"))
+        return Way(name, table, table.cells)
+    if name == "dask":
+        table = cluster.Dask(scheduler=address)
+        return Way(name, table, table.cells)
+    return Way(name or "local", None, 1)
+
+
+def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json) -> None:
+    """Render `scene` to the picture `out` in tiles of at most side x side pixels, and print what it took.
+
+    SystemExit(1) if tiles are missing in the end: the same command goes on from those that are there.
+    """
+    if out.suffix not in picture.ANY_SIZE:
+        raise UserError(f"{out}: a picture in tiles is {' or '.join(picture.ANY_SIZE)}")
+    picture.check_suffix(out)
+    read = load(scene)
+    parameters = image.parameters(1, 0)
+    needs = needs_of(read, parameters)
+    grid = Grid(parameters.bounds(), side)
+    tile = replace(parameters, region=grid.region(0))
+    entry = single.pick(variant, registry.entries(folders), tile, needs)
+    reason = repetition.unsupported(entry, tile, needs)
+    if reason:
+        raise UserError(f"{entry.name} is unsupported: {reason}")
+    if way.name == "local" and entry.unavailable:  # elsewhere there may be what is missing here
+        raise UserError(f"{entry.name} is unavailable: {entry.unavailable}")
+    now = tiles.describe(entry, flatten(read, parameters.arithmetic), parameters, side)
+    del read
+
+    place = tiles.Folder(out.with_name(out.name + ".tiles"))
+    executor = executors.find(way.name, way.table, place.path / "logs")
+    begun = time.monotonic()
+    with _alone(place):
+        if place.is_begun() and (differs := tiles.changes(place.spec["picture"], now)):
+            if place.there():
+                why = f"{place.path} has tiles of another picture: {differs}"
+                raise UserError(why, remedy="remove it to begin anew")
+            place = place.forget()
+        place.begin(scene, entry.renderer.folder, image.threads, now)
+        kept = len(place.there())
+        if kept:
+            print(f"{kept} of {grid.count} tiles are in {place.path}", file=sys.stderr)
+        following = Following(place, executor, way.name, way.cells, timeout)
+        if way.name != "local":
+            jobs = f"{following.due} to be submitted, {len(following.live)} submitted before"
+            print(f"{following.missing} tiles to be rendered by jobs: {jobs}", file=sys.stderr)
+        try:
+            with progress() as tell:
+                following.run(tell)
+            _stop_unless_whole(following)
+            found = facts(out, place, entry.name, kept)
+            picture.write(out, grid.height, grid.width, found["dtype"], place.crop)
+        except KeyboardInterrupt:
+            _say_stopped(following)
+            raise
+        following.wait()
+        place.remove()
+    found["took_s"] = time.monotonic() - begun
+    print(json.dumps(found)) if as_json else tell_people(found, parameters)
+
+
+@contextmanager
+def _alone(place: tiles.Folder) -> Iterator[None]:
+    """Held while tiles are submitted and put together: two that do it would do all of it twice."""
+    place.is_begun()
+    place.path.mkdir(exist_ok=True)
+    lock = FileLock(place.path / "lock")
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise UserError(f"{place.path}: another rayrace is at work on it") from None
+    except NotImplementedError:  # a file system without locks; work that is done twice makes no wrong picture
+        pass
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+@contextmanager
+def progress() -> Iterator[Tell]:
+    """A function to call for each tile that is there: moves a bar on a terminal, prints a line elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda done, count, told: print(f"[{done}/{count}] {told}", file=sys.stderr, flush=True)
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("tiles", total=None)
+        yield lambda done, count, told: bar.update(task, completed=done, total=count, description=escape(told))
+
+
+def _say_stopped(following: Following) -> None:
+    place = following.place.path
+    print(f"stopped; the tiles that are there stay in {place}; the same command goes on", file=sys.stderr)
+    jobs = [following.names[batch] for batch in following.live]
+    if jobs and following.name != "local":
+        shown = ", ".join([*jobs[:5], *(["..."] if len(jobs) > 5 else [])])
+        print(f"{len(jobs)} jobs of --executor {following.name} go on without it: {shown}", file=sys.stderr)
+
+
+def _stop_unless_whole(following: Following) -> None:
+    if not following.missing:
+        return
+    for reason, count in following.reasons.most_common():
+        print(f"{count} {'job' if count == 1 else 'jobs'}: {reason}", file=sys.stderr)
+    left = f"{following.missing} of {following.count} tiles are missing"
+    logs = "" if following.name == "local" else f"; what jobs printed is in {following.place.path / 'logs'}"
+    raise SystemExit(f"error: {left}; the same command renders those alone{logs}")
+
+
+def facts(out: Path, place: tiles.Folder, name: str, kept: int) -> dict:
+    """Returns the facts of a complete picture for JSON. UserError if its tiles do not fit together."""
+    grid = place.grid
+    found = [place.facts(tile) for tile in range(grid.count)]
+    kinds = {told["dtype"] for told in found}
+    if len(kinds) > 1:
+        why = f"{name} returned tiles of {' and of '.join(sorted(kinds))}"
+        raise UserError(f"{place.path}: {why}", remedy="render it without --tiles")
+    counts = [told["rays"] for told in found]
+    rays = None if None in counts else {kind: sum(each.get(kind, 0) for each in counts) for kind in counts[0]}
+    areas = [rows * columns for rows, columns, _ in map(grid.shape, range(grid.count))]
+    limits = [told["bound"] for told in found]
+    mean = None
+    if None not in limits:
+        mean = sum(limit["mean"] * area for limit, area in zip(limits, areas, strict=True)) / sum(areas)
+    is_adaptive = place.spec["picture"]["parameters"]["sampler"] == "adaptive"
+    return {
+        "picture": str(out),
+        "renderer": name,
+        "width": grid.width,
+        "height": grid.height,
+        "dtype": kinds.pop(),
+        "tiles": grid.count,
+        "kept": kept,
+        "render_s": sum(told["render_s"] for told in found),
+        "wall_s": sum(told["wall_s"] for told in found),
+        "rays": rays,
+        "rays_note": SHARED if rays and is_adaptive and grid.count > 1 else None,
+        "bound": None if mean is None else {"max": max(limit["max"] for limit in limits), "mean": mean},
+        "accuracy": {"unavailable": NOT_JUDGED},
+        "device": found[0]["device"],
+        "unranked": found[0]["unranked"],
+        "hosts": sorted({told["host"] for told in found}),
+        "processors": len({told["processor"] for told in found}),
+    }
+
+
+def tell_people(found: dict, parameters: Parameters) -> None:
+    """Print the facts of a picture for people."""
+    counts, hosts = found["rays"], found["hosts"]
+    traced = single.traced(counts) + (" of the tiles" if found["rays_note"] else "")
+    kept = f", {found['kept']} of them there before" if found["kept"] else ""
+    places = hosts[0] if len(hosts) == 1 else f"{len(hosts)} hosts"
+    size = f"{Path(found['picture']).stat().st_size / 1e6:,.4g} MB"
+    print(
+        f"{found['picture']}: {found['width']} x {found['height']}, {size}, {found['renderer']}, "
+        f"{parameters.precision}: {found['tiles']} tiles{kept}, {found['render_s']:.4g} s of rendering on {places}, "
+        f"{found['took_s']:.3g} s in all, {traced}"
+    )
+    single.tell_doubts(found)
+    if found["processors"] > 1:
+        print("note: hosts with different processors made it: last digits may differ", file=sys.stderr)
+    print(f"error unavailable: {NOT_JUDGED}")

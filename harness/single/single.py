@@ -1,0 +1,212 @@
+"""One job from the command line: a picture of a scene, or the hits of a list of rays."""
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from harness.errors import UserError
+from harness.experiment.image import Image
+from harness.judge import bound, judge, rays, reference
+from harness.judge.cache import Kept
+from harness.picture import picture
+from harness.process import repetition
+from harness.race import row
+from harness.renderer import registry
+from harness.renderer.builder import cache_folder
+from harness.renderer.job import fingerprint
+from harness.renderer.parameters import Parameters
+from harness.scene import load
+from harness.scene.flatten import flatten
+from harness.scene.needs import needs as needs_of
+from harness.scene.needs import shapes
+from harness.single import export
+
+FASTEST = ("cpp-threads", "numba-parallel", "numpy", "python")
+
+
+def pick(name: str, known: dict, parameters: Parameters, needs: tuple[str, ...]) -> registry.Entry:
+    """The variant called `name`, or the first of FASTEST that can do the job here."""
+    if name:
+        return registry.find(name, known)
+    reasons = []
+    for entry in (known[n] for n in FASTEST if n in known):
+        reason = entry.unavailable or repetition.unsupported(entry, parameters, needs)
+        if reason is None:
+            return entry
+        reasons.append(f"{entry.name}: {reason}")
+    raise UserError("no renderer can do this job: " + "; ".join(reasons))
+
+
+def image(region: str, **values) -> Image:
+    """The options of the command line, checked as those of an experiment are."""
+    try:
+        return Image(**values, region=_region(region, values["width"], values["height"]))
+    except ValidationError as error:
+        fault = error.errors()[0]
+        why = fault["msg"].removeprefix("Value error, ")
+        if fault["loc"]:  # else it is of several options, and names them
+            why = f"--{str(fault['loc'][0]).replace('_', '-')} {fault['input']}: {why}"
+        raise UserError(why) from None
+
+
+def render(scene, variant, out, image, frames, timeout, folders, as_json) -> None:
+    """Render `scene` to the picture `out` and print what it took. SystemExit(1) if the renderer fails.
+
+    If a renderer has an exporter for the suffix of `out`, the scene is written in that format instead.
+    """
+    exporter = None if out.suffix in picture.SUFFIXES else export.find(out.suffix, registry.entries(folders))
+    if exporter:
+        if variant:
+            raise UserError(f"-r {variant}: {out.name} is a scene, which nobody renders; leave -r out")
+        _export(load(scene), out, exporter, image, timeout, as_json)
+        return
+    picture.check_suffix(out)
+    read = load(scene)
+    parameters = image.parameters(1, frames)
+    needs = needs_of(read, parameters)
+    entry = pick(variant, registry.entries(folders), parameters, needs)
+    parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
+    arrays = flatten(read, parameters.arithmetic)
+    result, facts = make(entry, arrays, parameters, needs, out, timeout)
+    facts["accuracy"] = _accuracy(entry, registry.entries(folders), arrays, parameters, result)
+    if as_json:
+        print(json.dumps(facts))
+    else:
+        tell(facts, parameters)
+        print(_told(facts["accuracy"]))
+
+
+def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
+    """How far it is from a reference that a run made before: keys of judge.Verdict, "reference"; or why not."""
+    kept = Kept(cache_folder("references"))
+    found = reference.find(kept, entry, known, fingerprint(arrays), parameters)
+    if found is None:
+        return {"unavailable": "no run here has made a reference of this picture by another renderer: `rayrace run`"}
+    limit = 0.0 if result.dropped is None else bound.bound(arrays, parameters.depth, result.dropped)
+    external = entry.renderer.manifest.external
+    verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external, limit)
+    return {"reference": found.maker, **verdict.record()}
+
+
+def _told(accuracy: dict) -> str:
+    """The error for people."""
+    if "unavailable" in accuracy:
+        return f"error unavailable: {accuracy['unavailable']}"
+    if accuracy["rmse"] is None:
+        return f"wrong: {accuracy['wrong']}"
+    outside, share = accuracy["max_outside"], accuracy["mask_fraction"]
+    most = "every pixel is in the mask" if outside is None else f"at most {outside:.2g} outside the mask"
+    told = f"error against the reference by {accuracy['reference']}: {most} ({share:.2%} of pixels)"
+    return f"{told}, RMSE {accuracy['rmse']:.2g}" + (f"; wrong: {accuracy['wrong']}" if accuracy["wrong"] else "")
+
+
+def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Result, dict]:
+    """Make one picture and save it at `out`: the Result, and facts for JSON. SystemExit(1) if the renderer fails."""
+    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
+    _stop_unless_ok(entry, result)
+    if out.suffix == ".png" and not np.isfinite(result.array).all():
+        raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
+    picture.save(out, result.array, parameters.arithmetic)
+    limit = None
+    if result.dropped is not None:
+        bounds = bound.bound(arrays, parameters.depth, result.dropped)
+        limit = {"max": float(bounds.max()), "mean": float(bounds.mean())}
+    return result, {
+        "picture": str(out),
+        "renderer": entry.name,
+        "width": result.array.shape[1],
+        "height": result.array.shape[0],
+        "frames_s": [frame["end"] - frame["start"] for frame in result.said.frames],
+        "wall_s": result.outcome.wall_s,
+        "rays": result.said.rays,
+        "bound": limit,
+        "device": result.said.device,
+        "unranked": row.unranked(entry, result.said),
+    }
+
+
+def tell(facts: dict, parameters: Parameters) -> None:
+    """Print the facts of a picture for people."""
+    print(
+        f"{facts['picture']}: {facts['width']} x {facts['height']}, {facts['renderer']}, {parameters.precision}: "
+        f"{min(facts['frames_s']):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced(facts['rays'])}"
+    )
+    tell_doubts(facts)
+
+
+def traced(counts: dict | None) -> str:
+    """How many rays, for people."""
+    if not counts:
+        return "rays unavailable: it does not count them"
+    total = sum(counts.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
+    return f"{total:,} rays"
+
+
+def tell_doubts(facts: dict) -> None:
+    """Print what limits the worth of a picture."""
+    if facts["bound"]:
+        print(
+            f"cut off: no pixel is further than {facts['bound']['max']:.3g} from the picture without a cut-off,"
+            f" on average not further than {facts['bound']['mean']:.3g} (linear RGB, proven)"
+        )
+    if facts["unranked"]:
+        print(f"note: {facts['unranked']}", file=sys.stderr)
+    if (facts["rays"] or {}).get("non_finite"):
+        print(f"warning: {facts['rays']['non_finite']} samples are not finite", file=sys.stderr)
+
+
+def _export(scene, out, exporter, image, timeout, as_json) -> None:
+    parameters = image.parameters(1, 0)
+    export.write(out, exporter, flatten(scene, image.arithmetic), parameters, needs_of(scene, parameters), timeout)
+    name = exporter.manifest.name
+    print(json.dumps({"scene": str(out), "exporter": name}) if as_json else f"{out}: scene for {name}")
+
+
+def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
+    """Trace the rays of a CSV file and write their hits. SystemExit(1) if the renderer fails."""
+    if out is not None:
+        picture.check_folder(out)
+    read = load(scene)
+    listed = rays.read(ray_file)
+    parameters = Parameters(kind="rays", depth=0, **methods)
+    needs = tuple(sorted(shapes(read)))
+    entry = pick(variant, registry.entries(folders), parameters, needs)
+    arrays = {**flatten(read), "rays": listed}
+    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
+    _stop_unless_ok(entry, result)
+    if out is None:
+        rays.write(sys.stdout, result.array)
+    else:
+        with open(out, "w", encoding="utf-8", newline="") as file:
+            rays.write(file, result.array)
+
+
+def kernels(entry: registry.Entry) -> Path:
+    """Where a renderer keeps compiled code from one command to the next. A measured run starts with an empty folder."""
+    return cache_folder("kernels") / entry.renderer.manifest.name
+
+
+def _region(text: str, width: int, height: int):
+    if not text:
+        return "all"
+    try:
+        x0, y0, x1, y1 = map(int, text.split(","))
+    except ValueError:
+        raise UserError(f"--region {text}: expected four whole numbers x0,y0,x1,y1") from None
+    if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
+        raise UserError(f"--region {text}: expected 0 <= x0 < x1 <= {width} and 0 <= y0 < y1 <= {height}")
+    return x0, y0, x1, y1
+
+
+def _stop_unless_ok(entry: registry.Entry, result: repetition.Result) -> None:
+    if result.status in ("unavailable", "unsupported"):
+        raise UserError(f"{entry.name} is {result.status}: {result.reason}")
+    if result.status != "ok":
+        print(f"error: {entry.name}: {result.status}: {result.reason}", file=sys.stderr)
+        if result.stderr:
+            print(result.stderr, file=sys.stderr)
+        raise SystemExit(1)

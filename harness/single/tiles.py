@@ -1,0 +1,286 @@
+"""Renders a picture in tiles: regions, one by one, on whatever hosts an executor has.
+
+The folder of tiles lies beside the picture until all are there:
+
+    spec.json       what the picture is of: `picture`, which must be the same wherever and whenever a tile is rendered;
+                    and where the scene and the renderer are, and how many threads it may use
+    batches.json    [{tiles: [number, ..], timeout: seconds of each}, ..]: tasks, which are numbered by their place
+    jobs.jsonl      a line for each task that an executor has taken: {batch, job, executor}
+    N.npy           tile N, whole or not there: linear RGB, shape (height, width, 3)
+    N.json          what making it took
+    refused-B.txt   why task B ended before all of its tiles were there
+    logs/           of the executor
+"""
+
+import json
+import os
+import shutil
+import socket
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from harness.errors import UserError
+from harness.judge import bound
+from harness.machine import environment, fingerprint
+from harness.picture.grid import Grid
+from harness.process import repetition
+from harness.race import row
+from harness.renderer import builder, job, registry
+from harness.renderer.parameters import Parameters
+from harness.renderer.registry import Entry
+from harness.scene import load
+from harness.scene.flatten import flatten
+from harness.scene.needs import needs as needs_of
+from harness.single import single
+from harness.store import store
+
+FORMAT = 1
+OWN = {"spec.json.part", "lock", "logs"}  # what may lie in a folder that was given up before it had a spec
+AGAIN = "remove {}, and the same command renders the tile again"
+
+
+def describe(entry: Entry, arrays: dict[str, np.ndarray], parameters: Parameters, side: int) -> dict:
+    """Describes the picture and its tiles for JSON: tiles with equal descriptions fit together."""
+    asked = {name: value for name, value in asdict(parameters).items() if name not in ("threads", "region")}
+    told = {
+        "scene": job.fingerprint(arrays),
+        "variant": entry.name,
+        "renderer": entry.renderer.version,
+        "packages": environment.packages(),
+        "parameters": {**asked, "region": parameters.bounds()},
+        "tiles": side,
+    }
+    return json.loads(json.dumps(told))
+
+
+def changes(before: dict, now: dict) -> str:
+    """Returns the differences of two descriptions; "" if there are none."""
+    found = fingerprint.changes(before, now, tuple(now))
+    return ", ".join(f"{name} was {json.dumps(old)}, is {json.dumps(new)}" for name, old, new in found)
+
+
+class Folder:
+    """The folder of the tiles of a picture."""
+
+    def __init__(self, path: Path):
+        self.path = Path(path)
+
+    def is_begun(self) -> bool:
+        """Is it a folder of tiles? UserError if it is a folder of something else."""
+        if (self.path / "spec.json").is_file():
+            return True
+        if self.path.exists() and not {path.name for path in self.path.iterdir()} <= OWN:
+            raise UserError(f"{self.path}: not a folder of tiles", remedy="remove it, or give -o another name")
+        return False
+
+    def begin(self, scene: Path, folder: Path, threads: int | str, picture: dict) -> None:
+        """Say what the picture is of. scene: its file; folder: of the renderer; picture: by `describe`."""
+        where = {"scene": str(scene.resolve()), "renderer": str(folder), "threads": threads}
+        text = json.dumps({"format": FORMAT, **where, "picture": picture}, indent=1)
+        store.write_whole(self.path / "spec.json", text + "\n")
+
+    def forget(self) -> "Folder":
+        """The folder without what was submitted for another picture; for when it has no tiles."""
+        for path in self.path.iterdir():
+            if path.name not in OWN:
+                path.unlink()
+        return Folder(self.path)
+
+    @cached_property
+    def spec(self) -> dict:
+        path = self.path / "spec.json"
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise UserError(f"{path}: {error}", remedy=f"remove {self.path} to begin anew") from None
+        if found.get("format") != FORMAT:
+            raise UserError(f"{path}: expected format {FORMAT}", remedy=f"remove {self.path} to begin anew")
+        return found
+
+    @cached_property
+    def grid(self) -> Grid:
+        picture = self.spec["picture"]
+        return Grid(tuple(picture["parameters"]["region"]), picture["tiles"])
+
+    def has(self, number: int) -> bool:
+        return (self.path / f"{number}.npy").is_file()
+
+    def there(self) -> set[int]:
+        """The tiles that are there."""
+        names = (name.removesuffix(".npy") for name in os.listdir(self.path) if name.endswith(".npy"))
+        return {int(name) for name in names if name.isdecimal()}
+
+    def keep(self, number: int, array: np.ndarray, facts: dict) -> None:
+        """Keep a tile. Two tasks may be about the same one: each writes files of its own, and the last one stays."""
+        mine = self.path / f"{number}-{socket.gethostname()}-{os.getpid()}"
+        for suffix, write in (
+            (".json", lambda path: store.write_whole(path, json.dumps(facts) + "\n")),
+            (".npy", lambda path: store.save_whole(path, array)),
+        ):
+            part = mine.with_name(mine.name + suffix)
+            write(part)
+            os.replace(part, self.path / f"{number}{suffix}")
+
+    def facts(self, number: int) -> dict:
+        path = self.path / f"{number}.json"
+        try:
+            return json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise UserError(f"{path}: {error}", remedy=AGAIN.format(f"{number}.npy")) from None
+
+    def tile(self, number: int) -> np.ndarray:
+        """A tile, mapped: what is not looked at takes no memory. UserError if it is damaged."""
+        path = self.path / f"{number}.npy"
+        try:
+            found = np.load(path, mmap_mode="r", allow_pickle=False)
+        except ValueError as error:
+            raise UserError(f"{path}: {error}", remedy=AGAIN.format("it")) from None
+        if found.shape != self.grid.shape(number):
+            why = f"has shape {found.shape}, expected {self.grid.shape(number)}"
+            raise UserError(f"{path}: {why}", remedy=AGAIN.format("it"))
+        return found
+
+    def crop(self, x0: int, y0: int, x1: int, y1: int) -> np.ndarray:
+        """Pixels of the picture, counted from its own corner, shape (y1 - y0, x1 - x0, 3), of tiles that are there."""
+        side, found = self.grid.side, None
+        for top in range(y0 // side * side, y1, side):
+            for left in range(x0 // side * side, x1, side):
+                tile = self.tile(top // side * self.grid.columns + left // side)
+                if found is None:
+                    found = np.empty((y1 - y0, x1 - x0, 3), tile.dtype)
+                ys = slice(max(y0, top), min(y1, top + side))
+                xs = slice(max(x0, left), min(x1, left + side))
+                part = tile[ys.start - top : ys.stop - top, xs.start - left : xs.stop - left]
+                found[ys.start - y0 : ys.stop - y0, xs.start - x0 : xs.stop - x0] = part
+        return found
+
+    def batches(self) -> list[dict]:
+        try:
+            return json.loads((self.path / "batches.json").read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return []
+
+    def add(self, groups: list[list[int]], timeout: float) -> range:
+        """Make a batch of each group of tiles; their numbers."""
+        before = self.batches()
+        after = [*before, *({"tiles": group, "timeout": timeout} for group in groups)]
+        store.write_whole(self.path / "batches.json", json.dumps(after) + "\n")
+        return range(len(before), len(after))
+
+    def submitted(self, batch: int, name: str, executor: str) -> None:
+        """Write down that an executor has taken a batch as the job `name`."""
+        line = json.dumps({"batch": batch, "job": name, "executor": executor})
+        with open(self.path / "jobs.jsonl", "a", encoding="utf-8") as file:
+            file.write(f"\n{line}")  # in front, for the line before it may have been cut off
+            file.flush()
+            os.fsync(file.fileno())
+
+    def jobs(self, executor: str) -> dict[int, str]:
+        """The job of each batch that this executor has taken."""
+        try:
+            lines = (self.path / "jobs.jsonl").read_text(encoding="utf-8").splitlines()
+        except FileNotFoundError:
+            return {}
+        found = {}
+        for line in filter(None, lines):
+            try:
+                told = json.loads(line)
+            except ValueError:  # it was cut off
+                continue
+            if told["executor"] == executor:
+                found[told["batch"]] = told["job"]
+        return found
+
+    def refuse(self, batch: int, why: str) -> None:
+        store.write_whole(self.path / f"refused-{batch}.txt", why + "\n")
+
+    def refused(self, batch: int) -> str | None:
+        """Why the task ended before its tiles were there, in its own words; None if it has not said so."""
+        try:
+            return (self.path / f"refused-{batch}.txt").read_text(encoding="utf-8").strip()
+        except FileNotFoundError:
+            return None
+
+    def remove(self) -> None:
+        """Away with it; the spec last, so that what is left of it after a kill is a folder of tiles still."""
+        for path in self.path.iterdir():
+            if path.name == "logs":  # jobs that are about to end may still write there
+                shutil.rmtree(path, ignore_errors=True)
+            elif path.name != "spec.json":
+                path.unlink(missing_ok=True)
+        shutil.rmtree(self.path, ignore_errors=True)
+
+
+def work(folder: str, number: int) -> None:
+    """Render what is missing of batch `number`: the task of an executor. Why it could not is left in the folder."""
+    place = Folder(Path(folder))
+    if not place.is_begun() or number >= len(place.batches()):
+        print(f"{folder}: the picture is finished, or was begun anew")
+        return
+    batch = place.batches()[number]
+    try:
+        for tile in batch["tiles"]:
+            if not place.has(tile):
+                _render(place, tile, batch["timeout"])
+    except UserError as error:
+        place.refuse(number, f"{socket.gethostname()}: {error}")
+    except Exception as error:
+        place.refuse(number, f"{socket.gethostname()}: {type(error).__name__}: {error}")
+        raise
+
+
+@dataclass(frozen=True)
+class _Ready:
+    """All that a renderer is given, but for the region."""
+
+    entry: Entry
+    arrays: dict[str, np.ndarray]
+    parameters: Parameters
+    needs: tuple[str, ...]
+
+
+@lru_cache(maxsize=1)
+def _ready(text: str) -> _Ready:
+    """By the text of the spec. UserError if what is here would make another picture."""
+    spec = json.loads(text)
+    picture = spec["picture"]
+    entry = registry.find(picture["variant"], registry.entries((Path(spec["renderer"]),)))
+    threads = entry.threads() if spec["threads"] == "default" else spec["threads"]
+    told = {**picture["parameters"], "region": tuple(picture["parameters"]["region"])}
+    parameters = Parameters(**told, threads=threads)
+    scene = load(Path(spec["scene"]))
+    arrays = flatten(scene, parameters.arithmetic)
+    differs = changes(picture, describe(entry, arrays, parameters, picture["tiles"]))
+    if differs:
+        raise UserError(f"what is here makes another picture: {differs}")
+    return _Ready(entry, arrays, parameters, needs_of(scene, parameters))
+
+
+def _render(place: Folder, number: int, timeout: float) -> None:
+    ready = _ready((place.path / "spec.json").read_text(encoding="utf-8"))
+    region, entry = place.grid.region(number), ready.entry
+    parameters = replace(ready.parameters, region=region)
+    result = repetition.run(entry, ready.arrays, parameters, ready.needs, timeout, cache=single.kernels(entry))
+    if result.status != "ok":
+        raise UserError(f"{entry.name}: {result.status} at --region {','.join(map(str, region))}: {result.reason}")
+    if changed := entry.renderer.changed():  # else nobody knows which of the two has made it
+        raise UserError(f"{entry.name} was edited meanwhile: {', '.join(changed)}")
+    limit = None
+    if result.dropped is not None:
+        bounds = bound.bound(ready.arrays, parameters.depth, result.dropped)
+        limit = {"max": float(bounds.max()), "mean": float(bounds.mean())}
+    facts = {
+        "dtype": str(result.array.dtype),
+        "render_s": sum(frame["end"] - frame["start"] for frame in result.said.frames),
+        "wall_s": result.outcome.wall_s,
+        "rays": result.said.rays,
+        "bound": limit,
+        "device": result.said.device,
+        "unranked": row.unranked(entry, result.said),
+        "host": socket.gethostname(),
+        "processor": builder.processor(),
+    }
+    place.keep(number, result.array, facts)

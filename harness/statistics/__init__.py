@@ -1,0 +1,1 @@
+"""Medians, intervals, noise floors, steady states, fits."""

@@ -1,0 +1,82 @@
+"""The jobs of a run on a cluster: what was submitted, and how each ended (jobs.jsonl)."""
+
+import errno
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.store import lines
+
+NAME, RESERVE = "jobs.jsonl", ".reserve"
+ROOM = 1 << 18  # bytes of the disk, kept for what is to be said when it is full
+
+
+@dataclass
+class Job:
+    """number: of its batch. status, reason: None while it has not ended; "" if it has done all it could; else those of
+    the rows of what it has not done."""
+
+    number: int
+    name: str
+    at: str
+    host: str = ""
+    status: str | None = None
+    reason: str = ""
+
+    @property
+    def ended(self) -> bool:
+        return self.status is not None
+
+
+class Jobs:
+    """The jobs of the run in a folder."""
+
+    def __init__(self, folder: Path):
+        self.path = Path(folder) / NAME
+        self.all = of(lines.read(self.path))
+
+    @property
+    def live(self) -> list[Job]:
+        return [job for job in self.all.values() if not job.ended]
+
+    def last(self) -> dict[int, Job]:
+        """The last job of each batch that had one."""
+        return last(self.all)
+
+    def reserve(self) -> None:
+        """Keep room on the disk."""
+        self.path.with_name(RESERVE).write_bytes(bytes(ROOM))
+
+    def submitted(self, number: int, name: str, at: str) -> None:
+        self.all[name] = Job(number, name, at)
+        self._write(job=name, number=number, submitted=at)
+
+    def end(self, job: Job, host: str, status: str, reason: str, at: str) -> None:
+        job.host, job.status, job.reason = host, status, reason
+        self._write(job=job.name, ended=at, host=host, status=status, reason=reason)
+
+    def _write(self, **line) -> None:
+        """On the disk when this returns, in the room that was kept if there is no other."""
+        try:
+            lines.append(self.path, line)
+        except OSError as error:
+            if error.errno != errno.ENOSPC:
+                raise
+            self.path.with_name(RESERVE).unlink(missing_ok=True)
+            lines.append(self.path, line)
+
+
+def of(told: list[dict]) -> dict[str, Job]:
+    """Jobs by name, from the lines of jobs.jsonl."""
+    found: dict[str, Job] = {}
+    for line in told:
+        if "submitted" in line:
+            found[line["job"]] = Job(line["number"], line["job"], line["submitted"])
+        elif line["job"] in found:
+            job = found[line["job"]]
+            job.host, job.status, job.reason = line["host"], line["status"], line["reason"]
+    return found
+
+
+def last(found: dict[str, Job]) -> dict[int, Job]:
+    """The last job of each batch that had one, by the number of the batch."""
+    return {job.number: job for job in found.values()}

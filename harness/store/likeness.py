@@ -1,0 +1,80 @@
+"""Compares the hosts of a partition, in kind and in speed."""
+
+import statistics
+from collections.abc import Iterable
+from pathlib import Path
+
+from harness.machine import fingerprint
+from harness.store import store
+
+KIND = tuple(name for name in (*fingerprint.MACHINE, *fingerprint.SOFTWARE) if name != "host")
+STATE = "governor", "turbo"
+MEMORY = 0.02  # of it, by which hosts of one kind differ: what the kernel takes at start is not the same
+SPEED = 0.05  # of the partition's median, below which hosts are of one speed
+RATES = {"float64": "float64 operations a second", "bytes": "bytes a second from memory"}
+
+
+def of_run(folder: Path) -> list[str]:
+    """How hosts of one partition differ in a run on a cluster, a sentence each."""
+    partitions: dict[str, list[dict]] = {}
+    for path in sorted(Path(folder).glob("parts/*/run.json")):
+        facts = store.facts_of(path.parent)
+        partitions.setdefault(facts.get("job", {}).get("partition", ""), []).append(facts)
+    return [
+        f"partition {name}: {line}" if name else line
+        for name, parts in partitions.items()
+        for line in (*kinds([told["environment"] for told in parts]), *speeds(parts))
+    ]
+
+
+def kinds(environments: Iterable[dict]) -> list[str]:
+    """Lists what differs between the environments, and which hosts have what."""
+    found = []
+    hosts = list({fingerprint.of(told): told for told in environments}.values())
+    for name in (*KIND, *STATE):
+        groups: list[tuple[object, list[str]]] = []
+        for told in hosts:
+            group = next((group for group in groups if _same(name, group[0], told.get(name))), None)
+            if group is None:
+                groups.append((told.get(name), [told["host"]]))
+            elif told["host"] not in group[1]:
+                group[1].append(told["host"])
+        if len(groups) > 1:
+            each = "; ".join(f"{_short(value)} on {', '.join(names)}" for value, names in groups)
+            found.append(f"not alike in {name}: {each}")
+    return found
+
+
+def speeds(parts: list[dict]) -> list[str]:
+    """Hosts that are surely slower or faster than the others, by what they could do when their jobs began."""
+    found = []
+    for key, what in RATES.items():
+        takes: dict[str, list[float]] = {}
+        for told in parts:
+            takes.setdefault(told["environment"]["host"], []).extend(told.get("speed", {}).get(key, []))
+        takes = {host: values for host, values in takes.items() if values}
+        if len(takes) < 2:
+            continue
+        middle = statistics.median_high(map(statistics.median, takes.values()))  # of two the faster
+        for host, values in takes.items():
+            ratio = statistics.median(values) / middle
+            apart = max(values) < middle if ratio < 1 else min(values) > middle
+            if abs(ratio - 1) > SPEED and apart:
+                found.append(f"{host} does {ratio:.2f} of the median host's {what} ({middle:.3g})")
+    return found
+
+
+def is_alike(one: dict, other: dict) -> bool:
+    """Are two environments of the same kind of host, with the same software?"""
+    return all(_same(name, one.get(name), other.get(name)) for name in KIND)
+
+
+def _same(name: str, one, other) -> bool:
+    if name == "memory_bytes" and one and other:
+        return abs(one - other) <= MEMORY * max(one, other)
+    return one == other
+
+
+def _short(value) -> str:
+    text = "nothing told" if value is None else str(value)
+    return text if len(text) <= 80 else f"{text[:77]}.."

@@ -1,0 +1,251 @@
+"""The schema that a stored run is checked against when it is read: it may be a stranger's, or damaged.
+
+Kinds of values are held to here, and that what a report is made of is there; whatever else a run says may be anything.
+"""
+
+import dataclasses
+from pathlib import Path
+from typing import Annotated, Any, Required
+
+from pydantic import ConfigDict, Field, Strict, TypeAdapter, ValidationError
+from typing_extensions import TypedDict
+
+from harness.errors import UserError
+from harness.renderer.parameters import Parameters
+
+Real = Annotated[float, Field(ge=-1e150, le=1e150, allow_inf_nan=False)]
+Amount = Annotated[float, Field(ge=0, le=1e20, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(ge=0, le=1e12, allow_inf_nan=False)]
+Long = Annotated[float, Field(gt=0, le=1e12, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=0, le=2**63)]
+Text = str | None
+Plain = str | bool | Annotated[int, Field(ge=-(2**63), le=2**63)] | Real | None
+Value = Plain | list[Plain] | dict[str, Plain]
+
+
+def _some(called: str, /, **kinds):
+    """A table in which these, if they are there, are of these kinds."""
+    made = TypedDict(called, kinds, total=False)
+    made.__pydantic_config__ = ConfigDict(strict=True)
+    return made
+
+
+Unavailable = _some("Unavailable", unavailable=Required[str])
+Known = Real | Unavailable | None
+Phase = Annotated[tuple[str, Real, Real], Strict(False)]
+Named = Annotated[tuple[str, str, str], Strict(False)]  # a cell, as record.identity() has it
+
+_KINDS = {int: Count | None, bool: Count | bool, float: Real, str: str}
+_ALL = {field.name: _KINDS.get(field.type, Value) for field in dataclasses.fields(Parameters)}
+_REGION = Annotated[str, Field(pattern=r"^[0-9]{1,9}(,[0-9]{1,9}){3}$")]
+_JUDGED = dict.fromkeys(("reference", "truth", "wrong", "unavailable"), Text)
+_JUDGED |= dict.fromkeys(("reference_file", "mask_file", "flip_file", "truth_file", "standard_error_file"), Text)
+_NUMBERS = (
+    *("max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance", "psnr_db"),
+    *("ssim", "flip", "pictures", "standard_error", "max", "rmse_outside"),
+)
+_TICKS = ("ticks", "missed", "interval_s", "interval_p50_s", "interval_p99_s", "cpu_s", "integral_s", "wait4_s")
+_CELL = {
+    **dict.fromkeys(("cell", "variant", "renderer", "renderer_version", "technology", "scene", "scene_version"), str),
+    "point": dict[str, Value] | None,
+    "parameters": _some("Parameters", **{**_ALL, "region": _REGION}),
+    "needs": list[str],
+    "lines": Count | None,
+}
+Cell = _some("Cell", **_CELL)
+Row = _some(
+    "Row",
+    **_CELL,
+    **dict.fromkeys(("pass", "status", "started", "reason"), str),
+    **dict.fromkeys(("host", "unranked", "series"), Text),
+    repetition=Count,
+    lost=bool,
+    wall_s=Long | None,
+    took_s=Seconds | None,
+    shapes=dict[str, Count] | None,
+    lights=Count | None,
+    phases=list[Phase] | None,
+    frames_s=list[Seconds] | None,
+    frame_renders=list[Count] | None,
+    frame_parts=list[dict[str, Seconds | None] | None] | None,
+    cpu=_some("Cpu", user_s=Required[Seconds], system_s=Required[Seconds], series_s=Seconds | None) | None,
+    memory=_some(
+        "Memory",
+        **dict.fromkeys(("peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"), Amount | None),
+        **dict.fromkeys(("at_least_bytes", "wait4_peak_bytes"), Amount | None),
+        method=Text,
+    )
+    | None,
+    rays=_some("Rays", **dict.fromkeys(("primary", "reflected", "transmitted", "shadow"), Required[Amount])) | None,
+    used=_some("Used", features=list[str] | None, methods=dict[str, Plain] | None) | None,
+    versions=dict[str, Any] | None,
+    device=_some("Device", name=Text, simulated=bool | None, compute_capability=list[Count] | None) | None,
+    measurer=_some("Measurer", **dict.fromkeys(_TICKS, Known), gpu=Any) | None,
+    warnings=list[str],
+    disturbed=dict[str, Known | list[str] | bool] | None,
+    gpu=dict[str, Known | list[str]] | None,
+    peaks=dict[str, Any] | None,
+    build=_some("Build", seconds=Seconds, compiler=Text, command=list[str]) | None,
+    picture=_some("Picture", file=Required[str], sha256=str) | None,
+    accuracy=_some("Accuracy", **_JUDGED, **dict.fromkeys(_NUMBERS, Known)) | None,
+    error=_some("Error", **_JUDGED, **dict.fromkeys(_NUMBERS, Known), certificate=dict[str, Any] | None) | None,
+    bound=_some("Bound", radiance=Known, max=Known, mean=Known, dropped_file=Text) | None,
+    stability=_some(
+        "Stability",
+        row=Required[str],
+        level=Required[Real],
+        **dict.fromkeys(("count", "failures"), Required[Count]),
+        **dict.fromkeys(("error_median", "error_p99", "error_max", "expected", "limit"), Real | None),
+    )
+    | None,
+)
+Pair = _some("Pair", cell=str, label=str, unavailable=str) | None
+Batch = _some("Batch", cells=Required[list[Named]], pair=Required[Named | None])
+Facts = _some(
+    "Facts",
+    **dict.fromkeys(("title", "started"), str),
+    command=list[str],
+    environment=_some(
+        "Environment",
+        **dict.fromkeys(("host", "cpu", "commit", "os", "python"), str),
+        cores=dict[str, Count | str | None],
+        memory_bytes=Amount | str | None,
+        compilers=dict[str, Any],
+        packages=dict[str, Any],
+    )
+    | None,
+    experiment=_some(
+        "Experiment",
+        **dict.fromkeys(("processes", "frames"), Annotated[int, Field(ge=0, le=10**6)]),
+        override=dict[str, dict[str, Any]],
+        theory=dict[str, dict[str, Real]],
+        image=dict[str, Any],
+        measure=dict[str, Any],
+        case=list[dict[str, Any]],
+        generate=dict[str, Any] | list[dict[str, Any]] | None,
+        reference=dict[str, Any] | None,
+    ),
+    pair=Pair,
+    cells=list[Cell],
+    ended=_some("Ended", at=Required[str]),
+    left_out=list[_some("LeftOut", constraint=Required[str], cells=Required[Count])],
+    stability=dict[str, dict[str, Any]] | None,
+    executor=_some("Executor", name=str, batches=list[Batch]),
+    job=_some("Job", partition=Text),
+    speed=dict[str, list[Amount]] | Unavailable,
+)
+Line = _some(
+    "Line",
+    **dict.fromkeys(("job",), Required[str]),
+    number=Count,
+    **dict.fromkeys(("submitted", "ended"), str),
+    **dict.fromkeys(("host", "status", "reason"), Text),
+)
+
+Learnt = _some(
+    "Learnt",
+    **dict.fromkeys(("cell", "variant", "status"), Required[str]),
+    **{"pass": str},
+    repetition=Required[Count],
+    **dict.fromkeys(("took_s", "wall_s"), Seconds | None),
+    parameters=Required[_some("Work", region=Required[_REGION], depth=Required[Count], frames=Required[Count])],
+    shapes=dict[str, Count] | None,
+    lights=Count | None,
+)
+
+_ROW, _FACTS, _LINE, _LEARNT = map(TypeAdapter, (Row, Facts, Line, Learnt))
+
+# What the report of a run is made of.
+OF_RUN = "title", "experiment", "started", "command", "environment", "cells"
+OF_CELL = "cell", "variant", "scene", "point", "parameters"
+OF_ROW = (
+    *(*OF_CELL, "technology", "repetition", "status", "reason", "started", "wall_s", "phases", "frames_s", "cpu"),
+    *("memory", "rays", "used", "versions", "build", "picture", "accuracy", "measurer", "series", "warnings"),
+)
+NEVER_NONE = "environment", "point"
+OF_FRONT = "experiment", "environment", "cells", "executor"  # of a run on a cluster
+OF_PART = "cell", "variant", "scene", "point", "repetition", "pass", "status", "host"
+OF_EXPERIMENT = "processes", "override", "measure"
+
+
+def row(told, file: Path, line: int) -> None:
+    """UserError if a record is none."""
+    _check(_ROW, told, file, line)
+
+
+def teaches(record) -> bool:
+    """Whether predict.py can use a record, which it looks for in any run that lies about."""
+    try:
+        _LEARNT.validate_python(record)
+    except ValidationError:
+        return False
+    return True
+
+
+def facts(told, file: Path) -> None:
+    """UserError if a run.json is none."""
+    _check(_FACTS, told, file)
+    for number, cell in enumerate(told.get("cells", ())):
+        _there(("cell",), cell, f"cells.{number}.", file)
+
+
+def job(told, file: Path, line: int) -> None:
+    """UserError if a line of jobs.jsonl is none."""
+    _check(_LINE, told, file, line)
+    _there(("number",) if "submitted" in told else ("host", "status", "reason"), told, f"line {line}: ", file)
+
+
+def front(told: dict, file: Path) -> None:
+    """UserError if a run.json is not of a run on a cluster."""
+    _there(OF_FRONT, told, "", file)
+    _there(("batches",), told["executor"], "executor.", file)
+    _there(OF_EXPERIMENT, told["experiment"], "experiment.", file)
+    for number, cell in enumerate(told["cells"]):
+        _there(OF_CELL, cell, f"cells.{number}.", file)
+
+
+def part(told: dict, records: list[dict], folder: Path) -> None:
+    """UserError if a part of a run on a cluster cannot be put together with others."""
+    _there(("environment", "cells"), told, "", Path(folder) / "run.json")
+    _there(("host",), told["environment"], "environment.", Path(folder) / "run.json")
+    for cell in told["cells"]:
+        _there(OF_CELL[:4], cell, f"{cell['cell']}: ", Path(folder) / "run.json")
+    for record in records:
+        _there(OF_PART, record, f"repetition {record.get('repetition')}: ", Path(folder) / "repetitions.jsonl")
+
+
+def complete(told: dict, records: list[dict], folder: Path) -> None:
+    """UserError if no report can be made of a run, by its run.json and its records."""
+    file = Path(folder) / "run.json"
+    _there(OF_RUN, told, "", file)
+    _there(("processes", "frames", "image", "measure"), told["experiment"], "experiment.", file)
+    _there(("interval",), told["experiment"]["measure"], "experiment.measure.", file)
+    _there(("host", "commit", "cores"), told["environment"], "environment.", file)
+    _there(("logical",), told["environment"]["cores"], "environment.cores.", file)
+    for number, cell in enumerate(told["cells"]):
+        _there(OF_CELL, cell, f"cells.{number}.", file)
+    for pair in (told.get("pair"), *told.get("pairs", ())):
+        if pair and "unavailable" not in pair:
+            _there(("cell", "label"), pair, "pair.", file)
+    for record in records:
+        place = f"repetition {record.get('repetition')} of {record.get('variant')}: "
+        _there(OF_ROW, record, place, file.with_name("repetitions.jsonl"))
+
+
+def _there(names: tuple[str, ...], told: dict, place: str, file: Path) -> None:
+    if missing := [name for name in names if name not in told or (told[name] is None and name in NEVER_NONE)]:
+        raise UserError(f"{place}{missing[0]} is not there", file=file, remedy=REMEDY)
+
+
+REMEDY = "it is damaged, or of another version of rayrace"
+
+
+def _check(adapter: TypeAdapter, told, file: Path, line: int | None = None) -> None:
+    try:
+        adapter.validate_python(told)
+    except ValidationError as error:
+        fault = error.errors(include_url=False, include_context=False)[0]
+        place = ".".join(str(step) for step in fault["loc"])
+        raise UserError(
+            f"{place}: {fault['msg']}" if place else fault["msg"], file=file, line=line, remedy=REMEDY
+        ) from None

@@ -1,0 +1,1 @@
+"""Rows of the catalogue of failures: leaving surfaces, optics, shading."""

@@ -1,0 +1,172 @@
+"""S16: which medium a ray is in. Balls of the air's own index, balls in balls, and balls that overlap."""
+
+import itertools
+
+import mpmath as mp
+import numpy as np
+
+from harness.scene.model import Air, Material, Scene, Sphere
+from harness.stress.exact import triple
+from harness.stress.light.optics import reflectance, white_light
+from harness.stress.row import Finding, Row, Trial, directions, in_general_position, rounded
+from harness.stress.view import DIGITS, OPAQUE, WHITE, camera, cross, exact_rays, exactly, eye_rays, glass, minus
+
+SIDE, FEW = 12, 4  # pixels
+DEPTH = 9
+WATER, GLASS, AIR = (1.75, 1.0), (2.25, 1.0), (1.0, 1.0)
+GATE = {"float32": 1e-5, "float64": 1e-12}
+CERTAIN = 1e-3  # pixels whose ray passes an edge this near are not judged
+
+
+def not_there(count, precision, rng):
+    """`count` balls with the index of the air around them between the eye and four opaque ones in a bright world.
+
+    They must not be seen at all, though each face of theirs that a ray passes makes it one order higher (REF-7).
+    """
+    turn, middle = in_general_position(rng), rng.uniform(-1, 1, 3)
+    eps, mu = rounded([rng.uniform(1.1, 3), rng.uniform(0.9, 1.5)], precision)
+
+    def place(where):
+        return rounded(middle + turn @ where, precision)
+
+    def sphere(material, where, radius):
+        return Sphere(material, triple(place(where)), float(rounded(radius, precision)))
+
+    shades = [Material((s, 1 - s, 0.0), 0.0, 1.0, OPAQUE, eps, mu) for s in (0.0, 1.0)]
+    seen_through = [
+        sphere(shade, [x + rng.uniform(-0.2, 0.2), y, -6], rng.uniform(0.7, 1.1))
+        for shade, (x, y) in zip([*shades, *shades], [(-1.5, -1.5), (1.5, -1.5), (-1.5, 1.5), (1.5, 1.5)], strict=True)
+    ]
+    matched = glass(eps, mu)
+    balls = [sphere(matched, rng.uniform((-1, -1, -2), (1, 1, 2)), rng.uniform(0.5, 2)) for _ in range(count)]
+    view = camera(place([0, 0, 5]), place([0, 0, 0]), 1.5 * turn[:, 0], 1.5 * turn[:, 1], precision)
+    scene = Scene(view, (*seen_through, *balls), (), WHITE, (0.0, 0.0, 1.0), Air(eps, mu))
+
+    def judge(result):
+        expected, certain = opaque(scene, seen_through)
+        off = np.abs(result.array.astype(float) - expected).max(axis=-1)[certain]
+        return Finding(off.size, (~(off <= GATE[precision])).sum(), off[np.isfinite(off)])
+
+    return Trial(scene, judge, parameters={"width": SIDE, "height": SIDE, "depth": 2 * count})
+
+
+def opaque(scene, spheres):
+    """Renders these opaque spheres alone, (SIDE, SIDE, 3), and returns which pixels are certain."""
+    eye, way = eye_rays(scene.camera, SIDE, SIDE)
+    picture = np.broadcast_to(scene.background, way.shape).copy()
+    certain = np.ones(way.shape[:2], bool)
+    for ball in spheres:  # side by side: no ray meets two
+        to_centre = np.subtract(ball.centre, eye)
+        impact = np.linalg.norm(np.cross(to_centre, way), axis=-1)
+        picture[impact < ball.radius] = ball.material.diffuse
+        certain &= np.abs(impact - ball.radius) > CERTAIN
+    return picture, certain
+
+
+def nested(count, precision, rng):
+    """Balls with one centre, by turns of water and glass, in a white world."""
+    turn, centre = in_general_position(rng), rounded(rng.uniform(-1, 1, 3), precision)
+    radii = rounded(2 * np.cumprod([1, *rng.uniform(0.8, 0.9, count - 1)]), precision)
+    balls = [
+        Sphere(glass(*medium), triple(centre), float(radius))
+        for radius, medium in zip(radii, itertools.cycle((WATER, GLASS)), strict=False)
+    ]
+    half = 0.3 * radii[-1]  # rays meet all of them
+    eye = centre + 6 * turn[:, 2]
+    seen = camera(eye, centre, half * turn[:, 0], half * turn[:, 1], precision)
+    scene = Scene(seen, tuple(balls[k] for k in rng.permutation(count)), background=WHITE)
+
+    def truth(eye, way):
+        """A ray's n times its distance from the centre is the same everywhere (Bouguer): the angles at all faces."""
+        aside = cross(minus(eye, exactly(centre)), way)
+        square = mp.fdot(aside, aside)
+        faces, outer = [], AIR
+        for ball in balls:
+            medium = ball.material.eps_r, ball.material.mu_r
+            index2 = mp.mpf(outer[0]) * mp.mpf(outer[1])
+            cosine = mp.sqrt(1 - square / (index2 * mp.mpf(ball.radius) ** 2))
+            faces.append(reflectance(outer, medium, cosine))
+            outer = medium
+        return white_light([*faces, *reversed(faces)], DEPTH)
+
+    return judged(scene, precision, truth, FEW)
+
+
+def overlapping(count, precision, rng):
+    """Balls on a line, each overlapping the one before, by turns of glass and water; the eye looks along the line.
+
+    Where two overlap, the smaller is (MED-2). On the line every ray meets every face at right angles.
+    """
+    (axis,), origin = directions(rng, 1), rng.uniform(-1, 1, 3)
+    radii = np.sort(rng.uniform(0.5, 1.0, count))[rng.permutation(count)]
+    places = np.cumsum([0, *((radii[1:] + radii[:-1]) * rng.uniform(0.5, 0.9, count - 1))])
+    balls = [
+        Sphere(glass(*medium), triple(rounded(origin + place * axis, precision)), float(rounded(radius, precision)))
+        for place, radius, medium in zip(places, radii, itertools.cycle((GLASS, WATER)), strict=False)
+    ]
+    across = np.cross(axis, directions(rng, 1)[0])
+    seen = camera(
+        origin - 4 * axis, origin, 1e-9 * across, 1e-9 * np.cross(axis, across), precision
+    )  # fmt: skip
+    scene = Scene(seen, tuple(balls), background=WHITE)
+    ends = sorted([*(places - radii), *(places + radii)])
+
+    def medium(place):
+        around = [k for k in range(count) if abs(place - places[k]) < radii[k]]
+        if not around:
+            return AIR
+        inner = balls[min(around, key=radii.__getitem__)].material
+        return inner.eps_r, inner.mu_r
+
+    media = [AIR, *(medium((a + b) / 2) for a, b in itertools.pairwise(ends)), AIR]
+
+    def truth(*_):
+        return white_light([reflectance(i, t, mp.mpf(1)) for i, t in itertools.pairwise(media)], DEPTH)
+
+    return judged(scene, precision, truth, 1)
+
+
+def judged(scene, precision, truth, side):
+    """The Trial of a picture whose pixels are truth(eye, direction), in every channel."""
+    known = []
+
+    @mp.workdps(DIGITS)
+    def picture():
+        found = [float(truth(eye, way)) for _, _, eye, way in exact_rays(scene.camera, side, side)]
+        return np.reshape(found, (side, side, 1))
+
+    def judge(result):
+        if not known:
+            known.append(picture())
+        off = np.abs(result.array.astype(float) - known[0]).max(axis=-1)
+        return Finding(off.size, (~(off <= GATE[precision])).sum(), off[np.isfinite(off)])
+
+    return Trial(scene, judge, parameters={"width": side, "height": side, "depth": DEPTH})
+
+
+def row(name, title, stress, levels, make):
+    return Row(
+        name=name,
+        code="S16",
+        title=title,
+        stress=stress,
+        failure="pixels off by more than 1e-12 (float32: 1e-5)",
+        error="|Δ pixel|",
+        levels=levels,
+        source="Schmidt and Budge, Simple nested dielectrics, JGT 7(2), 2002",
+        make=lambda level, precision, rng: make(int(level), precision, rng),
+        expected=lambda level, u, methods: 4 * u,
+    )
+
+
+ROWS = (
+    row(
+        "media-matched",
+        "Balls of the air's own index, which must not be seen",
+        "balls before the scene",
+        (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 16.0, 24.0, 32.0),
+        not_there,
+    ),
+    row("media-nested", "Balls in balls, of water and glass", "balls", (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0), nested),
+    row("media-overlap", "Balls that overlap", "balls in a row", (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0), overlapping),
+)

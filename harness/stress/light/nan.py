@@ -1,0 +1,108 @@
+"""S20: a sample that is not a number kills its pixel: how many die as samples grow, and whether they are counted."""
+
+import math
+
+import numpy as np
+
+from harness.scene.model import Air, Scene, Sphere
+from harness.stress.exact import triple
+from harness.stress.row import Finding, Row, Trial, in_general_position, rounded
+from harness.stress.view import WHITE, camera, eye_rays, glass
+
+SIDE, MANY = 10, 40  # pixels, each with one bubble at a random place in it
+PIXEL = 0.2  # width at the screen
+EYE = 60.0  # so far that bubbles at the edge look as in the middle
+APART = 1.8  # radii from the bubble's centre to the edge of its pixel: their bounding boxes do not meet (MED-2)
+KILLS = 1 - 1 / 2.25  # share of a bubble's disk past the critical angle of glass
+SHARE = 2e-3  # of samples that are not a number, where that is not what grows
+SURE = 1e-4  # of a bubble's radius: a sample this near to the limit is on either side of it
+
+
+def bubbles(radius, side, samples, precision, rng):
+    """Bubbles of air in a world of glass, white behind. Fresnel's formula has no number for an eye ray whose impact on
+    one is from 1/1.5 to 1 radius, unless x ≤ 0 is looked for (REF-2)."""
+    turn, centre = in_general_position(rng), rounded(rng.uniform(-1, 1, 3), precision)
+    radius = float(rounded(radius, precision))
+    free = PIXEL / 2 - APART * radius
+    balls = []
+    for x, y in np.ndindex(side, side):
+        where = PIXEL * (np.array([x, y]) - (side - 1) / 2) + rng.uniform(-free, free, 2)
+        balls.append(Sphere(glass(1.0), triple(rounded(centre + turn[:, :2] @ where, precision)), radius))
+    half = PIXEL * side / 2
+    seen = camera(centre + EYE * turn[:, 2], centre, half * turn[:, 0], half * turn[:, 1], precision)
+    scene = Scene(seen, tuple(balls), background=WHITE, air=Air(2.25, 1.0))
+    asked = {"width": side, "height": side, "depth": 1, "sampler": "uniform", "samples": samples}
+    return scene, asked
+
+
+def past_critical(scene, side):
+    """Which rays of the pixels' centres are, and which may or may not be: bool (side, side) each."""
+    eye, way = eye_rays(scene.camera, side, side)
+    past, unsure = np.zeros(way.shape[:2], bool), np.zeros(way.shape[:2], bool)
+    for ball in scene.objects:
+        impact = np.linalg.norm(np.cross(np.subtract(ball.centre, eye), way), axis=-1) / ball.radius
+        past |= (impact > 1 / 1.5) & (impact < 1)
+        unsure |= (abs(impact - 1 / 1.5) < SURE) | (abs(impact - 1) < SURE)
+    return past, unsure
+
+
+def pixels(level, precision, rng):
+    """Samples a side grow."""
+    radius = PIXEL * math.sqrt(SHARE / (KILLS * math.pi))
+    scene, asked = bubbles(radius, SIDE, int(level), precision, rng)
+
+    def judge(result):
+        lost = ~np.isfinite(result.array).all(axis=-1)
+        return Finding(lost.size, lost.sum(), np.array([lost.mean()]))
+
+    return Trial(scene, judge, parameters=asked)
+
+
+def counted(level, precision, rng):
+    """One sample a pixel, so that the picture shows which samples are no numbers: `level` of them, by the geometry."""
+    root = math.sqrt(level)
+    radius = PIXEL * root / (math.sqrt(KILLS * math.pi) + 2 * APART * root)
+    scene, asked = bubbles(radius, MANY, 1, precision, rng)
+
+    def judge(result):
+        seen = int((~np.isfinite(result.array).all(axis=-1)).sum())
+        past, unsure = past_critical(scene, MANY)
+        low, high = int((past & ~unsure).sum()), int((past | unsure).sum())
+        told = result.said.rays["non_finite"]
+        # What is told must be what is seen, and what is seen what the geometry says.
+        missing = max(abs(told - seen), low - seen, seen - high, 0)
+        return Finding(MANY * MANY, missing)
+
+    return Trial(scene, judge, parameters={**asked, "fresnel": "unclamped"})
+
+
+def killed(level, u, methods):
+    """Predicts the share of killed pixels; samples closer together than a bubble is wide kill no more."""
+    return min(1.0, SHARE * level**2) if methods["fresnel"] == "unclamped" else 0.0
+
+
+ROWS = (
+    Row(
+        name="nan",
+        code="S20",
+        title="Pixels that one bad sample kills, of which there are two in a thousand",
+        stress="samples a side of a pixel",
+        failure="pixels that are not a number",
+        error="share of the pixels",
+        levels=(1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0),
+        method="fresnel",
+        make=pixels,
+        expected=killed,
+        limit=lambda u, methods: SHARE**-0.5 if methods["fresnel"] == "unclamped" else None,
+    ),
+    Row(
+        name="nan-counted",
+        code="S20",
+        title="Samples that are no numbers, and that nobody is told of",
+        stress="share of samples that are not a number",
+        failure="bad samples that are neither seen nor counted",
+        levels=(1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2, 0.4),
+        method="floating_point",
+        make=counted,
+    ),
+)

@@ -1,0 +1,98 @@
+"""Detects what disturbed a repetition: the system's counters before it and after it.
+
+steal_s        CPU time that the host of a virtual machine gave to others (proc(5), /proc/stat)
+other_cpu_s    CPU time of all programs but rayrace and what it started
+waited_s       time in which some program waited for a core (/proc/pressure/cpu)
+swapped_pages  to and from the disk (/proc/vmstat)
+held_back_s    time for which a CPU quota stopped this control group, or one around it (cpu.stat)
+throttled      times that a core was slowed down for heat
+
+Each is a number, or {"unavailable": reason}. Resolution of the CPU times: one tick of the clock for each core, 10 ms.
+"""
+
+import os
+from pathlib import Path
+
+from harness.system import cgroup
+
+ROOT = Path("/")
+LEAST_S = 0.1  # s, below which the resolution of the counters decides
+SHARE = 0.05  # of the wall time of one core
+CORE_FIELDS, STEAL_FIELD = (0, 1, 2, 5, 6), 7  # of /proc/stat: user, nice, system, irq, softirq; steal
+
+DOUBTS = {
+    "steal_s": "the host of this virtual machine took the processor away",
+    "other_cpu_s": "other programs used the processor",
+    "swapped_pages": "the system swapped memory",
+    "held_back_s": "a CPU quota (cgroup) stopped the programs of this group",
+    "throttled": "the processor was slowed down for heat",
+}
+
+
+def look(root: Path = ROOT) -> dict:
+    """The counters now, each a number or the reason why there is none."""
+    own = os.times()
+    return {
+        "steal_s": _told(root / "proc/stat", lambda text: _cpu_s(text, (STEAL_FIELD,))),
+        "busy_s": _told(root / "proc/stat", lambda text: _cpu_s(text, CORE_FIELDS)),
+        "own_s": own.user + own.system + own.children_user + own.children_system,
+        "waited_s": _told(root / "proc/pressure/cpu", _waited),
+        "swapped_pages": _told(root / "proc/vmstat", _swapped),
+        "held_back_s": _held_back(root),
+        "throttled": _throttled(root / "sys/devices/system/cpu"),
+    }
+
+
+def between(before: dict, after: dict) -> dict:
+    """Returns what happened between two looks."""
+    changed = {}
+    for name, old in before.items():
+        new = after[name]
+        reason = next((value for value in (old, new) if isinstance(value, str)), None)
+        changed[name] = {"unavailable": reason} if reason else max(0, new - old)
+    busy, own = changed.pop("busy_s"), changed.pop("own_s")
+    other = busy if isinstance(busy, dict) else max(0.0, busy - own)
+    return {"steal_s": changed.pop("steal_s"), "other_cpu_s": other, **changed}
+
+
+def doubts(found: dict, wall_s: float) -> list[str]:
+    """Why times of a repetition of `wall_s` seconds are doubtful, in words that are the same each time."""
+    limits = dict.fromkeys(("steal_s", "other_cpu_s"), max(LEAST_S, SHARE * wall_s))
+    return [
+        text for name, text in DOUBTS.items() if not isinstance(found[name], dict) and found[name] > limits.get(name, 0)
+    ]
+
+
+def _told(path: Path, read):
+    """`read` of a file's text, or why there is no answer."""
+    try:
+        return read(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, IndexError, KeyError) as error:
+        return f"{path}: {getattr(error, 'strerror', None) or 'not as expected'}"
+
+
+def _cpu_s(text: str, fields: tuple[int, ...]) -> float:
+    """CPU seconds in some fields of the first line of /proc/stat."""
+    ticks = [int(word) for word in text.splitlines()[0].split()[1:]]
+    return sum(ticks[field] for field in fields) / os.sysconf("SC_CLK_TCK")
+
+
+def _waited(text: str) -> float:
+    return int(text.splitlines()[0].rpartition("total=")[2]) / 1e6
+
+
+def _swapped(text: str) -> int:
+    rows = dict(line.split() for line in text.splitlines())
+    return int(rows["pswpin"]) + int(rows["pswpout"])
+
+
+def _held_back(root: Path):
+    told = cgroup.held_back(root)
+    return told[1] if told else "no control group counts it"
+
+
+def _throttled(cores: Path):
+    counts = [_told(path, int) for path in sorted(cores.glob("cpu[0-9]*/thermal_throttle/core_throttle_count"))]
+    if not counts:
+        return "the system counts none"
+    return next((count for count in counts if isinstance(count, str)), None) or sum(counts)

@@ -1,0 +1,3 @@
+from rayrace.main import main
+
+main()

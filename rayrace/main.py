@@ -1,0 +1,245 @@
+"""The command line. Every command imports what it needs when it runs, so that --help is quick."""
+
+import contextlib
+import io
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rayrace import picture
+from rayrace import run as cli_run
+from rayrace.picture import JsonOption, RendererOption
+
+HostOption = Annotated[str, typer.Option(help="Of a run on several hosts: the one that is meant.", metavar="NAME")]
+
+app = typer.Typer(
+    help="Races ray tracers and keeps an honest score: speed beside accuracy, each renderer a process of its own.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def main() -> None:
+    """The entry point: 0 good, 1 something that was measured failed, 2 wrong use, 130 stopped by Ctrl-C."""
+    from harness.errors import UserError, of_system
+
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="surrogateescape")  # names of files need not be Unicode
+    try:
+        app()
+    except UserError as error:
+        _end(str(error))
+    except OSError as error:
+        _end(of_system(error))
+
+
+def _end(text: str) -> None:
+    with contextlib.suppress(OSError):  # the terminal may be gone
+        print(f"error: {text}", file=sys.stderr, flush=True)
+    sys.exit(2)
+
+
+app.command()(cli_run.run)
+app.command()(cli_run.status)
+app.command()(picture.render)
+app.command()(picture.trace)
+
+
+@app.command()
+def report(
+    runs: Annotated[
+        list[Path], typer.Argument(help="Folders that `rayrace run` wrote, or packed runs (.tar.xz).", metavar="RUN ..")
+    ],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="Folder for the report. Default, of one folder: RUN/report.")
+    ] = None,
+    pool: Annotated[
+        bool, typer.Option("--pool", help="Take hosts of a cluster that are alike in all but their names as one.")
+    ] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing: make it again and tell what has other data; exit 1 if any.")
+    ] = False,
+) -> None:
+    """Write every table and figure of a run, and report.html and report.md, which hold them.
+
+    Of several runs each has its report, and one page has their machines side by side; nothing is pooled.
+    """
+    from harness.errors import UserError
+    from reports.page import several
+
+    if out is None and (len(runs) > 1 or runs[0].is_file()):
+        raise UserError("name the folder of the report with -o FOLDER")
+    folder = out or runs[0] / "report"
+    if not check:
+        print(several.make(runs, folder, pool))
+        return
+    said = several.check(runs, folder, pool)
+    for line in said:
+        print(line)
+    print(f"{len(said)} of its figures and tables differ" if said else "every figure and table has the same data")
+    raise typer.Exit(1 if said else 0)
+
+
+@app.command()
+def compare(
+    run_a: Annotated[Path, typer.Argument(help="The run before, its folder or a packed one.", metavar="RUN_A")],
+    run_b: Annotated[Path, typer.Argument(help="The run now.", metavar="RUN_B")],
+    fail_slower: Annotated[
+        float | None,
+        typer.Option(min=0, help="Exit 1 if a cell is significantly slower by more, or not ok now.", metavar="PERCENT"),
+    ] = None,
+    host: HostOption = "",
+    as_json: JsonOption = False,
+) -> None:
+    """List what became faster or slower from one run to another, what is not resolved, and whose picture changed."""
+    from harness.store import packed
+    from reports.compare import compare as comparisons
+    from reports.compare import text as compare_text
+
+    with packed.opened(run_a) as a, packed.opened(run_b) as b:
+        found = comparisons.compare(a, b, host)
+    if as_json:
+        print(compare_text.as_json(found))
+    else:
+        compare_text.show(found)
+    if fail_slower is None:
+        return
+    slower = found.slower(fail_slower)
+    for row in slower:
+        print(f"significantly slower, by more than {fail_slower:g} %: {row.name}", file=sys.stderr)
+    for row in found.broken:
+        print(f"no longer ok: {row.name}: {row.reason}", file=sys.stderr)
+    raise typer.Exit(1 if slower or found.broken else 0)
+
+
+@app.command()
+def export(
+    run: Annotated[Path, typer.Argument(help="Folder that `rayrace run` wrote, or a packed run.", metavar="RUN")],
+    form: Annotated[
+        str, typer.Option("--format", help="pyperf, hyperfine, github, parquet or packed (.tar.xz).", metavar="NAME")
+    ],
+    out: Annotated[
+        str, typer.Option("-o", "--out", help="File; -: standard output, of formats of text.", metavar="FILE")
+    ] = "-",
+    pictures: Annotated[
+        bool,
+        typer.Option(help="Of a packed run: with its pictures, which take most of the room, or with errors alone."),
+    ] = True,
+    host: HostOption = "",
+) -> None:
+    """Write a run in the format of another tool, or in one file, which `report`, `compare` and `export` read too."""
+    from harness.store import packed
+    from reports import exporters
+
+    with packed.opened(run) as folder:
+        left_out = exporters.write(folder, form, None if out == "-" else Path(out), pictures, host)
+    for line in left_out:
+        print(f"left out: {line}", file=sys.stderr)
+
+
+@app.command("list")
+def list_renderers(renderer: RendererOption = None, as_json: JsonOption = False) -> None:
+    """The renderers, and why one is unavailable."""
+    from harness.renderer import registry
+    from rayrace import terminal
+
+    terminal.show_renderers(registry.entries(tuple(renderer or ())), as_json)
+
+
+@app.command()
+def doctor(
+    as_json: JsonOption = False,
+    cuda: Annotated[
+        bool, typer.Option("--cuda", help="What kernels take of a GPU: registers, memory, occupancy. Needs no GPU.")
+    ] = False,
+    scene: Annotated[list[Path] | None, typer.Option(help="With --cuda: a scene to compile for, not ours.")] = None,
+    target: Annotated[
+        list[str] | None, typer.Option(help="With --cuda: a compute capability. Default: sm_75, sm_80, sm_90, sm_100.")
+    ] = None,
+    renderer: RendererOption = None,
+) -> None:
+    """Is this machine fit to measure? It changes nothing."""
+    from harness.errors import UserError
+    from harness.machine import doctor as doctors
+    from rayrace import terminal
+
+    if not cuda:
+        if scene or target:
+            raise UserError("--scene, --target: only with --cuda")
+        terminal.show_findings(doctors.examine(), as_json)
+        return
+    from harness.contract import compile_report
+    from harness.renderer import registry
+
+    entries = compile_report.find(registry.entries(tuple(renderer or ())))
+    rows = compile_report.examine(
+        entries, compile_report.cases(tuple(scene or ())), tuple(target or compile_report.TARGETS)
+    )
+    raise typer.Exit(terminal.show_kernels(rows, as_json))
+
+
+@app.command()
+def check(
+    path: Annotated[Path, typer.Argument(help="Folder of a renderer.")],
+) -> None:
+    """Contract test of a renderer: does it keep to renderers/README.md and SPEC.md?"""
+    from harness.contract import check as checks
+    from rayrace import terminal
+
+    raise typer.Exit(terminal.show_checks(checks.examine(path)))
+
+
+@app.command()
+def experiments(
+    name: Annotated[str, typer.Argument(help="The bundled experiment to copy. Without it, they are listed.")] = "",
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the copy.")] = Path(),
+    as_json: JsonOption = False,
+) -> None:
+    """List the bundled experiments, or copy one with its scenes into a folder, to edit and run it."""
+    import json
+
+    from rayrace import bundled, terminal
+
+    if name:
+        copied = bundled.copy(name, out)
+        print(json.dumps([str(file) for file in copied]) if as_json else "\n".join(map(str, copied)))
+    else:
+        terminal.show_experiments(bundled.names(), as_json)
+
+
+@app.command()
+def generate(
+    name: Annotated[str, typer.Argument(help="comparison, lattice, balls, tetra, knot or icosphere.")],
+    spheres: Annotated[int | None, typer.Option(min=0, help="Of comparison. Default: 48.")] = None,
+    lights: Annotated[int | None, typer.Option(min=0, help="Of comparison. Default: 3.")] = None,
+    size: Annotated[
+        int | None, typer.Option(min=0, help="Size factor. Default: 4 for balls, 6 for tetra, 2 for icosphere.")
+    ] = None,
+    material: Annotated[
+        str | None, typer.Option(help="Of lattice: matte, mirror, perfect or glass. Default: perfect.", metavar="NAME")
+    ] = None,
+    radius: Annotated[float | None, typer.Option(min=0, help="Of lattice, spacing 1. Default: 0.4.")] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Scene file. Default: standard output.")] = None,
+) -> None:
+    """Generate a scene: the comparison scene for any number of spheres and lights (.txt), a lattice of spheres that
+    multiply errors (.txt), one of Haines' (.nff), the gallery's mesh, or a sphere of 20 * 4^size triangles (.obj)."""
+    from harness.scene.generate.generated import written
+
+    text = written(name, out, spheres=spheres, lights=lights, size=size, material=material, radius=radius)
+    if out is None:
+        print(text, end="")
+    else:
+        out.write_text(text, encoding="utf-8")
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of an experiment file (experiments/schema.json)."""
+    import json
+
+    from harness.experiment.experiment import Experiment
+
+    print(json.dumps(Experiment.model_json_schema(), indent=1))

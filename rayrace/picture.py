@@ -1,0 +1,159 @@
+"""The commands `render` and `trace`: one picture, or the hits of a list of rays."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+RendererOption = Annotated[list[Path] | None, typer.Option("--renderer", help="Folder of a renderer, or of several.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a script.")]
+SphereOption = Annotated[str, typer.Option(help="robust, textbook, stable or wide.", metavar="NAME")]
+TriangleOption = Annotated[str, typer.Option(help="watertight, moller-trumbore or watertight-kahan.", metavar="NAME")]
+SlabOption = Annotated[str, typer.Option(help="branch or plain.", metavar="NAME")]
+VectorOption = Annotated[str, typer.Option(help="off, or on: many rays, or many shapes, at once.", metavar="NAME")]
+MergeOption = Annotated[str, typer.Option(help="tolerant or none.", metavar="NAME")]
+
+
+def render(
+    context: typer.Context,
+    scene: Annotated[Path, typer.Argument(help="Scene file, or the name of a bundled one.")],
+    variant: Annotated[
+        str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
+    ] = "",
+    out: Annotated[Path, typer.Option("-o", "--out", help="Picture: .png, .exr, .npy or .tif; or scene: .pov.")] = Path(
+        "picture.png"
+    ),
+    width: Annotated[int, typer.Option(min=1, max=65536)] = 512,
+    height: Annotated[int, typer.Option(min=1, max=65536)] = 512,
+    depth: Annotated[int, typer.Option(min=0, help="Largest order of a ray.")] = 10,
+    shadows: Annotated[bool, typer.Option(help="Shadow feelers.")] = True,
+    sampler: Annotated[str, typer.Option(help="one, uniform, jittered or adaptive.", metavar="NAME")] = "",
+    samples: Annotated[int, typer.Option(min=1, help="n: n x n samples a pixel, uniform if no sampler is given.")] = 1,
+    adaptive_depth: Annotated[int, typer.Option(min=0, max=8, help="Halvings of a pixel.")] = 3,
+    adaptive_threshold: Annotated[float, typer.Option(help="Difference that halves.")] = 0.1,
+    lens_radius: Annotated[float, typer.Option(min=0, help="0: a pinhole.")] = 0.0,
+    focal_distance: Annotated[float, typer.Option(min=0, help="From the eye to what is in focus.")] = 0.0,
+    feelers: Annotated[int, typer.Option(min=0, help="To each light with a radius; 0: hard shadows.")] = 0,
+    glossy_rays: Annotated[int, typer.Option(min=0, help="Reflected rays of a hit; 0: perfect mirrors.")] = 0,
+    glossy_weight: Annotated[str, typer.Option(help="plain or study.", metavar="NAME")] = "plain",
+    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.")] = 0,
+    walk: Annotated[str, typer.Option(help="least, recursion, table, stack or chain.", metavar="NAME")] = "least",
+    accel: Annotated[str, typer.Option(help="auto, none or bvh.", metavar="NAME")] = "auto",
+    sphere: SphereOption = "robust",
+    triangle: TriangleOption = "watertight",
+    slab: SlabOption = "branch",
+    merge: MergeOption = "tolerant",
+    offset: Annotated[str, typer.Option(help="bounded, relative, fixed or none.", metavar="NAME")] = "bounded",
+    epsilon: Annotated[str, typer.Option(help="Of the offset: 1e-4, 2^-20. Default: by method and precision.")] = "",
+    fresnel: Annotated[str, typer.Option(help="clamped or unclamped.", metavar="NAME")] = "clamped",
+    phong: Annotated[str, typer.Option(help="clamped or unclamped.", metavar="NAME")] = "clamped",
+    renormalise: Annotated[str, typer.Option(help="on or off.", metavar="NAME")] = "on",
+    kernel: Annotated[
+        str, typer.Option(help="needed: what the scene needs, +lens: that too; general: all.", metavar="NAME")
+    ] = "needed",
+    vector: VectorOption = "off",
+    floating_point: Annotated[str, typer.Option(help="strict, contract or fast.", metavar="NAME")] = "strict",
+    cutoff: Annotated[str, typer.Option(help="Rays of so small a weight are not traced: 0.001, 2^-10.")] = "0",
+    arithmetic: Annotated[str, typer.Option(help="linear, or srgb as a warning.", metavar="NAME")] = "linear",
+    sample_x: Annotated[float, typer.Option(min=0, max=1, help="Place of the sample in a pixel.")] = 0.5,
+    sample_y: Annotated[float, typer.Option(min=0, max=1)] = 0.5,
+    region: Annotated[str, typer.Option(help="Only the pixels x0,y0,x1,y1.")] = "",
+    precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
+    threads: Annotated[int, typer.Option(min=0, help="0: as many as the variant runs by default.")] = 0,
+    scene_memory: Annotated[
+        str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")
+    ] = "auto",
+    block_width: Annotated[int, typer.Option(min=1, max=1024, help="Threads of a GPU's block.")] = 16,
+    block_height: Annotated[int, typer.Option(min=1, max=1024)] = 16,
+    total_threads: Annotated[int, typer.Option(min=0, help="Of a GPU; 0: one for each pixel.")] = 0,
+    max_registers: Annotated[int, typer.Option(min=0, max=255, help="Of a GPU's thread; 0: no cap.")] = 0,
+    max_error: Annotated[
+        str,
+        typer.Option(
+            help="Pick the quickest measured method with no more RMSE (linear RGB) than 1/255, 0.001, ..",
+            metavar="ERROR",
+        ),
+    ] = "",
+    frames: Annotated[int, typer.Option(min=0, help="Frames after the first, to time.")] = 0,
+    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds; of each tile.")] = 3600.0,
+    tiles: Annotated[
+        int | None,
+        typer.Option(min=1, help="Render squares of so many pixels a side one by one, to a .tif or .npy of any size."),
+    ] = None,
+    executor: Annotated[str, typer.Option(help="Who renders tiles: local, slurm or dask.", metavar="NAME")] = "",
+    slurm: Annotated[
+        list[str] | None,
+        typer.Option(help="Of its jobs, as [slurm] of an experiment: time='2 h'.", metavar="KEY=VALUE"),
+    ] = None,
+    dask: Annotated[str, typer.Option(help="The scheduler's.", metavar="ADDRESS")] = "",
+    renderer: RendererOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Render a scene to a picture."""
+    from harness.errors import UserError
+    from harness.single import single
+    from rayrace import bundled
+
+    scene = bundled.scene(scene)
+    image = single.image(
+        width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
+        adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold, lens_radius=lens_radius,
+        focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
+        glossy_weight=glossy_weight, seed=seed, walk=walk, accel=accel, sphere=sphere, triangle=triangle,
+        slab=slab, merge=merge, offset=offset, epsilon=epsilon or None, fresnel=fresnel, phong=phong,
+        renormalise=renormalise, kernel=kernel, vector=vector, floating_point=floating_point, cutoff=cutoff,
+        arithmetic=arithmetic, sample_x=sample_x, sample_y=sample_y, region=region, precision=precision,
+        threads=threads or "default", scene_memory=scene_memory, block_width=block_width,
+        block_height=block_height, total_threads=total_threads, max_registers=max_registers,
+    )  # fmt: skip
+    if tiles:
+        from harness.single import mosaic
+
+        if frames:
+            raise UserError("--frames: not with --tiles, where nothing is timed")
+        if max_error:
+            raise UserError("--max-error: not with --tiles; render a small picture with it, and take its method")
+        chosen = mosaic.way(executor, tuple(slurm or ()), dask)
+        mosaic.render(scene, variant, out, image, tiles, chosen, timeout, tuple(renderer or ()), as_json)
+        return
+    if executor or slurm or dask:
+        raise UserError("--executor, --slurm and --dask are for tiles", remedy="add --tiles 1024, say")
+    if max_error:
+        from rayrace import choice
+
+        given = {name for name in context.params if context.get_parameter_source(name).name != "DEFAULT"}
+        choice.render(scene, variant, out, image, max_error, given, frames, timeout, tuple(renderer or ()), as_json)
+        return
+    single.render(scene, variant, out, image, frames, timeout, tuple(renderer or ()), as_json)
+
+
+def trace(
+    scene: Annotated[Path, typer.Argument(help="Scene file, or the name of a bundled one.")],
+    rays: Annotated[Path, typer.Argument(help="CSV with the header ox,oy,oz,dx,dy,dz.", metavar="RAYS.csv")],
+    variant: Annotated[
+        str, typer.Option("-r", "--variant", help="Who traces. Default: the first available of the fastest.")
+    ] = "",
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="HITS.csv. Default: standard output.")] = None,
+    precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
+    sphere: SphereOption = "robust",
+    triangle: TriangleOption = "watertight",
+    slab: SlabOption = "branch",
+    merge: MergeOption = "tolerant",
+    vector: VectorOption = "off",
+    floating_point: Annotated[str, typer.Option(help="strict, contract or fast.", metavar="NAME")] = "strict",
+    scene_memory: Annotated[
+        str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")
+    ] = "auto",
+    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
+    renderer: RendererOption = None,
+) -> None:
+    """First hits of a list of rays: hit,t,px,py,pz,nx,ny,nz,object."""
+    from harness.single import single
+    from rayrace import bundled
+
+    scene = bundled.scene(scene)
+    methods = {
+        "precision": precision, "sphere": sphere, "triangle": triangle, "slab": slab, "merge": merge, "vector": vector,
+        "floating_point": floating_point, "scene_memory": scene_memory,
+    }  # fmt: skip
+    single.trace(scene, rays, variant, out, methods, timeout, tuple(renderer or ()))

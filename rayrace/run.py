@@ -1,0 +1,207 @@
+"""The commands `run` and `status`: an experiment, here or on a cluster, and its progress."""
+
+import contextlib
+import math
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rayrace.picture import JsonOption, RendererOption
+
+
+def run(
+    experiment: Annotated[
+        Path, typer.Argument(help="Experiment file (.toml), or the name of a bundled one.", metavar="EXPERIMENT")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the run; it must not exist yet. Default: a new one in results/.")
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print the cells, what will not run, and the predicted time; and stop.")
+    ] = False,
+    only: Annotated[str, typer.Option(help="Only these of its renderers, by commas.")] = "",
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", help="Put key=value over the file: image.depth=5.")
+    ] = None,
+    resume: Annotated[
+        Path | None, typer.Option(help="Go on with the run in this folder: only what it lacks.", metavar="RUN")
+    ] = None,
+    max_minutes: Annotated[
+        float | None,
+        typer.Option(min=0, help="Begin nothing more after so long; every cell has its turn before a second."),
+    ] = None,
+    executor: Annotated[
+        str,
+        typer.Option(help="local; slurm or dask: jobs on a cluster, one to a host. Default: local.", metavar="NAME"),
+    ] = "",
+    detach: Annotated[
+        bool, typer.Option("--detach", help="Submit jobs and stop; `rayrace status` tells of them.")
+    ] = False,
+    report: Annotated[bool, typer.Option("--report", help="Write the report of the run too.")] = False,
+    renderer: RendererOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="With --dry-run: print JSON for a script.")] = False,
+) -> None:
+    """Run an experiment: every scene x renderer x swept value, in fresh interleaved processes."""
+    from harness import executors
+    from harness.cluster import campaign
+    from harness.errors import UserError
+    from harness.experiment import experiment as experiments
+    from harness.plan import plan
+    from harness.renderer import registry
+    from harness.store import store
+    from rayrace import bundled, terminal
+
+    experiment = bundled.experiment(experiment)
+    asked = experiments.load(experiment, tuple(settings or ()))
+    folders = tuple(renderer or ())
+    known = registry.entries(folders)
+    chosen = tuple(name.strip() for name in only.split(",") if name.strip())
+    planned = plan.make(asked, experiment, known, chosen)
+    budget = math.inf if max_minutes is None else 60 * max_minutes
+    if resume and out:
+        raise UserError("--resume goes on in the run's own folder; leave --out out")
+    before = store.executor(resume) if resume else None
+    if before and executor and executor != before:
+        raise UserError(f"--executor {executor}: {resume} was submitted through {before}; leave --executor out")
+    name = before or executor or "local"
+    if name not in executors.NAMES:
+        raise UserError(f"--executor {name}: known: {', '.join(executors.NAMES)}")
+    if name == "local" and detach:
+        raise UserError("--detach: only of jobs on a cluster, with --executor")
+    if name != "local" and max_minutes is not None:
+        raise UserError("--max-minutes: of a run here; jobs have the time of the experiment's [slurm]")
+    if dry_run:
+        from harness.plan import forecast
+
+        made = forecast.make(planned, asked, Path("results"), None if before else resume)
+        jobs = None
+        if name != "local":
+            batches = campaign.plan_batches(asked, planned, name, made.predictor)
+            jobs = campaign.Forecast(campaign.table(asked, name), batches)
+        terminal.show_plan(made, budget, as_json, jobs)
+        return
+    if as_json:
+        raise UserError("--json: only with --dry-run")
+    folder = resume or _new_folder(experiment, out)
+    if name == "local":
+        records, left = _here(asked, planned, known, folder, resume is not None, budget)
+    else:
+        front = campaign.Campaign(folder, asked, experiment, planned, name)
+        records, left = _on_cluster(front, chosen, folders, resume is not None, detach)
+    _finish(folder, records, left, report)
+
+
+def _new_folder(experiment: Path, out: Path | None) -> Path:
+    from harness.errors import UserError
+    from harness.race import race
+
+    if out is None:
+        return race.new_folder(experiment.stem, Path("results"))
+    try:
+        out.mkdir(parents=True)
+    except FileExistsError:
+        raise UserError(f"{out}: exists already; give --out another folder") from None
+    return out
+
+
+def _here(asked, planned, known, folder: Path, resumed: bool, budget: float) -> tuple[list[dict], int]:
+    """Run it in this process; its rows, and how many repetitions are left."""
+    from harness.errors import UserError, of_system
+    from harness.plan import predict
+    from harness.race import race, stopping
+    from rayrace import terminal
+
+    stopping.heed()
+    try:
+        with terminal.progress() as tell:
+            earlier = predict.history(Path("results"), but=folder)
+            records = race.run(asked, planned, known, folder, tell, resumed, budget, earlier=earlier)
+    except UserError:  # says itself what to do
+        raise
+    except OSError as error:
+        raise UserError(of_system(error, folder), remedy=_come_back(folder)) from error
+    except BaseException as error:
+        with contextlib.suppress(OSError):  # the terminal may be gone
+            print(f"stopped; {_come_back(folder)}", file=sys.stderr, flush=True)
+        if isinstance(error, stopping.Stopped):
+            stopping.end(error)
+        raise
+    done = {(record["cell"], record["repetition"], record["pass"]) for record in records}
+    return records, sum((cell.key, *turn) not in done for cell, *turn in planned.order(asked.seed, asked.order))
+
+
+def _come_back(folder: Path) -> str:
+    begun = (folder / "run.json").exists()
+    if not folder.is_dir() or (begun and not (folder / "repetitions.jsonl").exists()):
+        return f"{folder} is gone, and what had finished with it"
+    return f"what had finished is in {folder}; go on with --resume {folder}"
+
+
+def _on_cluster(front, only, renderers, resumed: bool, detach: bool) -> tuple[list[dict], int]:
+    """Submit what is missing of a Campaign, and follow it; its rows, and how many repetitions are left."""
+    from harness.cluster import campaign
+    from harness.plan import predict
+    from harness.store import alone, likeness, store
+    from rayrace import terminal
+
+    def say(text: str) -> None:
+        print(text, file=sys.stderr, flush=True)
+
+    folder = front.folder
+    come_back = f"rayrace run {front.file} --resume {folder}"
+    with alone.only_one(folder):
+        where = campaign.executor_of(folder, front.name, front.table)
+        if resumed:
+            front.go_on()
+        else:
+            predictor = predict.Predictor(predict.history(Path("results"), but=folder))
+            batches = campaign.plan_batches(front.experiment, front.plan, front.name, predictor)
+            say(campaign.Forecast(front.table, batches).text)
+            front.begin(batches, only, renderers)
+        front.submit(where, say)
+        if detach:
+            print(f"run: {folder}\nlook with: rayrace status {folder}; come back with: {come_back}")
+            raise typer.Exit(0)
+        try:
+            with terminal.progress() as tell:
+                front.follow(where, tell, say)
+        except KeyboardInterrupt:
+            say(f"its jobs go on; come back with: {come_back}; end them with: rayrace status {folder} --cancel")
+            raise
+    for line in likeness.of_run(folder):
+        say(f"hosts: {line}")
+    _, records = store.read(folder, hosts=store.hosts(folder))
+    return records, sum(map(len, front.missing().values()))
+
+
+def _finish(folder: Path, records: list[dict], left: int, report: bool) -> None:
+    """Say what came of it. Exit 1 if something failed that should not."""
+    from harness.race import row
+    from rayrace import terminal
+
+    terminal.show_summary(records)
+    if left:
+        print(f"{left} repetitions are left; --resume {folder} goes on")
+    print(f"run: {folder}")
+    if report:
+        from reports.page import several
+
+        print(f"report: {several.make([folder], folder / 'report')}")
+    raise typer.Exit(1 if any(map(row.failed, records)) else 0)
+
+
+def status(
+    folder: Annotated[Path, typer.Argument(help="Folder of a run, here or on a cluster.", metavar="RUN")],
+    cancel: Annotated[bool, typer.Option("--cancel", help="End its jobs; what has finished is kept.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """How far a run is: repetitions that are done, jobs that wait or run, and why others ended."""
+    from harness.cluster import status as states
+    from rayrace import terminal
+
+    if cancel:
+        count = states.cancel(folder)
+        print(f"{count} jobs are cancelled" if count else "it has no jobs to cancel", file=sys.stderr)
+    terminal.show_status(states.of(folder), as_json)

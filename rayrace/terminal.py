@@ -1,0 +1,312 @@
+"""What the commands print: tables on a terminal, plain lines elsewhere."""
+
+import json
+import math
+import os
+import statistics
+import sys
+from collections import Counter
+from contextlib import contextmanager, nullcontext
+from functools import partial
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from harness.race.row import is_as_meant
+
+console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
+MOST_ROWS = 200  # of cells that are shown one by one
+MOST_SOURCES = 8  # of a prediction that are named
+
+
+def show_experiments(titles: dict[str, str], as_json: bool) -> None:
+    """The bundled experiments by name, with their titles."""
+    if as_json:
+        print(json.dumps(titles, indent=1))
+        return
+    table = Table("experiment", "title")
+    for name, title in titles.items():
+        table.add_row(escape(name), escape(title))
+    console.print(table)
+    print("rayrace run NAME runs one; rayrace experiments NAME copies it into this folder, to edit it")
+
+
+def show_plan(forecast, budget: float, as_json: bool, jobs=None) -> None:
+    """The cells of a plan, what will not run and why, how long it will take, and what of it fits in a budget (s).
+
+    jobs: None, or what it asks of a cluster (campaign.Forecast).
+    """
+    if as_json:
+        told = forecast.record(budget)
+        print(json.dumps({**told, "cluster": jobs.record()} if jobs else told, indent=1))
+        return
+    plan = forecast.plan
+    if len(plan.cells) <= MOST_ROWS:
+        _show_cells(forecast.lines)
+    else:
+        _show_groups(forecast.lines)
+    processes = f"{len(forecast.due)} of {len(forecast.order)} processes are due"
+    told = [f"{count} cells from {source}" for source, count in forecast.sources.items()]
+    told = [*told[:MOST_SOURCES], *([f"and {len(told) - MOST_SOURCES} more"] if len(told) > MOST_SOURCES else [])]
+    known = f"{spell(forecast.seconds)} predicted ({'; '.join(told)})" if told else "no time estimate yet"
+    print(f"{processes}; {known}" if forecast.due else "nothing is due")
+    for variant, count in forecast.unknown.items():
+        print(f"unknown for {count} cells: too few finished repetitions of {variant} on this machine")
+    for constraint, count in plan.left_out:
+        print(f'left out by where "{constraint}": {count} cells')
+    pair = f"twice in every round, for the noise floor: {plan.pair.label}" if plan.pair else plan.pair_reason
+    print(f"A/A pair: {pair}" if plan.pair else f"no A/A pair: {pair}")
+    if jobs:
+        print(jobs.text)
+    if not math.isinf(budget):
+        cut = forecast.cut(budget)
+        fits = "unknown" if cut is None else f"{cut[0]} of {len(forecast.due)} processes, which makes"
+        rounds = "" if cut is None else f" {cut[1]} whole rounds of {forecast.rounds}"
+        print(f"in {spell(budget)} fit: {fits}{rounds}")
+
+
+def _show_cells(lines: list) -> None:
+    names = "cell", "variant", "scene", "swept", "processes", "frames", "runs?", "each"
+    table = Table(*names, title=f"{len(lines)} cells")
+    for line in lines:
+        cell = line.cell
+        swept = ", ".join(f"{key} = {value}" for key, value in cell.point.items())
+        runs = f"no: {line.skipped}" if line.skipped else "yes"
+        each = "" if line.skipped else spell(line.later and line.later.seconds)
+        numbers = str(cell.processes), f"1 + {cell.parameters.frames}"
+        table.add_row(*map(escape, (cell.key, cell.entry.name, cell.scene, swept, *numbers, runs, each)))
+    console.print(table)
+
+
+def _show_groups(lines: list) -> None:
+    """Too many cells to be read one by one: a row for each variant and scene, and each reason not to run."""
+    groups = {}
+    for line in lines:
+        groups.setdefault((line.cell.entry.name, line.cell.scene, line.skipped or ""), []).append(line)
+    table = Table("variant", "scene", "cells", "swept", "due", "runs?", "in all", title=f"{len(lines)} cells")
+    for (variant, scene, skipped), some in groups.items():
+        values = {}
+        for line in some:
+            for key, value in line.cell.point.items():
+                values.setdefault(key, {})[repr(value)] = None
+        swept = ", ".join(f"{key} ({len(found)})" for key, found in values.items())
+        seconds = [line.seconds for line in some]
+        known = "" if skipped else spell(None if None in seconds else sum(seconds))
+        due = str(sum(line.left for line in some))
+        runs = f"no: {skipped}" if skipped else "yes"
+        table.add_row(*map(escape, (variant, scene, str(len(some)), swept, due, runs, known)))
+    console.print(table)
+
+
+def spell(seconds: float | None) -> str:
+    """A time for people."""
+    if seconds is None:
+        return "unknown"
+    if seconds < 100:
+        return f"{seconds:.2g} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 120 else f"{minutes // 60} h {minutes % 60} min"
+
+
+@contextmanager
+def progress():
+    """A function to call after each repetition: moves a bar on a terminal, prints a line for each elsewhere. A run
+    that nobody listens to any more goes on, and says nothing."""
+    with _bar() if sys.stderr.isatty() else nullcontext(_print) as tell:
+        yield partial(_heard, tell)
+
+
+def _heard(say, *what) -> None:
+    """Let `say` say something; if nobody hears it, nobody will hear what this process says from now on."""
+    try:
+        say(*what)
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for number in (1, 2):
+            os.dup2(nowhere, number)
+        os.close(nowhere)
+
+
+def _print(*told) -> None:
+    print(_line(*told), file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _bar():
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    texts = [TextColumn(f"{{task.{name}}}") for name in ("description", "fields[used]", "fields[left]")]
+    columns = texts[0], texts[1], BarColumn(), MofNCompleteColumn(), texts[2]
+    # Drawn between repetitions only: the harness is to sleep while a renderer is measured.
+    bar = Progress(*columns, console=Console(stderr=True), auto_refresh=False)
+    task = bar.add_task("starting", total=None, used="", left="")
+
+    def tell(cell, record, done, total, left_s):
+        told = {"description": escape(cell.label), "used": _used(record), "left": _left(done, total, left_s)}
+        bar.update(task, completed=done, total=total, refresh=True, **told)
+        if record["status"] != "ok" and record["repetition"] == 0:
+            bar.console.print(escape(_line(cell, record, done, total, left_s)))
+
+    _heard(bar.start)
+    try:
+        yield tell
+    finally:
+        _heard(bar.stop)
+
+
+def _used(record) -> str:
+    """Returns the share of a core and the peak memory of the process that ended last."""
+    cpu, memory, wall = record["cpu"], record["memory"], record["wall_s"]
+    cores = f"{(cpu['user_s'] + cpu['system_s']) / wall:.0%} of a core" if cpu and wall else ""
+    peak = (memory or {}).get("peak_bytes")
+    return ", ".join(filter(None, [cores, f"{peak / 1e6:.3g} MB" if peak else ""]))
+
+
+def _left(done, total, seconds) -> str:
+    return "" if seconds is None or done == total else f"{spell(seconds)} left"
+
+
+def _line(cell, record, done, total, left_s) -> str:
+    left = _left(done, total, left_s)
+    place = f"[{done}/{total}{left and ', '}{left}] {cell.label}"
+    if record["status"] != "ok":
+        return f"{place}: {_verdict(record)}: {record['reason']}"
+    frames = record["frames_s"]
+    steady = f"{statistics.median(frames[1:]):.4g} s a frame" if len(frames) > 1 else "no steady frame"
+    worst, off = ((record[name] or {}).get(key) for name, key in (("accuracy", "max_outside"), ("error", "rmse")))
+    error = "error unavailable" if worst is None else f"error {worst:.1e}"
+    error += "" if off is None else f", RMSE to the truth {off:.1e}"
+    unranked = ", unranked" if record["unranked"] else ""
+    turn = {"load": ", load pass", "pair": ", for the noise floor", "cold": ", cold"}.get(record["pass"], "")
+    return f"{place}{turn}: first {frames[0]:.4g} s, {steady}, {error}{unranked}"
+
+
+def _verdict(record) -> str:
+    return "wrong as meant" if is_as_meant(record) else record["status"]
+
+
+def _ok_first(counted: tuple[str, int]) -> tuple:
+    return not counted[0].startswith("ok"), -counted[1], counted[0]
+
+
+def show_summary(records: list[dict]) -> None:
+    """How many repetitions ended how, with a reason for each kind of failure."""
+    counts = Counter(_verdict(record) + (" (unranked)" if record["unranked"] else "") for record in records)
+    print(", ".join(f"{count} {status}" for status, count in sorted(counts.items(), key=_ok_first)) or "nothing to run")
+    seen = {}
+    for record in records:
+        if record["status"] != "ok":
+            seen.setdefault((record["variant"], _verdict(record), record["reason"]), record)
+        if record["unranked"]:
+            seen.setdefault((record["variant"], "unranked", record["unranked"]), record)
+        for warning in record["warnings"]:
+            seen.setdefault((record["variant"], "warning", warning), record)
+    for variant, status, reason in seen:
+        print(f"  {variant}: {status}: {reason}")
+
+
+def show_status(status, as_json: bool) -> None:
+    """How far a run is, and each of its jobs."""
+    if as_json:
+        print(json.dumps(status.record(), indent=1))
+        return
+    counted = ", ".join(f"{count} {name}" for name, count in sorted(status.statuses.items(), key=_ok_first))
+    print(f"{status.folder}: {status.facts['title']}")
+    print(f"{status.done} of {status.all} repetitions are done" + (f": {counted}" if counted else ""))
+    if status.lines:
+        table = Table("batch", "job", "host", "cells", "done", "state")
+        for line in status.lines:
+            name, host = (line.job.name, line.host) if line.job else ("", "")
+            done = f"{line.done} of {line.all}"
+            table.add_row(*map(escape, (str(line.number), name, host, str(line.cells), done, line.said)))
+        console.print(table)
+    for text in status.unlike:
+        print(f"hosts: {text}")
+    if status.done < status.all and not status.live:
+        print(f"go on with: rayrace run EXPERIMENT.toml --resume {status.folder}")
+
+
+def show_renderers(entries: dict, as_json: bool) -> None:
+    rows = [
+        {
+            "variant": name,
+            "technology": entry.renderer.manifest.technology,
+            "threads": entry.threads(),
+            "device": entry.variant.device,
+            "available": entry.unavailable is None,
+            "reason": entry.unavailable,
+            "simulated": entry.simulated,
+            "exhibit": entry.variant.exhibit,
+            "changes": entry.variant.changes,
+            "features": list(entry.renderer.manifest.features),
+            "folder": str(entry.renderer.folder),
+        }
+        for name, entry in entries.items()
+    ]
+    if as_json:
+        print(json.dumps(rows, indent=1))
+        return
+    table = Table("variant", "technology", "threads", "available", "what it is")
+    for row in rows:
+        available = f"unavailable: {row['reason']}"
+        if row["available"]:
+            available = "simulated" if row["simulated"] else "yes"
+        what = f"exhibit: {row['exhibit']}" if row["exhibit"] else row["changes"]
+        table.add_row(*map(escape, (row["variant"], row["technology"], str(row["threads"]), available, what)))
+    console.print(table)
+
+
+def show_findings(findings: list, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps([vars(finding) for finding in findings], indent=1))
+        return
+    table = Table("", "what", "found", "what to do")
+    for finding in findings:
+        mark = {"good": "good", "doubtful": "DOUBT", "unknown": "?"}[finding.verdict]
+        table.add_row(*map(escape, (mark, finding.what, finding.found, finding.remedy)))
+    console.print(table)
+
+
+def show_kernels(rows, as_json: bool) -> int:
+    """Print the rows of compile_report.py; the exit status: 1 if a compilation failed."""
+    found = []
+    for row in rows:
+        found.append(row)
+        if sys.stderr.isatty():
+            print(f"\r{len(found)} kernels", end="", file=sys.stderr, flush=True)
+    good = [row for row in found if row["status"] == "ok"]
+    if as_json:
+        print(json.dumps(found, indent=1))
+    elif good:
+        names = ("variant", "case", "precision", "memory", "walk", "target", "registers", "spilled", "local", "shared")
+        table = Table(
+            *names, "constant", "occupancy", "float64", title="Kernels: bytes a thread or block, occupancy in %"
+        )
+        for row in good:
+            what = [row[name] for name in ("variant", "case", "precision", "scene_memory", "walk")]
+            what.append(row["target"] + ("" if row["name"] == "render_pixels" else f" {row['name']}"))
+            spilled = f"{row['spill_store_bytes']} + {row['spill_load_bytes']}"
+            numbers = [row["registers"], spilled, row["local_bytes"], row["shared_bytes"], row["constant_bytes"]]
+            share = "unknown" if row["occupancy"] is None else f"{100 * row['occupancy']:.0f}"
+            table.add_row(*map(escape, what), *map(str, (*numbers, share, row["float64_instructions"])))
+        console.print(table)
+    if not as_json:
+        for row in found:
+            if row["status"] != "ok":
+                what = f"{row['variant']}, {row['case']}, {row['precision']}"
+                print(f"{what}: {row['status']}: {row['reason']}")
+    return 1 if any(row["status"] == "failed" for row in found) else 0
+
+
+def show_checks(checks) -> int:
+    """Print each check as it ends; the exit status: 1 if one failed."""
+    failed = 0
+    for check in checks:
+        print(
+            f"{'ok  ' if check.passed else 'FAIL'}  {check.what}" + (f": {check.detail}" if check.detail else ""),
+            flush=True,
+        )
+        failed += not check.passed
+    print(f"checks failed: {failed}" if failed else "all checks passed")
+    return 1 if failed else 0

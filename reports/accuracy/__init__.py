@@ -1,0 +1,1 @@
+"""How far off pictures are, against time."""

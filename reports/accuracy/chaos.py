@@ -1,0 +1,198 @@
+"""How the rounding errors of mirrored rays grow with each bounce, from pictures of depth 0, 1, 2, ..
+
+The picture of depth k less that of depth k - 1 is what bounce k brings. Between two ways of doing the same arithmetic
+it differs by a factor g more with each bounce, since a curved mirror spreads rays, until nothing of it is alike.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from harness.statistics.statistics import Estimate
+from reports.accuracy import precision, resampling
+from reports.accuracy.precision import STEP, STRICT
+from reports.accuracy.resampling import Blocks
+from reports.run import stored
+from reports.run.cell import Cell, Missing
+from reports.run.results import Results
+from reports.run.view import View
+
+UNITS = {"float64": 2.0**-53, "float32": 2.0**-24}
+SMALL = 24  # u: the angle by which the first ray is off, as a rule
+LEAST_PIXELS = 30  # that reach a bounce, for its median to count
+LEAST_BOUNCES = 3  # that a growth is fitted to
+LEAST_DEPTHS = 4  # of a sweep
+FLOOR = 4  # u of the median of the pictures: below it a difference is the rounding of their sums
+ALIKE = 0.1  # of the difference between two pixels chosen at random: above it the growth is over
+
+
+@dataclass(frozen=True)
+class Bounce:
+    """Bounce `number`: the median over the `pixels` that reach it of how far its light is off, and of that light.
+
+    random: the median difference of this light between two of these pixels chosen at random. floor: as FLOOR.
+    """
+
+    number: int
+    pixels: int
+    median: float
+    random: float
+    floor: float
+
+    @property
+    def fits(self) -> bool:
+        """Does it grow here as rays do?"""
+        return self.pixels >= LEAST_PIXELS and self.floor < self.median < ALIKE * self.random
+
+
+@dataclass(frozen=True)
+class Growth:
+    """One arithmetic of a variant against strict float64 of `against`.
+
+    growth: g, of the fitted bounces. useful: bounces until 24 u has grown to 1. start: of the line, at bounce 0.
+    """
+
+    variant: str
+    arithmetic: tuple[str, str]
+    against: str
+    bounces: list[Bounce]
+    growth: Estimate | Missing
+    start: float | None
+
+    @property
+    def label(self) -> str:
+        return f"{self.variant}, {precision.name(self.arithmetic)}"
+
+    @property
+    def fitted(self) -> list[Bounce]:
+        """The first bounces in succession that fit: what comes after the growth is over is chance."""
+        first = next((n for n, bounce in enumerate(self.bounces) if bounce.fits), len(self.bounces))
+        last = next((n for n in range(first, len(self.bounces)) if not self.bounces[n].fits), len(self.bounces))
+        return self.bounces[first:last]
+
+    @property
+    def useful(self) -> float | None:
+        """ln(1 / 24 u) / ln g."""
+        if isinstance(self.growth, Missing) or self.growth.value <= 1:
+            return None
+        unit = UNITS[self.arithmetic[0]]
+        return float(np.log(1 / (SMALL * unit)) / np.log(self.growth.value))
+
+    @property
+    def passes(self) -> int | None:
+        """The first bounce whose median is beyond 1/255, of those with enough pixels; None if there is none."""
+        beyond = (one.number for one in self.bounces if one.median > STEP and one.pixels >= LEAST_PIXELS)
+        return next(beyond, None)
+
+
+@dataclass(frozen=True)
+class Chaos:
+    """Growths of a view. equal: labels of what is equal to strict float64 in every bit. lacking: others, and why."""
+
+    view: View
+    growths: list[Growth]
+    equal: list[str]
+    lacking: list[str]
+
+
+def found(results: Results) -> list[Chaos]:
+    """Every view of mirrors in which depth was swept from 0 in steps of one, in more than one arithmetic."""
+    told = []
+    for seen, by_method in precision.groups(results):
+        if not _mirrors(results, seen.cells):
+            continue
+        swept = {key: cells for key, cells in by_method.items() if len(_depths(cells)) >= LEAST_DEPTHS}
+        bases = {variant: cells for (variant, chosen), cells in swept.items() if chosen == STRICT}
+        if bases and len(swept) > 1:
+            chaos = _chaos(results, seen, swept, bases)
+            if chaos.growths or chaos.equal:
+                told.append(chaos)
+    return told
+
+
+def _mirrors(results: Results, cells: list[Cell]) -> bool:
+    """Is there one path a pixel, and not a tree, nor a mean of many?"""
+    if any(cell.parameters.get("sampler", "one") != "one" for cell in cells):
+        return False
+    needs = {need for cell in cells if cell.timed for need in results.records[cell.timed[0]]["needs"]}
+    return "reflection" in needs and not needs & {"transmission", "glossy", "lens", "soft"}
+
+
+def _depths(cells: list[Cell]) -> list[Cell]:
+    """The cells of depth 0, 1, 2, .. as far as none is left out."""
+    by_depth = {cell.parameters["depth"]: cell for cell in cells}
+    known = []
+    while len(known) in by_depth:
+        known.append(by_depth[len(known)])
+    return known
+
+
+def _chaos(results: Results, seen: View, swept: dict, bases: dict) -> Chaos:
+    first = "cpp" if "cpp" in bases else next(iter(bases))
+    light = {variant: _light(results, cells) for variant, cells in bases.items()}
+    growths, equal, lacking = [], [], []
+    for (variant, chosen), cells in swept.items():
+        # Strict float64 of a variant is held against another's; all else against its own.
+        against = variant if variant in bases and chosen != STRICT else first
+        if (variant, chosen) == (first, STRICT):
+            continue
+        label = f"{variant}, {precision.name(chosen)}"
+        mine, other = _light(results, cells), light[against]
+        wrong = next((one for one in (mine, other) if isinstance(one, Missing)), None)
+        if wrong is not None:
+            lacking.append(f"{label}: {wrong}")
+        elif all(np.array_equal(a, b) for (a, _), (b, _) in zip(mine, other, strict=False)):
+            equal.append(f"{label} (and {against})")
+        else:
+            growths.append(_growth(variant, chosen, against, mine, other))
+    return Chaos(seen, growths, equal, lacking)
+
+
+def _light(results: Results, cells: list[Cell]) -> list[tuple[np.ndarray, np.ndarray]] | Missing:
+    """For bounce 1, 2, ..: its light, (height, width, 3), and the picture up to it."""
+    pictures = [stored.picture(results, cell) for cell in _depths(cells)]
+    for cell, picture in zip(cells, pictures, strict=False):
+        if isinstance(picture, Missing):
+            return Missing(f"depth {cell.parameters['depth']}: {picture.reason}")
+    return [(after - before, after) for before, after in itertools.pairwise(pictures)]
+
+
+def _growth(variant: str, chosen: tuple[str, str], against: str, mine: list, right: list) -> Growth:
+    bounces, off, reached = [], [], []
+    rng = np.random.default_rng(1)
+    for number, ((light, _), (truth, picture)) in enumerate(zip(mine, right, strict=False), 1):
+        reaches = np.abs(truth).max(axis=-1) > 0
+        difference = np.abs(light - truth).max(axis=-1)
+        if not reaches.any():
+            break
+        some = truth[reaches]
+        apart = np.abs(some - some[rng.permutation(len(some))]).max(axis=-1)
+        floor = FLOOR * UNITS[chosen[0]] * float(np.median(picture[reaches].max(axis=-1)))
+        median = float(np.median(difference[reaches]))
+        bounces.append(Bounce(number, int(reaches.sum()), median, float(np.median(apart)), floor))
+        off.append(difference)
+        reached.append(reaches)
+    alone = Growth(variant, chosen, against, bounces, Missing("not fitted"), None)
+    growth, start = _fit(alone.fitted, off, reached)
+    return Growth(variant, chosen, against, bounces, growth, start)
+
+
+def _fit(fitted: list[Bounce], off: list[np.ndarray], reached: list[np.ndarray]) -> tuple[Estimate | Missing, float]:
+    """g by least squares of the log of the median on the bounce, and the line at bounce 0."""
+    if len(fitted) < LEAST_BOUNCES:
+        why = f"needs {LEAST_BOUNCES} bounces between rounding and saturation, has {len(fitted)}"
+        return Missing(why), None
+    numbers = np.array([bounce.number for bounce in fitted], dtype=float)
+    pull = (numbers - numbers.mean()) / ((numbers - numbers.mean()) ** 2).sum()
+    logs = np.log([bounce.median for bounce in fitted])
+    slope = float(pull @ logs)
+    start = float(np.exp(logs.mean() - slope * numbers.mean()))
+    blocks = Blocks(*off[0].shape)
+    if blocks.weights is None:
+        return Estimate(float(np.exp(slope)), None, None, blocks.count, "too few blocks of pixels"), start
+    medians = np.array([blocks.medians(off[b.number - 1], reached[b.number - 1]) for b in fitted])
+    with np.errstate(divide="ignore"):
+        slopes = pull @ np.log(medians)
+    low, high = resampling.ends(np.exp(slopes))
+    return Estimate(float(np.exp(slope)), low, high, blocks.count), start

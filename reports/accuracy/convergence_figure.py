@@ -1,0 +1,169 @@
+"""Error against samples, a panel for each view, with the slope that was fitted and the one that theory has."""
+
+import textwrap
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+
+from reports.accuracy import convergence
+from reports.accuracy.convergence import CLOSE, NEAR, OCTAVES, Line
+from reports.accuracy.resampling import RESAMPLES, SIDE
+from reports.paper import markdown, quantity, style
+from reports.run.cell import Missing
+from reports.run.results import Results
+from reports.run.view import View
+
+TITLE = "Convergence: error against samples"
+CAPTION = (
+    "Error: RMSE over all pixels, linear RGB, against the truth. N: samples of a pixel, n × n, times its feelers and "
+    "glossy rays where these were swept. Slope: least squares of log2 error on log2 N, all points alike; of pictures "
+    "that differ in their seed alone the mean squared error is taken. [low, high]: 95 % interval from "
+    f"{RESAMPLES} resamples of blocks of up to {SIDE} × {SIDE} pixels, the same in all pictures of a line. It takes "
+    f"{OCTAVES} octaves of N. Grey band: up to the standard error of the truth; points below {NEAR} times it, and "
+    "exact ones, are hollow and not fitted. Dotted: the slope of theory through the middle of the line. Guides: "
+    "-1/2, -3/4 and -1. Theory holds for one kind of edge or shading, so the experiment names it for each scene; a "
+    f"slope agrees that is within {CLOSE} of it. Variants with errors equal to six digits are one line."
+)
+COLOURS = {"uniform": "#D55E00", "jittered": "#0072B2", "feelers": "#009E73", "glossy_rays": "#B5A300"}
+OTHER = "#CC79A7"
+MARKERS = "osD^vP*X"
+GUIDES = (-0.5, "-1/2"), (-0.75, "-3/4"), (-1.0, "-1")
+PANEL = 3.6, 3.7  # inches
+MOST = 6  # panels of a figure
+
+
+def write(results: Results, out: Path) -> str:
+    """convergence-NUMBER.png and .svg, convergence.csv, convergence-slopes.csv, and the section of the report."""
+    found = convergence.found(results)
+    if not found:
+        return ""
+    parts = [f"## {TITLE}"]
+    drawn = [(view, lines) for view, lines in found if any(line.points for line in lines)]
+    for number, first in enumerate(range(0, len(drawn), MOST)):
+        with style.styled():
+            style.save(draw(drawn[first : first + MOST]), out / f"convergence-{number}")
+        parts.append(markdown.figure(f"convergence-{number}", TITLE))
+    parts += [_table(found), *_left_out(found)]
+    for name, table in (("convergence", _points(found)), ("convergence-slopes", _slopes(found))):
+        table.to_csv(out / f"{name}.csv", index=False, na_rep="NaN", lineterminator="\n")
+    parts.append("Every point: [convergence.csv](convergence.csv). "
+                 "Every slope: [convergence-slopes.csv](convergence-slopes.csv).")  # fmt: skip
+    return "\n\n".join([*parts, markdown.escape(CAPTION)])
+
+
+def draw(found: list[tuple[View, list[Line]]]):
+    """The figure of views, each with a line that has points."""
+    columns = min(2, len(found))
+    rows = -(-len(found) // columns)
+    size = PANEL[0] * columns, PANEL[1] * rows
+    figure, panels = plt.subplots(rows, columns, figsize=size, squeeze=False, layout="constrained")
+    for axes, (view, lines) in zip(panels.flat, found, strict=False):
+        _panel(axes, view, [line for line in lines if line.points])
+    for axes in panels.flat[len(found) :]:
+        axes.set_visible(False)
+    return figure
+
+
+def _panel(axes, view: View, lines: list[Line]) -> None:
+    points = [point for line in lines for point in line.points]
+    some = [point.error for point in points if point.error > 0]
+    low, high = min(some, default=1e-9), max(some, default=1.0)
+    axes.set(xscale="log", yscale="log", xlabel="samples of a pixel, N", ylabel="RMSE (linear RGB)")
+    axes.set_ylim(low / 2.5, high * 1.8)
+    axes.set_title("\n".join(textwrap.wrap(view.label, 48)), loc="left")
+    floor = max(point.standard_error for point in points)
+    if floor > 0:
+        axes.axhspan(axes.get_ylim()[0], max(floor, axes.get_ylim()[0]), color="#E4E4E4", lw=0, zorder=0)
+        axes.axhline(NEAR * floor, color="#AAAAAA", lw=0.7, ls=(0, (1, 2)), zorder=1)
+    first, last = (function(point.draws for point in points) for function in (min, max))
+    ends = np.array([first, last])
+    for slope, name in GUIDES:
+        axes.plot(ends, high * 1.4 * (ends / first) ** slope, color="#BBBBBB", lw=0.7, zorder=1)
+        at = (low / 2.5 * 1.6 / (high * 1.4)) ** (1 / slope) * first  # where it leaves the panel, if it does
+        x = min(at, last)
+        axes.text(x, high * 1.4 * (x / first) ** slope, name, fontsize=6, color="#888888", ha="right", va="center",
+                  bbox={"fc": "white", "lw": 0, "pad": 0.6}, zorder=2)  # fmt: skip
+    markers: dict[str, int] = {}
+    for line in lines:
+        marker = markers[line.sampler] = markers.get(line.sampler, -1) + 1
+        _line(axes, line, COLOURS.get(line.sampler, OTHER), MARKERS[marker % len(MARKERS)])
+    style.log_ticks(axes.yaxis)
+    draws = sorted({point.draws for point in points})
+    axes.set_xticks(draws[:: -(-len(draws) // 8)], [str(n) for n in draws[:: -(-len(draws) // 8)]])
+    axes.xaxis.minorticks_off()
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.12, -0.16), fontsize=6, handlelength=1.5)
+
+
+def _line(axes, line: Line, colour: str, marker: str) -> None:
+    draws, errors = (np.array([getattr(point, name) for point in line.points]) for name in ("draws", "error"))
+    fits = np.array([point.fits for point in line.points])
+    label = textwrap.fill(f"{line.label} ({', '.join(line.variants)}): {_said(line)}", 58)
+    axes.plot(draws, errors, color=colour, lw=1, zorder=3)
+    axes.plot(draws[fits], errors[fits], marker, color=colour, ms=4, mew=0, zorder=4)
+    axes.plot(draws[~fits], errors[~fits], marker, color=colour, ms=4, mfc="white", mew=0.8, zorder=4)
+    axes.plot([], [], f"{marker}-", color=colour, ms=4, lw=1, label=label)
+    if line.theory is not None and fits.any():
+        middle = [np.exp(np.log(values[fits]).mean()) for values in (draws, errors)]
+        ends = draws[fits][[0, -1]]
+        axes.plot(ends, middle[1] * (ends / middle[0]) ** line.theory, ":", color=colour, lw=1.4, zorder=2)
+
+
+def _said(line: Line) -> str:
+    slope = "no slope" if isinstance(line.slope, Missing) else f"slope {quantity.text(line.slope)}"
+    return slope if line.theory is None else f"{slope}, theory {line.theory:g}"
+
+
+def _table(found: list[tuple[View, list[Line]]]) -> str:
+    rows = []
+    for view, lines in found:
+        for line in lines:
+            theory = "unavailable: the experiment names none" if line.theory is None else f"{line.theory:g}"
+            off = "unavailable" if line.off is None else f"{line.off:+.3f}"
+            near = "unavailable" if line.off is None else "yes" if abs(line.off) <= CLOSE else "no"
+            octaves = f"{line.octaves:.3g}" if line.fitted else "none"
+            pixels = str(line.points[0].squares.size) if line.points else "unavailable"
+            names = ", ".join(line.variants)
+            slope = quantity.text(line.slope)
+            rows.append([view.label, names, line.label, slope, theory, off, near, octaves, pixels])
+    header = ["view", "variants", "sampler", "slope", "theory", "difference", f"within {CLOSE}", "octaves", "pixels"]
+    return markdown.table(header, rows)
+
+
+def _left_out(found: list[tuple[View, list[Line]]]) -> list[str]:
+    told: dict[str, int] = {}
+    for _, lines in found:
+        for line in lines:
+            for reason, count in line.lacking.items():
+                text = f"{', '.join(line.variants)}: {reason}"
+                told[text] = told.get(text, 0) + count
+    if not told:
+        return []
+    return ["Left out:", markdown.bullets([markdown.escape(f"{count} of {text}") for text, count in told.items()])]
+
+
+def _points(found: list[tuple[View, list[Line]]]) -> pd.DataFrame:
+    rows = [
+        (view.label, variant, line.label, point.draws, point.error, point.standard_error, point.fits)
+        for view, lines in found
+        for line in lines
+        for variant in line.variants
+        for point in line.points
+    ]
+    return pd.DataFrame(
+        rows, columns=["view", "variant", "sampler", "draws", "rmse", "standard_error_of_truth", "fitted"]
+    )
+
+
+def _slopes(found: list[tuple[View, list[Line]]]) -> pd.DataFrame:
+    rows = []
+    for view, lines in found:
+        for line in lines:
+            known = not isinstance(line.slope, Missing)
+            numbers = (line.slope.value, line.slope.low, line.slope.high) if known else (None,) * 3
+            note = line.slope.note if known else str(line.slope)
+            for variant in line.variants:
+                rows.append((view.label, variant, line.label, *numbers, line.theory, line.off, line.octaves, note))
+    names = ["view", "variant", "sampler", "slope", "low", "high", "theory", "difference", "octaves", "note"]
+    return pd.DataFrame(rows, columns=names)

@@ -1,0 +1,294 @@
+"""The chart of speed against accuracy: error across, time up, a curve along each dial, the Pareto front."""
+
+import textwrap
+from html import escape
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+
+from harness.statistics.statistics import RESAMPLES
+from reports.accuracy import pareto, pareto_table
+from reports.accuracy.pareto import VISIBLE, Chart, Point
+from reports.paper import markdown, quantity, style, thinning
+from reports.run import command, method
+from reports.run.cell import Cell, Missing
+from reports.run.results import Results
+
+TITLE = "Speed against accuracy"
+CAPTION = (
+    "Error: RMSE over all pixels against the truth, linear RGB, of the worst repetition; time: of a steady frame, the "
+    "median over processes with its 95 % interval as a bar. The truth is float64 with nothing left out, made by "
+    "another renderer: of scenes without samples one picture, of sampled ones the mean of many with other seeds, each "
+    "with more samples than any here. Lines: one variant along one dial. Stairs: the front, points that no "
+    f"other beats in both; numbered, the fastest first. Opacity: the share of {RESAMPLES} resamples of the processes "
+    "in which a point is on the front. Errors below what the truth is known to count as equal. Guides: the error of so "
+    "many samples N falls with the power that is written at them, if time grows with N. Dotted: an error that a biased "
+    "curve does not get below, however many samples it takes. Efficiency, 1 / (mean square error × time), is told "
+    "where the error is noise alone."
+)
+MOST = 24  # charts
+MOST_FAMILIES = 24  # of the legend
+MOST_NAMED = 12  # that a sentence names
+MARKERS = "osD^vP*X<>phd8"
+FAINT = 0.25  # opacity of a point that is never on the front
+WIDTH, PLOT, HEAD, LEFT, RIGHT, LABEL, LINE = 7.2, 4.0, 0.55, 0.65, 0.15, 0.5, 0.145  # inches
+GUIDES = (("-1/2", 2.0, 0.95), ("-3/4", 4 / 3, 0.7), ("-1", 1.0, 0.45))  # name, fall of log time, length (inches)
+OUTLINE = [withStroke(linewidth=1.5, foreground="white")]
+
+
+def draw(results: Results, chart: Chart):
+    """The figure of a chart with points. Points have the gid "method-N", N their place in `chart.points`."""
+    variants = [name for name in results.variants if any(name == point.cell.variant for point in chart.points)]
+    of_cell = family_of(chart)
+    families = list(dict.fromkeys(of_cell.values()))
+    shown = families[:MOST_FAMILIES]
+    columns = 3 if max(map(len, [*variants, *shown])) < 30 else 2
+    rows = -(-len(variants) // columns) - (-len(shown) // columns)
+    fastest, lost = _fastest(results, chart), textwrap.wrap(_lost(chart), 150)[:4]
+    foot = LABEL + LINE * (rows + 1 + len(lost) + (len(shown) < len(families)))
+    height = HEAD + LINE * len(fastest) + PLOT + foot
+    figure = plt.figure(figsize=(WIDTH, height))
+    box = LEFT / WIDTH, foot / height, 1 - (LEFT + RIGHT) / WIDTH, PLOT / height
+    axes = figure.add_axes(box)
+    zero = _limits(axes, chart)
+    _regions(axes, chart)
+    markers = {family: MARKERS[number % len(MARKERS)] for number, family in enumerate(families)}
+    _curves(axes, results, chart, zero)
+    _points(axes, results, chart, zero, {cell: markers[family] for cell, family in of_cell.items()})
+    _front(axes, chart, zero)
+    if chart.sampled and any(curve.dial in pareto.DRAWS for curve in chart.curves):
+        _guides(axes)
+    _numbers(axes, chart, zero)
+    figure.text(0.01, 1 - 0.08 / height, chart.view.label, va="top", fontweight="bold")
+    figure.text(0.01, 1 - 0.26 / height, "\n".join(fastest), va="top", fontsize=7)
+    handles = [Line2D([], [], color=style.colour(name, results.variants), lw=4) for name in variants]
+    marks = [Line2D([], [], ls="", marker=markers[family], color="#555555", ms=5) for family in shown]
+    at, size = foot - LABEL, {"loc": "upper left", "ncols": columns, "columnspacing": 1, "borderaxespad": 0}
+    for mine, names in ((handles, variants), (marks, shown)):
+        figure.legend(mine, names, bbox_to_anchor=(0.02, at / height), **size)
+        at -= LINE * (-(-len(names) // columns)) + 0.06
+    more = [f"and {len(families) - len(shown)} more methods: the CSV file names them"] * (len(shown) < len(families))
+    figure.text(0.03, at / height, "\n".join(more + lost), va="top", fontsize=6.5, linespacing=1.35)
+    return figure
+
+
+def family_of(chart: Chart) -> dict[Cell, str]:
+    """Names the method of each cell without the dial of the first curve that it belongs to.
+
+    Where that gives more than can be told apart, whatever all dials say.
+    """
+    found = {}
+    for curve in chart.curves:
+        for cell in curve.cells:
+            if chart.names.method(cell, curve.dial) == curve.family:
+                found.setdefault(cell, curve.family)
+    found = {point.cell: found.get(point.cell, chart.names.method(point.cell)) for point in chart.points}
+    if len(set(found.values())) > len(MARKERS):
+        found = {cell: chart.names.method(cell, *method.DIALS) for cell in found}
+    return {cell: family or method.PLAIN for cell, family in found.items()}
+
+
+def _lost(chart: Chart) -> str:
+    names = "; ".join(pareto_table.without_point(chart).values())
+    return f"Not drawn, for the reasons below the picture: {names}." if names else ""
+
+
+def _limits(axes, chart: Chart) -> float:
+    """Set the axes; where errors of exactly 0 are drawn, at the left edge."""
+    errors = [point.error for point in chart.points if point.error > 0]
+    low, high = min([VISIBLE, *errors]), max([VISIBLE, *errors])
+    low = min(low, chart.resolution / 1.5) if chart.sampled else low
+    pad = (high / low) ** 0.06
+    left, zero = low / pad, low / pad**1.5
+    ends = [end for p in chart.points for end in (p.time.value, p.time.low, p.time.high) if end is not None]
+    space = max((max(ends) / min(ends)) ** 0.1, 1.15)
+    none = len(errors) < len(chart.points)
+    axes.set(
+        xscale="log", yscale="log", xlim=(zero / pad if none else left, high * pad),
+        ylim=(min(ends) / space, max(ends) * space), ylabel="steady frame (s)",
+        xlabel="error against the truth: RMSE, linear RGB",
+    )  # fmt: skip
+    for axis in (axes.xaxis, axes.yaxis):
+        style.log_ticks(axis)
+    axes.grid(lw=0.4, color="#DDDDDD")
+    axes.set_axisbelow(True)
+    if none:
+        axes.axvspan(zero / pad, left, color="#F3F3F3", lw=0)
+        axes.axvline(left, color="#888888", lw=0.6, ls="--")
+        _upright(axes, zero / pad**0.75, "error exactly 0")
+    return zero
+
+
+def _regions(axes, chart: Chart) -> None:
+    """Draws limits of the error: the truth's own error, a visible step, float32, and floors."""
+    left, right = axes.get_xlim()
+    if chart.resolution > left:
+        axes.axvspan(left, chart.resolution, color="#E4E4E4", lw=0, zorder=0)
+        why = "the truth is no better known" if chart.sampled else "float64 pictures are not told apart"
+        _upright(axes, chart.resolution, why, ha="right")
+    names = [(VISIBLE, "1/255")]
+    axes.axvline(VISIBLE, color="black", lw=0.8)
+    single = [p.error for p in chart.points if p.cell.parameters["precision"] == "float32" and not _cut(p)]
+    if single and not chart.sampled and max(single) > 0:
+        low, high = min(error for error in single if error > 0), max(single)
+        axes.axvspan(low / 1.05, high * 1.05, color="#FBE9C8", lw=0, zorder=0)
+        names.append((np.sqrt(low * high), "float32"))
+    at = [np.log(x / left) / np.log(right / left) for x, _ in names]
+    for (_, text), x in zip(names, at, strict=True):
+        above = text != "1/255" and abs(x - at[0]) < 0.1  # then the two would meet
+        axes.text(x, 1.045 if above else 1.01, text, transform=axes.transAxes, ha="center", va="bottom", fontsize=7)
+
+
+def _cut(point: Point) -> bool:
+    return bool(point.cell.parameters.get("cutoff"))
+
+
+def _upright(axes, x: float, text: str, ha: str = "center") -> None:
+    axes.text(
+        x, 0.02, text, transform=axes.get_xaxis_transform(), rotation=90, ha=ha, va="bottom", fontsize=6.5,
+        color="#555555",
+    )  # fmt: skip
+
+
+def _curves(axes, results: Results, chart: Chart, zero: float) -> None:
+    points = {point.cell: point for point in chart.points}
+    for curve in chart.curves:
+        mine = [points[cell] for cell in curve.cells]
+        colour = style.colour(curve.variant, results.variants)
+        axes.plot([p.error or zero for p in mine], [p.time.value for p in mine], color=colour, lw=0.8, alpha=0.45)
+        floor = pareto.bias_floor(chart, curve)
+        if floor is not None:
+            axes.axvline(floor, color=colour, ls=":", lw=1)
+
+
+def _points(axes, results: Results, chart: Chart, zero: float, markers: dict) -> None:
+    # The fainter first, so that what is on the front is on top.
+    for number, point in sorted(enumerate(chart.points), key=lambda told: told[1].share):
+        x, time = point.error or zero, point.time
+        colour = style.colour(point.cell.variant, results.variants)
+        look = {"color": colour, "alpha": FAINT + (1 - FAINT) * point.share, "zorder": 3 + point.share}
+        if time.low is not None:
+            axes.plot([x, x], [time.low, time.high], lw=0.9, **look)
+        (drawn,) = axes.plot([x], [time.value], markers[point.cell], ms=5, mew=0, **look)
+        drawn.set_gid(f"method-{number}")
+
+
+def _front(axes, chart: Chart, zero: float) -> None:
+    """Stairs through the points of the front, and on to the edges."""
+    front = chart.front[::-1]
+    right, top = axes.get_xlim()[1], axes.get_ylim()[1]
+    across = [front[0].error or zero, *(point.error or zero for point in front), right]
+    up = [top, *(point.time.value for point in front), front[-1].time.value]
+    axes.step(across, up, where="post", color="#444444", lw=0.8, zorder=2.5)
+
+
+def _guides(axes) -> None:
+    """A fan of slopes in the upper right corner, which the front leaves free."""
+    figure = axes.figure
+    (left, right), (low, high) = np.log(axes.get_xlim()), np.log(axes.get_ylim())
+    box = axes.get_window_extent()
+    wide, tall = box.width / (right - left), box.height / (high - low)
+    start = np.array([box.x1 - 1.15 * figure.dpi, box.y1 - 0.12 * figure.dpi])
+    back = axes.transAxes.inverted().transform
+    for name, fall, inches in GUIDES:
+        step = np.array([wide, -fall * tall])
+        end = start + step / np.hypot(*step) * inches * figure.dpi
+        (x0, y0), (x1, y1) = back(start), back(end)
+        axes.plot([x0, x1], [y0, y1], transform=axes.transAxes, color="#666666", lw=0.7)
+        axes.text(
+            x1, y1, name.replace("-", "−"), transform=axes.transAxes, ha="center", va="center", fontsize=6.5,
+            path_effects=OUTLINE, color="#444444",
+        )  # fmt: skip
+    x, y = back(start)
+    axes.text(
+        x, y + 0.005, "error ∝ Nˢ", transform=axes.transAxes, ha="center", va="bottom", fontsize=6.5, color="#444444"
+    )
+
+
+def _numbers(axes, chart: Chart, zero: float) -> None:
+    """The numbers of the front, each where it covers the least, and a ring about the fastest below a visible step."""
+    inch = axes.figure.dpi / 72
+    taken = [axes.transData.transform((p.error or zero, p.time.value)) for p in chart.points]
+    for point in chart.front:
+        at = axes.transData.transform((point.error or zero, point.time.value))
+        places = [
+            at + radius * inch * np.array([np.cos(angle), np.sin(angle)])
+            for radius in (9, 13, 18, 24)
+            for angle in np.radians([225, 180, 270, 45, 0, 90, 135, 315])
+        ]
+        # A number is wider than high.
+        covers = [sum(np.hypot(*((np.array(taken) - place) / (1.6, 1)).T) < 8 * inch) for place in places]
+        best = places[int(np.argmin(covers))]
+        taken.append(best)
+        x, y = axes.transData.inverted().transform(best)
+        axes.text(
+            x, y, str(point.number), ha="center", va="center", fontsize=7, fontweight="bold", zorder=6,
+            path_effects=OUTLINE,
+        )  # fmt: skip
+    visible = [point for point in chart.front if point.error <= VISIBLE]
+    if visible:
+        first = visible[0]
+        axes.plot([first.error or zero], [first.time.value], "o", ms=10, mfc="none", mec="black", mew=0.9, zorder=5)
+
+
+def _fastest(results: Results, chart: Chart) -> list[str]:
+    """A sentence on the fastest method whose error is not seen, in lines."""
+    found = chart.cheapest(results, VISIBLE)
+    if isinstance(found, Missing):
+        return [f"fastest below 1/255: {found}"]
+    first, rivals = found
+    doubt = f"; not resolved from {' / '.join(point.name for point in rivals)}" if rivals else ""
+    text = f"fastest below 1/255: {first.name}, {quantity.text(first.time)} s (number {first.number}, ringed){doubt}"
+    return textwrap.wrap(text, 130)[:3]
+
+
+def _titled(path: Path, results: Results, chart: Chart) -> None:
+    """Write into the SVG file what each point is and the command that made it, which viewers show at the pointer."""
+    text = path.read_text(encoding="utf-8")
+    for number, point in enumerate(chart.points):
+        place = f"{point.number}: " if point.number else ""
+        told = f"{place}{point.name}, error {point.error:.3g}, {quantity.text(point.time)} s: "
+        told += str(command.of(results, point.cell))
+        mark = f'<g id="method-{number}">'
+        text = text.replace(mark, f"{mark}\n    <title>{escape(told, quote=False)}</title>", 1)
+    path.write_text(text, encoding="utf-8")
+
+
+def write(results: Results, out: Path) -> str:
+    """pareto-NUMBER-VIEW.png, .svg and .csv, one a view, and the section of the report; "" without errors."""
+    charts = pareto.charts(results)
+    if not charts:
+        return ""
+    parts = [f"## {TITLE}"]
+    shown = set(map(id, thinning.few([chart for chart in charts if chart.points], MOST)))
+    for number, chart in enumerate(charts):
+        name = f"pareto-{number}-{markdown.slug(chart.view.label)}"
+        pareto_table.write_csv(results, chart, out / f"{name}.csv")
+        if chart.points and id(chart) not in shown:
+            continue
+        parts.append(f"### {markdown.escape(chart.view.label)}")
+        if chart.points:
+            with style.styled():
+                style.save(draw(results, chart), out / name)
+            if (out / f"{name}.svg").exists():
+                _titled(out / f"{name}.svg", results, chart)
+            parts += [markdown.figure(name, f"{TITLE}: {chart.view.label}"), *pareto_table.told(results, chart)]
+        else:
+            parts.append("unavailable: nothing has both a time and an error.")
+        parts += [*pareto_table.left_out(chart), f"Every method: [{name}.csv]({name}.csv)"]
+    there = sum(bool(chart.points) for chart in charts)
+    parts.append(thinning.told(len(shown), there, "charts", "the CSV files have all"))
+    return "\n\n".join(filter(None, [*parts, _never(charts), markdown.escape(CAPTION)]))
+
+
+def _never(charts: list[Chart]) -> str:
+    """Who and what is dominated everywhere."""
+    names = [
+        f"{'; '.join(names[:MOST_NAMED])}{f'; and {len(names) - MOST_NAMED} more' * (len(names) > MOST_NAMED)} ({what})"
+        for names, what in zip(pareto.never_pays(charts), ("by any method", "by any renderer"), strict=True)
+        if names
+    ]
+    return markdown.escape(f"Never worth the time, on no front of any chart: {'; '.join(names)}.") if names else ""

@@ -1,0 +1,54 @@
+"""Resamples pictures in blocks of pixels: neighbouring errors are correlated, so a pixel is no unit."""
+
+import numpy as np
+
+from harness.statistics.statistics import LEVEL
+
+RESAMPLES = 999
+SIDE = 8  # pixels of a block, at most
+LEAST = 16  # blocks that an interval needs
+
+
+class Blocks:
+    """The blocks of a picture of height x width pixels.
+
+    of: (height, width), the number of the block of each pixel. weights: (RESAMPLES, blocks), how often each resample
+    has a block; None if there are fewer than LEAST.
+    """
+
+    def __init__(self, height: int, width: int, seed: int = 1):
+        side = int(np.clip(min(height, width) // 8, 1, SIDE))
+        columns = -(-width // side)
+        rows = np.arange(height)[:, None] // side
+        self.of = rows * columns + np.arange(width) // side
+        self.count = int(self.of[-1, -1]) + 1
+        self.weights = None
+        if self.count >= LEAST:
+            rng = np.random.default_rng(seed)
+            self.weights = rng.multinomial(self.count, np.full(self.count, 1 / self.count), size=RESAMPLES)
+
+    def sums(self, values: np.ndarray) -> np.ndarray:
+        """Sum of `values` (height, width) in each block."""
+        return np.bincount(self.of.ravel(), weights=values.ravel(), minlength=self.count)
+
+    def means(self, values: np.ndarray) -> np.ndarray:
+        """Mean of `values` (height, width) in each resample."""
+        return (self.weights @ self.sums(values)) / (self.weights @ self.sums(np.ones(self.of.shape)))
+
+    def medians(self, values: np.ndarray, some: np.ndarray) -> np.ndarray:
+        """Median of `values` (height, width) where `some`, in each resample; NaN of one that has none."""
+        block, mine = self.of[some], values[some]
+        order = np.argsort(mine)
+        block, mine = block[order], mine[order]
+        found = np.full(len(self.weights), np.nan)
+        for number, weights in enumerate(self.weights):
+            up_to = np.cumsum(weights[block])
+            if len(up_to) and up_to[-1]:
+                found[number] = mine[np.searchsorted(up_to, up_to[-1] / 2)]
+        return found
+
+
+def ends(values: np.ndarray) -> tuple[float, float]:
+    """The 95 % interval (percentile) of a number that each resample has."""
+    low, high = np.nanpercentile(values, [50 * (1 - LEVEL), 50 * (1 + LEVEL)])
+    return float(low), float(high)

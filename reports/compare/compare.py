@@ -1,0 +1,149 @@
+"""Compares two runs cell by cell: faster, slower, not resolved, picture changed.
+
+Cells are the same if variant, scene and swept values have the same names. They are compared if the scene's content and
+all parameters that make the picture are the same too, both are ranked, and both have enough processes for an interval.
+The runs were made apart from each other, so processes are not paired; and a ratio must be further from 1 than the
+larger of the two runs' noise floors.
+"""
+
+import json
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.errors import UserError
+from harness.statistics import statistics
+from harness.statistics.statistics import Estimate, Floor
+from harness.store import store
+from reports.compare import pictures, runs
+from reports.compare.pictures import Difference
+from reports.run import naming, results
+from reports.run.results import Cell, Results
+
+CHANGED, INCOMPARABLE, ONLY_A, ONLY_B = "picture changed", "not comparable", "only in A", "only in B"
+VERDICTS = "slower", "faster", statistics.NOT_RESOLVED, CHANGED, INCOMPARABLE, ONLY_A, ONLY_B
+
+
+@dataclass(frozen=True)
+class Row:
+    """The change of a cell between two runs.
+
+    time: faster, slower, not resolved, or not comparable, for `reason`; "" if it is in one run only.
+    broken: it was ok in A and is not in B. a, b: medians over processes of the steady times, s. ratio: b / a.
+    picture: None if there are not two.
+    """
+
+    name: str
+    time: str = ""
+    reason: str = ""
+    a: Estimate | None = None
+    b: Estimate | None = None
+    ratio: Estimate | None = None
+    picture: Difference | None = None
+    only: str = ""
+    broken: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """One of VERDICTS. What makes another picture does something else: to be faster at it is no win."""
+        if self.only:
+            return self.only
+        return CHANGED if self.picture is not None and self.picture.changed else self.time
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """a, b: the folders. machine, others: what differs. floors: of both runs."""
+
+    a: Path
+    b: Path
+    machine: list[str]
+    others: list[str]
+    floors: tuple[Floor, Floor]
+    rows: list[Row]
+
+    @property
+    def floor(self) -> float | None:
+        """The larger of those that are known; None if none is."""
+        return _larger(self.floors)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many rows have which verdict."""
+        counts = Counter(row.verdict for row in self.rows)
+        return {verdict: counts[verdict] for verdict in VERDICTS if counts[verdict]}
+
+    @property
+    def broken(self) -> list[Row]:
+        """Returns the cells that were ok in A and are not in B."""
+        return [row for row in self.rows if row.broken]
+
+    def slower(self, percent: float) -> list[Row]:
+        """Returns the cells that are significantly slower by more: the whole interval of their ratio lies above.
+
+        UserError if no cell was compared and none broke: a gate that looks at nothing must not pass.
+        """
+        if not self.broken and not any(row.ratio is not None and row.time != INCOMPARABLE for row in self.rows):
+            raise UserError(f"{self.a}, {self.b}: no cell could be compared; see the reasons above")
+        return [row for row in self.rows if row.time == "slower" and row.ratio.low > 1 + percent / 100]
+
+
+def compare(folder_a: Path, folder_b: Path, host: str = "") -> Comparison:
+    """B against A; host: of a run on several, the one that is meant. UserError if one is no run, or if no cell is in
+    both."""
+    a, b = (results.load(folder, store.named(folder, host)) for folder in (folder_a, folder_b))
+    named_a, named_b = (dict(zip(map(_identity, run.cells), _named(run), strict=True)) for run in (a, b))
+    both = [(cell, named_b[key][1]) for key, (_, cell) in named_a.items() if key in named_b]
+    if not both:
+        raise UserError(f"{folder_a}, {folder_b}: no cell has the same variant, scene and swept values in both")
+    floors = a.floor, b.floor
+    floor = _larger(floors)
+    rows = [
+        _row(name, a, b, cell, named_b[key][1], floor) if key in named_b else Row(name, only=ONLY_A)
+        for key, (name, cell) in named_a.items()
+    ]
+    rows += [Row(name, only=ONLY_B) for key, (name, _) in named_b.items() if key not in named_a]
+    machine, others = runs.machine(a, b), runs.others(a, b, both)
+    return Comparison(Path(folder_a), Path(folder_b), machine, others, floors, rows)
+
+
+def _named(run: Results) -> list[tuple[str, Cell]]:
+    return list(zip(naming.names(run.cells), run.cells, strict=True))
+
+
+def _identity(cell: Cell) -> tuple:
+    return cell.variant, cell.scene, json.dumps(cell.swept, sort_keys=True)
+
+
+def _larger(floors: tuple[Floor, Floor]) -> float | None:
+    return max((floor.value for floor in floors if floor.value is not None), default=None)
+
+
+def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, floor: float | None) -> Row:
+    another = other_job(a, b, cell_a, cell_b)
+    if another:
+        return Row(name, INCOMPARABLE, another)
+    right = cell_a.status == cell_b.status == "ok"
+    picture = pictures.compare(a, b, cell_a, cell_b) if right else None
+    unranked = [f"in {which}: {cell.unranked}" for which, cell in (("A", cell_a), ("B", cell_b)) if cell.unranked]
+    if unranked:
+        broken = cell_a.status == "ok" != cell_b.status
+        return Row(name, INCOMPARABLE, "; ".join(unranked), picture=picture, broken=broken)
+    ratio = statistics.ratio(cell_b.values("steady_s"), cell_a.values("steady_s"))
+    time = INCOMPARABLE if ratio.low is None else statistics.verdict(ratio, floor)
+    return Row(name, time, ratio.note, cell_a.steady, cell_b.steady, ratio, picture)
+
+
+def other_job(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> str:
+    """ "" or why the two cells were not asked for the same picture."""
+    if len({_scene_version(a, cell_a), _scene_version(b, cell_b)} - {None}) > 1:
+        return "the content of the scene changed"
+    changed = [
+        f"{name} {cell_a.parameters[name]} -> {cell_b.parameters[name]}"
+        for name in runs.changed_picture(cell_a, cell_b)
+    ]
+    return f"another picture was asked for: {', '.join(changed)}" if changed else ""
+
+
+def _scene_version(run: Results, cell: Cell) -> str | None:
+    return (run.record(cell) or {}).get("scene_version")

@@ -1,0 +1,81 @@
+"""How the pictures of one cell differ between two runs."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from reports.run.results import Cell, Results
+
+STEP = 1 / 255  # of an 8-bit picture
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The difference of two pictures, linear RGB. If their bytes are equal, nothing else is computed.
+
+    changed: is a channel, outside the masks that are known, off by more than the judge lets pass?
+    pixels: how many there are. differing: how many have a channel that is not equal. largest: largest absolute
+    difference of a channel. rmse: root of the mean squared difference. beyond: pixels with a channel off by more than
+    1/255. beyond_outside: those of them that are ill-conditioned in neither run, None if that is not known.
+    unavailable: "" or why all numbers are None.
+    """
+
+    same: bool
+    changed: bool = False
+    pixels: int | None = None
+    differing: int | None = None
+    largest: float | None = None
+    rmse: float | None = None
+    beyond: int | None = None
+    beyond_outside: int | None = None
+    unavailable: str = ""
+
+    def __str__(self):
+        if self.same:
+            return "the same bytes"
+        if self.largest is None:
+            return f"other bytes; by how much is unavailable: {self.unavailable}"
+        outside = "unavailable: no masks" if self.beyond_outside is None else self.beyond_outside
+        return (
+            f"{self.differing} of {self.pixels} pixels differ, by {self.largest:.2g} at most (RMSE {self.rmse:.2g}), "
+            f"{self.beyond} by more than 1/255 (outside both masks: {outside})"
+        )
+
+
+def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Difference | None:
+    """The pictures of two cells that should be the same, each the first of its run; None if there are not two."""
+    record_a, record_b = a.record(cell_a), b.record(cell_b)
+    if not (record_a and record_a["picture"] and record_b and record_b["picture"]):
+        return None
+    if record_a["picture"]["sha256"] == record_b["picture"]["sha256"]:
+        return Difference(same=True)
+    try:
+        ours, theirs = _read(a, record_a["picture"]["file"]), _read(b, record_b["picture"]["file"])
+        if ours.shape != theirs.shape:
+            return Difference(same=False, changed=True, unavailable=f"their shapes are {ours.shape} and {theirs.shape}")
+        masks = [_read(run, _mask(told)) for run, told in ((a, record_a), (b, record_b)) if _mask(told)]
+    except (OSError, ValueError) as error:
+        return Difference(same=False, changed=True, unavailable=str(error))
+    off = np.abs(ours.astype(np.float64) - theirs)
+    trusted = ~np.logical_or.reduce(masks) if masks else np.ones(off.shape[:2], dtype=bool)
+    tolerances = [(told["accuracy"] or {}).get("tolerance") for told in (record_a, record_b)]
+    beyond = off.max(axis=-1) > STEP
+    return Difference(
+        same=False,
+        changed=bool((off.max(axis=-1) > min(filter(None, tolerances), default=0.0))[trusted].any()),
+        pixels=beyond.size,
+        differing=int(np.count_nonzero(off.any(axis=-1))),
+        largest=float(off.max()),
+        rmse=float(np.sqrt(np.mean(off**2))),
+        beyond=int(np.count_nonzero(beyond)),
+        beyond_outside=int(np.count_nonzero(beyond & trusted)) if len(masks) == 2 else None,
+    )
+
+
+def _mask(record: dict) -> str | None:
+    return (record["accuracy"] or {}).get("mask_file")
+
+
+def _read(results: Results, name: str) -> np.ndarray:
+    return np.load(Path(results.folder) / name, allow_pickle=False)

@@ -1,0 +1,92 @@
+"""Prints a comparison: a table on a terminal, a line a cell elsewhere, JSON for a script."""
+
+import json
+import sys
+from dataclasses import asdict
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from reports.compare.compare import VERDICTS, Comparison, Row
+from reports.paper import quantity
+
+COLOURS = {"slower": "red", "faster": "green", "picture changed": "yellow"}
+
+
+def show(comparison: Comparison) -> None:
+    """Print it."""
+    for line in heading(comparison):
+        print(line)
+    if not sys.stdout.isatty():
+        for row in comparison.rows:
+            print(line_of(row))
+    else:
+        _show_table(comparison)
+    print(", ".join(f"{count} {verdict}" for verdict, count in comparison.counts.items()))
+
+
+def heading(comparison: Comparison) -> list[str]:
+    """Returns the lines that a reader needs before any ratio."""
+    lines = [f"A: {comparison.a}", f"B: {comparison.b}"]
+    if comparison.machine:
+        lines.append("WARNING: the machines are not the same: a ratio says as much of them as of the renderers")
+    lines += [f"  {line}" for line in comparison.machine]
+    if comparison.others:
+        lines += ["also not the same:", *(f"  {line}" for line in comparison.others)]
+    floors = [
+        f"{which} {100 * floor.value:.2g} %" if floor.value is not None else f"{which} unavailable: {floor.reason}"
+        for which, floor in zip("AB", comparison.floors, strict=True)
+    ]
+    known = "the larger counts" if comparison.floor is not None else "so the intervals alone decide"
+    return [*lines, f"noise floor: {'; '.join(floors)}; {known}"]
+
+
+def line_of(row: Row) -> str:
+    """A row in plain text."""
+    return ": ".join(filter(None, [_verdict(row), row.name, "; ".join(filter(None, [_times(row), *_notes(row)]))]))
+
+
+def _verdict(row: Row) -> str:
+    return f"{row.verdict} ({row.time})" if row.time not in ("", row.verdict) else row.verdict
+
+
+def _times(row: Row) -> str:
+    if row.ratio is None:
+        return ""
+    return f"{quantity.plain(row.a.value)} s -> {quantity.plain(row.b.value)} s, B / A = {quantity.text(row.ratio)}"
+
+
+def _notes(row: Row) -> list[str]:
+    changed = row.picture is not None and not row.picture.same
+    return [note for note in (row.reason, f"picture: {row.picture}" if changed else "") if note]
+
+
+def _show_table(comparison: Comparison) -> None:
+    """Reasons and pictures stand below it: in a column they would be a word wide."""
+    table = Table("cell", "A (s)", "B (s)", "B / A", "verdict")
+    for row in comparison.rows:
+        numbers = ["", "", ""]
+        if row.ratio is not None:
+            numbers = [quantity.plain(row.a.value), quantity.plain(row.b.value), quantity.text(row.ratio)]
+        table.add_row(*map(escape, (row.name, *numbers, _verdict(row))), style=COLOURS.get(row.verdict))
+    console = Console(highlight=False)
+    console.print(table)
+    for row in comparison.rows:
+        for note in _notes(row):
+            console.print(escape(f"{row.name}: {note}"))
+
+
+def as_json(comparison: Comparison) -> str:
+    """All of it. Numbers that are not known are null."""
+    told = {
+        "a": str(comparison.a),
+        "b": str(comparison.b),
+        "machine": comparison.machine,
+        "others": comparison.others,
+        "floors": [{"value": floor.value, "reason": floor.reason} for floor in comparison.floors],
+        "floor": comparison.floor,
+        "counts": {verdict: comparison.counts.get(verdict, 0) for verdict in VERDICTS},
+        "cells": [{"verdict": row.verdict, **asdict(row)} for row in comparison.rows],
+    }
+    return json.dumps(told, indent=1, allow_nan=False)

@@ -1,0 +1,114 @@
+"""The GPU table: parts of a frame, launch shape and resources of the kernel, observations of the device."""
+
+from pathlib import Path
+
+from reports.accuracy import accuracy_columns
+from reports.paper import quantity, table
+from reports.paper.table import Column
+from reports.run import gpu
+from reports.run.results import Cell, Missing, Results
+
+TIMES = (
+    "kernel: by CUDA events; download: the picture to the host; frame: a steady one, which has both; upload: the "
+    "scene to the device, once a process. End to end: upload + a steady frame, as if for one picture, without the "
+    "start of the process and compiling. Median over processes, with its 95 % interval, of each process's median over "
+    "its steady frames."
+)
+LAUNCH = (
+    "Memory kind: where the kernel keeps the scene. Occupancy: threads that a multiprocessor can hold at once with "
+    "these registers and this shared memory, of those that the device allows; it is computed, not measured. Local "
+    "memory is of one thread, and is where registers are spilled to."
+)
+DEVICE = (
+    "From NVML, median over processes, with its 95 % interval, of the repeated-load pass, else of the timed one, as "
+    "the column says. Power and energy are of the whole device, idle power included; energy is that of the time in "
+    "the column after it, within the phase render. A value is left out where rendering is too short for the sensors."
+)
+
+
+def _time(title: str, name: str, reason: str) -> Column:
+    return Column(f"{title} (ms)", name, "s", lambda cell: cell.median(name, reason), lambda v: quantity.text(v, 1e3))
+
+
+NO_PARTS = "no steady frames that tell their parts"
+NO_UPLOAD = "it has no phase upload"
+TIME_COLUMNS = [
+    _time("upload", "upload_s", NO_UPLOAD),
+    _time("kernel", "kernel_s", NO_PARTS),
+    _time("download", "download_s", NO_PARTS),
+    _time("frame", "steady_s", "no steady frames"),
+    _time("end to end", "end_to_end_s", f"{NO_UPLOAD}, or no steady frames"),
+    accuracy_columns.COLUMNS[0],
+]
+
+
+def launch_columns(results: Results) -> list[Column]:
+    def method(title, name, unit="", show=_count):
+        return Column(title, name, unit, lambda cell: _method(results, cell, name), show)
+
+    told = [gpu.record(results, cell) for scene in gpu.scenes(results) for cell in gpu.cells(results, scene)]
+    methods = [record["used"].get("methods") or {} for record in told if record]
+    spills = sorted({name for names in methods for name in names if name.startswith("spill")})
+    return [
+        method("memory kind", "scene_memory"),
+        method("block", "block"),
+        method("threads", "total_threads", "1"),
+        method("registers", "registers", "1"),
+        method("shared memory (byte)", "shared_bytes", "byte"),
+        method("local memory (byte)", "local_bytes", "byte"),
+        method("constant memory (byte)", "constant_bytes", "byte"),
+        *(method(name.replace("_", " "), name) for name in spills),
+        method("occupancy (%)", "occupancy", "1", lambda v: v if isinstance(v, str) else f"{100 * v:.0f}"),
+    ]
+
+
+def _method(results: Results, cell: Cell, name: str):
+    told = gpu.method(results, cell, name)
+    return told if isinstance(told, Missing | str) else float(told)
+
+
+def _count(value) -> str:
+    return value if isinstance(value, str) else f"{value:.0f}"
+
+
+def device_columns(results: Results) -> list[Column]:
+    def seen(title, name, unit, scale=1.0):
+        return Column(
+            title, name, unit, lambda cell: gpu.observed(results, cell, name), lambda v: quantity.text(v, scale)
+        )
+
+    return [
+        Column("pass", "pass", "", lambda cell: "load" if cell.loaded else "timed"),
+        seen("GPU use (%)", "utilisation_percent", "%"),
+        seen("power (W)", "power_w", "W"),
+        seen("energy (J)", "energy_j", "J"),
+        seen("over (s)", "energy_s", "s"),
+        seen("energy per million rays (J)", "joules_per_mray", "J"),
+        seen("memory of the process (MB)", "process_memory_bytes", "byte", 1e-6),
+        seen("temperature (°C)", "temperature_c", "°C"),
+        Column("slowed down by", "throttled", "", lambda cell: _throttled(results, cell)),
+    ]
+
+
+def _throttled(results: Results, cell: Cell) -> str | Missing:
+    """The reasons why the device ran slower than it could, over all repetitions that were looked at."""
+    told = [(results.records[index]["gpu"] or {}).get("throttled") for index in gpu.observed_rows(cell).index]
+    lists = [reasons for reasons in told if isinstance(reasons, list)]
+    if lists:
+        return ", ".join(sorted({reason for reasons in lists for reason in reasons})) or "nothing"
+    return gpu.observed(results, cell, "throttled")
+
+
+def write(results: Results, out: Path) -> str:
+    """gpu-times-*.csv, gpu-launch-*.csv and gpu-device-*.csv, one a scene, and the section; "" without a GPU."""
+    found = [(scene, gpu.cells(results, scene)) for scene in gpu.scenes(results)]
+    if not found:
+        return ""
+    return "\n\n".join(
+        table.section(out, stem, title, [(scene, cells, columns) for scene, cells in found], caption)
+        for stem, title, columns, caption in (
+            ("gpu-times", "GPU: parts of a frame", TIME_COLUMNS, TIMES),
+            ("gpu-launch", "GPU: the kernel", launch_columns(results), LAUNCH),
+            ("gpu-device", "GPU: the device at work", device_columns(results), DEVICE),
+        )
+    )

@@ -1,0 +1,68 @@
+"""The section on doubts: warnings of repetitions, and processes that waited."""
+
+import re
+from pathlib import Path
+
+from reports.page.summary import where
+from reports.paper import markdown
+from reports.run.results import Cell, Results, point_label
+
+STARVED = 0.9  # of a core: a renderer that computes all the time and is let uses more
+SHORTEST = 0.2  # s of a process, of which starting is then a small part
+
+
+def write(results: Results, _: Path | None = None) -> str:
+    """The section of the report."""
+    found = _warnings(results)
+    return f"## Doubtful\n\n{markdown.bullets(found) if found else 'No repetition has a warning.'}"
+
+
+def _warnings(results: Results) -> list[str]:
+    """One item a variant and kind of doubt, with the places where it holds."""
+    found: dict[tuple[str, str], list[tuple[str, tuple]]] = {}
+    for cell in results.cells:
+        for kind, text in _doubts(results, cell):
+            found.setdefault((cell.variant, kind), []).append((text, cell.place))
+    for record in results.records:
+        if record.get("pass") == "pair":
+            place = record["scene"], point_label(record["point"])
+            for kind, text in _of_row(record, "a second process of the A/A pair"):
+                found.setdefault((record["variant"], kind), []).append((text, place))
+    return [
+        f"{markdown.escape(variant)}: {markdown.escape(said[0][0])}"
+        + (f", and {len(said) - 1} more like it" if len({text for text, _ in said}) > 1 else "")
+        + f" ({where(results, [place for _, place in said])})"
+        for (variant, _), said in found.items()
+    ]
+
+
+def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
+    """Returns the doubts about a cell, each with its kind: its text without numbers."""
+    found = [(_kind(text), f"ok{text}") for text in (cell.lost, cell.disturbed) if text and cell.status == "ok"]
+    for row in cell.timed:
+        found += [(_kind(text), text) for text in results.records[row]["warnings"]]
+    for row in cell.loaded:
+        found += _of_row(results.records[row], "" if cell.as_meant else "a repetition of its load pass")
+    share = _share_of_a_core(cell)
+    if share is not None and share < STARVED and not cell.gpu:
+        found.append(
+            ("starved", f"used {share:.0%} of one core over its life: it waited, or other programs had the cores")
+        )
+    return found
+
+
+def _of_row(record: dict, what: str) -> list[tuple[str, str]]:
+    """Returns the doubts about a row that is in no table of times; with `what`, also that it is not ok."""
+    bad = [f"{what} is not ok: {record['status']}: {record['reason']}"] if what and record["status"] != "ok" else []
+    return [(_kind(text), text) for text in bad + record["warnings"]]
+
+
+def _kind(text: str) -> str:
+    return re.sub(r"[-+.\de]*\d", "#", text)
+
+
+def _share_of_a_core(cell: Cell) -> float | None:
+    """CPU time over wall time of its repetitions that are long enough to tell; None if there are none."""
+    cpu, wall = cell.known("cpu_s"), cell.known("wall_s")
+    long = [row for row in cpu if wall[row] > SHORTEST]
+    return sum(cpu[row] for row in long) / sum(wall[row] for row in long) if long else None

@@ -1,0 +1,126 @@
+"""The report of one run or of several, folders or packed.
+
+Several: each has its own in a folder, and one page has machines, runs, what is beside what, and the study again.
+"""
+
+import tempfile
+from collections import Counter
+from contextlib import ExitStack
+from pathlib import Path
+
+from harness.errors import UserError
+from harness.statistics.statistics import Floor
+from harness.store import likeness, packed, store
+from reports import page
+from reports.compare import hosts, side_by_side
+from reports.compare.hosts import Member
+from reports.page import report, study_again
+from reports.paper import drawn, markdown
+from reports.run import results
+
+TITLE = "Several runs"
+
+
+def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
+    """Write the report of the runs into the folder `out`; the path of its report.html.
+
+    A run on several hosts of a cluster is one of each of them; pool: but those that are alike in all but their names
+    are taken as one machine.
+    """
+    with ExitStack() as stack:
+        folders = [stack.enter_context(packed.opened(run)) for run in runs]
+        loaded = [told for folder in folders for told in _by_host(folder, pool)]
+        if len(loaded) == 1:
+            report.write_loaded(loaded[0][1], out)
+            return out / page.NAME
+        members = hosts.members(loaded)
+        told = {}
+        for member in members:
+            (out / member.name).mkdir(parents=True, exist_ok=True)
+            told[member] = [text for _, text in report.write_loaded(member.results, out / member.name)]
+        parts = [
+            ("several_runs", _runs(members)),
+            ("unlike", _unlike(folders)),
+            ("several_machines", hosts.write(members)),
+            ("side_by_side", side_by_side.write(members, out)),
+            ("study_again", study_again.write(members, told)),
+        ]
+        parts = [(name, text) for name, text in parts if text]
+        (out / "report.md").write_text("\n\n".join([f"# {TITLE}", *(text for _, text in parts)]) + "\n", "utf-8")
+        return page.write_plain(TITLE, _lead(members), parts, out)
+
+
+def _by_host(folder: Path, pool: bool) -> list[tuple[str, results.Results]]:
+    """The run in a folder, (name, run); of several hosts, what each has of it, or each kind of host."""
+    name, there = markdown.slug(packed.name(folder)), store.hosts(folder)
+    if len(there) < 2:
+        return [(name, results.load(folder))]
+    groups: list[list[str]] = []
+    for host, told in there.items():
+        alike = (mine for mine in groups if pool and likeness.is_alike(there[mine[0]], told))
+        group = next(alike, None)
+        if group is None:
+            groups.append([host])
+        else:
+            group.append(host)
+    if len(groups) == 1:
+        return [(name, results.load(folder, groups[0]))]
+    return [(f"{name}-{markdown.slug(there[mine[0]]['host'])}", results.load(folder, mine)) for mine in groups]
+
+
+def _unlike(folders: list[Path]) -> str:
+    """Hosts of one partition that should be alike and are not, and what no host has run."""
+    parts = []
+    if differ := [markdown.escape(line) for folder in folders for line in likeness.of_run(folder)]:
+        parts += ["## Not alike", markdown.bullets(differ)]
+    if lost := [line for folder in folders for line in _lost(folder)]:
+        parts += ["## Not run", markdown.bullets(lost)]
+    return "\n\n".join(parts)
+
+
+def _lost(folder: Path) -> list[str]:
+    """Lists what the jobs of a run have not run, a line for each reason."""
+    _, records = store.read(folder, list(store.hosts(folder)))
+    found = Counter((record["status"], record["reason"]) for record in records if record.get("lost"))
+    return [
+        markdown.escape(f"{packed.name(folder)}: {count} repetitions: {status}: {reason}")
+        for (status, reason), count in found.items()
+    ]
+
+
+def check(runs: list[Path], old: Path, pool: bool = False) -> list[str]:
+    """Lists the figures and tables in the folder `old` whose data differ from what the same runs give now."""
+    if not (old / "report.md").exists():
+        asked = " ".join(map(str, runs))
+        raise UserError(f"{old}: no report is there", remedy=f"make one with: rayrace report {asked} -o {old}")
+    with tempfile.TemporaryDirectory() as made:
+        make(runs, Path(made), pool)
+        return drawn.differences(old, Path(made))
+
+
+def _lead(members: list[Member]) -> str:
+    machines = hosts.by_host(members)
+    count = sum(len(member.results.records) for member in members)
+    several = f"{len(machines)} machines: {', '.join(machines)}" if len(machines) > 1 else "one machine"
+    return f"{len(members)} runs, {count} processes, on {several}. Nothing is pooled over runs or machines."
+
+
+def _runs(members: list[Member]) -> str:
+    header = ["machine", "run", "what", "begun", "commit", "processes", "cells that are ok", "noise floor"]
+    rows = []
+    for member in members:
+        facts, cells = member.results.facts, member.results.cells
+        good = sum(cell.status == "ok" for cell in cells)
+        rows.append([
+            member.host, member.name, facts["title"], facts["started"][:16].replace("T", " "),
+            facts["environment"]["commit"], str(len(member.results.records)), f"{good} of {len(cells)}",
+            _floor(member.results.floor),
+        ])  # fmt: skip
+    links = [f"[{markdown.escape(member.name)}]({member.name}/report.html)" for member in members]
+    return "\n\n".join(
+        ["## Runs", markdown.table(header, rows), "Each has a report of its own: " + ", ".join(links) + "."]
+    )
+
+
+def _floor(floor: Floor) -> str:
+    return f"unavailable: {floor.reason}" if floor.value is None else f"{100 * floor.value:.2g} %"

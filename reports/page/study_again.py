@@ -1,0 +1,64 @@
+"""The study's tables and figures by number, each from the run that repeats it, or why there is none."""
+
+import re
+
+from reports.compare.hosts import Member, by_host
+from reports.paper import markdown
+from reports.run import study
+
+TITLE = "The study again"
+HEADING = re.compile(r"^(#+) .*?\bthe study's (table|figure) (\d+\.\d+)\b.*$", re.IGNORECASE | re.MULTILINE)
+LINK = re.compile(r"\]\((?=[^)#:]+\))")  # to a file of the report
+WHOLE = re.compile(r"^#", re.MULTILINE)
+
+
+def numbered(texts: list[str]) -> dict[str, str]:
+    """Returns a report's repeats of the study's tables and figures by number ("table 4.1"), without headings.
+
+    texts: its sections, Markdown. A number stands in the heading of a section or of a part of it.
+    """
+    found = {}
+    for text in texts:
+        for heading in HEADING.finditer(text):
+            level, kind, number = heading.groups()
+            end = re.compile(rf"^#{{1,{len(level)}}} ", re.MULTILINE).search(text, heading.end())
+            found.setdefault(f"{kind} {number}", text[heading.end() : end.start() if end else None].strip())
+    return found
+
+
+def write(members: list[Member], texts: dict[Member, list[str]]) -> str:
+    """The section of the report. texts: of each run, its sections."""
+    found = {member: numbered(texts[member]) for member in members}
+    parts = [f"## {TITLE}"]
+    for name, (what, experiment) in study.NUMBERED.items():
+        parts.append(f"### {name.capitalize()}: {what}")
+        told = [
+            _from(member, found[member][name], several=len(by_host(members)) > 1)
+            for mine in by_host(members).values()
+            if (member := _best(name, [one for one in mine if name in found[one]])) is not None
+        ]
+        parts += told or [markdown.escape(_missing(name, experiment))]
+    return "\n\n".join(parts)
+
+
+def _best(name: str, members: list[Member]) -> Member | None:
+    """Returns the run of a machine that repeats most of the study's cases in a table or figure, if any does.
+
+    What is of a machine or of scenes of our own needs no case.
+    """
+    free = not name.endswith(("4.1", "4.2", "4.3"))
+    cases = {member: sum(study.case(cell) is not None for cell in member.results.cells) for member in members}
+    able = [member for member in members if free or cases[member]]
+    return max(able, key=cases.__getitem__, default=None)
+
+
+def _from(member: Member, text: str, several: bool) -> str:
+    """The text, a level deeper, its links leading into the folder of the run."""
+    text = LINK.sub(f"]({member.name}/", WHOLE.sub("##", text))
+    where = f", {markdown.escape(member.host)}" if several else ""
+    return f"From [{markdown.escape(member.name)}]({member.name}/report.html){where}.\n\n{text}"
+
+
+def _missing(name: str, experiment: str) -> str:
+    need = " on a machine with an NVIDIA GPU" if name in study.ON_A_GPU else ""
+    return f"unavailable: none of these runs has it; experiments/{experiment}.toml{need} makes one"

@@ -1,0 +1,121 @@
+"""The summary of a run in plain words: who is fastest, by how much, what has no rank and why."""
+
+from collections import Counter
+from pathlib import Path
+
+from reports.accuracy import accuracy_columns
+from reports.paper import markdown, quantity, thinning
+from reports.run import launch, ranking
+from reports.run.results import Cell, Results, place_label
+
+MOST = 40  # sentences on places
+MOST_NAMED = 8  # places that a sentence names
+
+
+def write(results: Results, _: Path | None = None) -> str:
+    """The section of the report."""
+    parts = ["## Summary", _floor(results), markdown.bullets(_rankings(results))]
+    unranked = _reasons(results, [cell for cell in results.cells if cell.unranked and not cell.as_meant])
+    apart = _reasons(results, [cell for cell in results.cells if cell.as_meant])
+    if unranked:
+        parts += ["Not ranked:", markdown.bullets(unranked)]
+    if apart:
+        parts += ["Shown, and in no comparison:", markdown.bullets(apart)]
+    if not unranked + apart:
+        parts.append("Every variant is ranked.")
+    return "\n\n".join(parts)
+
+
+def _floor(results: Results) -> str:
+    """Says what the run cannot tell apart: its A/A pair and the noise floor."""
+    floor = results.floor
+    known = floor.value is not None
+    text = f"Noise floor: {100 * floor.value:.2g} %." if known else f"Noise floor: unavailable: {floor.reason}."
+    if floor.ratio is not None:
+        twice = f"{results.pair} was run twice in every round (an A/A pair); the ratio of the two is"
+        text += f" {twice} {quantity.text(floor.ratio)}."
+    end = "No smaller difference is resolved." if known else "What is resolved is decided by the intervals alone."
+    return markdown.escape(f"{text} {end}")
+
+
+def _rankings(results: Results) -> list[str]:
+    """A sentence a place, but for places of exhibits alone; one for all that differ only in a launch; of many a few."""
+    places = [told for told in launch.places(results) if not all(cell.exhibit for cell in results.at(told[0]))]
+    few = thinning.few(places, MOST)
+    counted = [_counts(results, [place for place, _ in places])] if len(few) < len(places) else []
+    return counted + [
+        _ranking(results, place) + (_launches(results, place, others) if others else "") for place, others in few
+    ]
+
+
+def _counts(results: Results, places: list[tuple[str, str]]) -> str:
+    """How often who is the fastest."""
+    found = Counter(_winner(results, place) for place in places)
+    said = ", ".join(f"{markdown.escape(what)} in {count}" for what, count in found.most_common())
+    return f"Of {len(places)} places: {said}. The times of all are in the tables' CSV files; of {MOST}, evenly spread:"
+
+
+def _winner(results: Results, place: tuple[str, str]) -> str:
+    ranked = ranking.ranked(results, place)
+    if len(ranked) < 2:
+        return f"only {ranked[0].variant} is ranked" if ranked else "nothing is ranked"
+    return "who is the fastest is not resolved" if _rivals(results, ranked) else f"{ranked[0].variant} is the fastest"
+
+
+def _rivals(results: Results, ranked: list[Cell]) -> list[Cell]:
+    """The cells from which the first is not resolved."""
+    first, *others = ranked
+    return [cell for cell in others if not ranking.resolved(results, ranking.ratio(cell, first))]
+
+
+def _launches(results: Results, place: tuple[str, str], others: list[Cell]) -> str:
+    """Says which launch shapes a place stands for: it is the fastest of them."""
+    (first,) = ranking.ranked(results, place)
+    rivals = _rivals(results, [first, *others])
+    sure = f"the lowest median, not resolved from {len(rivals)} others," if rivals else "the fastest"
+    return f" It is {sure} of {1 + len(others)} ways to launch it."
+
+
+def _ranking(results: Results, place: tuple[str, str]) -> str:
+    """One sentence on the ranked cells of a place."""
+    label = f"**{markdown.escape(place_label(place))}**: "
+    ranked = ranking.ranked(results, place)
+    if not ranked:
+        return label + "nothing is ranked."
+    first, *others = ranked
+    name = markdown.escape(first.variant)
+    said = f"{markdown.escape(quantity.text(first.steady))} s a frame, {accuracy_columns.shown(first)}"
+    if not others:
+        return f"{label}only {name} is ranked: {said}."
+    rivals = ", ".join(markdown.escape(cell.variant) for cell in _rivals(results, ranked))
+    best = f"has the lowest median, not resolved from {rivals}" if rivals else "is the fastest"
+    ratios = ((cell.variant, quantity.ratio(ranking.ratio(cell, first), results.floor.value)) for cell in others)
+    rest = ", ".join(markdown.escape(f"{variant} {ratio}") for variant, ratio in ratios)
+    return f"{label}**{name}** {best}: {said}. Times as long: {rest}."
+
+
+def _reasons(results: Results, cells: list[Cell]) -> list[str]:
+    """One item a variant and reason, with the places where it holds."""
+    found: dict[tuple[str, str], list[Cell]] = {}
+    for cell in cells:
+        found.setdefault((cell.variant, _reason(cell)), []).append(cell)
+    return [
+        f"{markdown.escape(variant)}: {markdown.escape(why)} ({where(results, [cell.place for cell in cells])})"
+        for (variant, why), cells in found.items()
+    ]
+
+
+def _reason(cell: Cell) -> str:
+    """Why it is not ranked; of an exhibit without numbers, which differ from place to place."""
+    if not cell.as_meant or not cell.exhibit:
+        return cell.unranked
+    return f"{cell.apart}; its picture is {'wrong, as meant' if cell.status == 'wrong picture' else 'right here'}"
+
+
+def where(results: Results, places: list[tuple[str, str]]) -> str:
+    places = list(dict.fromkeys(places))
+    if len(places) == len(results.places) > 1:
+        return "everywhere"
+    if len(places) > MOST_NAMED:
+        return f"in {len(places)} of {len(results.places)} places"
+    return markdown.escape("; ".join(map(place_label, places)))

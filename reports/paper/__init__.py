@@ -1,0 +1,1 @@
+"""How reports are written and drawn: tables, Markdown, LaTeX, numbers, style of figures."""

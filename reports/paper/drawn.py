@@ -1,0 +1,88 @@
+"""Hashes the data of a figure, however it is drawn, and compares a report with an older one."""
+
+import csv
+import hashlib
+import json
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+COMMAND = "rayrace report RUN"
+PACKAGES = ("rayrace", "matplotlib", "numpy", "scipy")
+
+
+def fingerprint(figure: Figure) -> str:
+    """SHA-256 of the numbers and texts of a figure: lines, patches, collections, pictures, scales and limits.
+
+    Numbers count as float32, so that the last bit of another library's sum does not. Ticks and places of legends do
+    not count.
+    """
+    found = hashlib.sha256()
+
+    def numbers(values) -> None:
+        values = np.ma.filled(np.ma.masked_invalid(np.ma.asarray(values, dtype=np.float64)), np.nan)
+        found.update(repr(values.shape).encode())
+        found.update((values.astype(np.float32) + 0).tobytes())  # + 0: -0 is 0
+
+    def texts(*told: str) -> None:
+        found.update("\0".join(told).encode())
+
+    texts(*(text.get_text() for text in figure.texts))
+    for axes in figure.axes:
+        texts(axes.get_title(), axes.get_title("left"), axes.get_title("right"), axes.get_xlabel(), axes.get_ylabel())
+        texts(axes.get_xscale(), axes.get_yscale(), *(text.get_text() for text in axes.texts))
+        numbers([axes.get_xlim(), axes.get_ylim()])
+        for line in axes.lines:
+            numbers(line.get_xydata())
+        for patch in axes.patches:
+            numbers(patch.get_patch_transform().transform(patch.get_path().vertices))
+        for collection in axes.collections:
+            numbers(collection.get_offsets())
+            for path in collection.get_paths():
+                numbers(path.vertices)
+        for image in axes.images:
+            numbers(image.get_array())
+    return found.hexdigest()
+
+
+def describe(figure: Figure, path: Path) -> None:
+    """Write `path`.json beside the drawings: the hash of the data, the command that makes it again, the versions."""
+    told = {"data_sha256": fingerprint(figure), "command": COMMAND, "versions": _versions()}
+    path.with_suffix(".json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+
+
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in PACKAGES}
+
+
+def differences(old: Path, new: Path) -> list[str]:
+    """Lists what differs between two report folders by name: figures by their data, tables by their content."""
+    hashes = {folder: _hashes(folder) for folder in (old, new)}
+    said = []
+    for name in sorted({*hashes[old], *hashes[new]}):
+        before, after = hashes[old].get(name), hashes[new].get(name)
+        if before != after:
+            how = "is new" if before is None else "is no longer made" if after is None else "has other data"
+            said.append(f"{name} {how}")
+    return said
+
+
+def _hashes(folder: Path) -> dict[str, str]:
+    found = {}
+    for path in folder.rglob("*.json"):
+        found[path.relative_to(folder).with_suffix("").as_posix()] = json.loads(path.read_text("utf-8"))["data_sha256"]
+    for path in folder.rglob("*.csv"):
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = [[_number(text) for text in row] for row in csv.reader(file)]
+        found[path.relative_to(folder).as_posix()] = hashlib.sha256(json.dumps(rows).encode()).hexdigest()
+    return found
+
+
+def _number(text: str) -> str:
+    """A number to nine digits, for the last bit of another library's sum does not count; other text as it is."""
+    try:
+        return f"{float(text):.9g}"
+    except ValueError:
+        return text

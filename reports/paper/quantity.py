@@ -1,0 +1,61 @@
+"""Formats numbers for people: as many digits as the interval warrants, a reason where there is no number."""
+
+import math
+
+from harness.statistics import statistics
+from harness.statistics.statistics import Estimate
+from reports.run.cell import Missing
+
+NO_INTERVAL = "(no interval, n = {})"  # n processes are too few
+
+
+def text(value: Estimate | Missing | float | str, scale: float = 1.0) -> str:
+    """A value times `scale`: `value [low, high]`, or why it has no interval, or why it is absent."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Missing):
+        return str(value)
+    if not isinstance(value, Estimate):
+        return f"{value * scale:.3g}"
+    if value.low is None:
+        return f"{plain(value.value * scale)} {NO_INTERVAL.format(value.processes)}"
+    return interval(value.value * scale, value.low * scale, value.high * scale)
+
+
+def plain(value: float) -> str:
+    """Three significant digits, without an exponent from 0.001 up to a million."""
+    if value == 0 or not 1e-3 <= abs(value) < 1e6:
+        return f"{value:.3g}"
+    return _fixed(value, 2 - math.floor(math.log10(abs(value))))
+
+
+def interval(value: float, low: float, high: float) -> str:
+    """`value [low, high]`, all to the same digit: 2.13 [2.08, 2.20]e-6, 149 [147, 152], 0.0365 [0.0360, 0.0370].
+
+    The digit is that of the nearer end, where it differs from the value by more than a thousandth of it.
+    """
+    if low == high:
+        return f"{plain(value)}, all equal"
+    size = math.floor(math.log10(max(abs(value), abs(low), abs(high))))
+    shift = 0 if -3 <= size < 6 else size
+    value, low, high = (number / 10**shift for number in (value, low, high))
+    near = min((side for side in (value - low, high - value) if side > 0), default=high - low)
+    places = _places(max(near, abs(value) / 1000))
+    value, low, high = (_fixed(number, places) for number in (value, low, high))
+    return f"{value} [{low}, {high}]" + (f"e{shift}" if shift else "")
+
+
+def ratio(value: Estimate, floor: float | None = None) -> str:
+    """`value [low, high]`, with "not resolved" if it is not surely further from 1 than the noise floor."""
+    found = statistics.verdict(value, floor)
+    return text(value) + (f" {found}" if found == statistics.NOT_RESOLVED and value.low is not None else "")
+
+
+def _places(half: float) -> int:
+    """Decimals that show one digit of `half`, two if the first is a 1; negative left of the point."""
+    size = math.floor(math.log10(half))
+    return -size + (half / 10**size < 1.95)
+
+
+def _fixed(value: float, places: int) -> str:
+    return f"{round(value, places):.{max(0, places)}f}"

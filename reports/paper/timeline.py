@@ -1,0 +1,30 @@
+"""Shared by figures over the time of one process: which place is drawn, and the phases behind the curves."""
+
+from matplotlib.patches import Patch
+
+from reports.paper import style
+from reports.run.results import Cell
+
+
+def largest_place(cells: list[Cell]) -> tuple[str, str]:
+    """The place with the most pixels, the last of several."""
+    return max(reversed(cells), key=lambda cell: cell.pixels).place
+
+
+def shade(axes, record: dict, named: bool = True) -> list[str]:
+    """Shade the phases of a record; their names. named: write a name where it fits."""
+    wall = record["wall_s"]
+    for name, start, end in record["phases"]:
+        axes.axvspan(start, end, color=style.PHASES.get(name, style.OTHER_PHASE), lw=0)
+        if named and end - start > 0.012 * wall * (len(name) + 1):
+            axes.text((start + end) / 2, 0.93, name, transform=axes.get_xaxis_transform(), ha="center", va="top",
+                      fontsize=6, color="#444444")  # fmt: skip
+    return [name for name, _, _ in record["phases"]]
+
+
+def legend(figure, seen) -> None:
+    """The colours of the phases in `seen`, below the figure."""
+    order = dict.fromkeys(name for name in (*style.PHASES, *seen) if name in seen)
+    patches = [Patch(color=style.PHASES.get(name, style.OTHER_PHASE), label=name) for name in order]
+    if patches:
+        figure.legend(handles=patches, loc="lower center", ncols=len(patches), title="phases", title_fontsize=7)

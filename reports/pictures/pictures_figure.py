@@ -1,0 +1,171 @@
+"""Figure 4.1: every variant's picture, pixel for pixel, over its difference from the reference."""
+
+import textwrap
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
+
+from harness.picture import colour
+from reports.paper import markdown, style, thinning
+from reports.run import launch, stored
+from reports.run.results import Cell, Missing, Results, place_label
+
+CAPTION = (
+    "Above, the picture; below, its largest absolute difference in any channel of linear RGB from the reference, "
+    "which another renderer made, on a logarithmic scale that all share; grey where it is exactly 0, magenta "
+    "where a pixel is not finite. A small picture is enlarged by a whole number, one of more than 1024 pixels is "
+    "made smaller; others are shown pixel for pixel. Points that differ only in how the kernel of a GPU is launched "
+    "are drawn once, and again where one is not ok. Exhibits have a figure of their own."
+)
+
+SMALLEST, LARGEST = 480, 1024  # of a panel, in pixels of the PNG
+TEXT_WIDTH = 520  # pixels that the text below a panel needs at least
+ABOVE, BETWEEN, BELOW, GAP, BAR = 60, 16, 120, 40, 150  # pixels
+COLUMNS = 3
+MOST = 24  # figures
+SMALLEST_DIFFERENCE = 1e-17
+BROKEN = (1.0, 0.0, 1.0)
+
+
+def panel_size(height: int, width: int, largest: int = LARGEST, smallest: int = SMALLEST) -> tuple[int, int]:
+    """(height, width) in which a picture is shown, pixels of the PNG."""
+    longest = max(height, width)
+    if longest > largest:
+        return max(1, round(height * largest / longest)), max(1, round(width * largest / longest))
+    zoom = max(1, smallest // longest)
+    return height * zoom, width * zoom
+
+
+def shown(picture: np.ndarray, arithmetic: str = "linear") -> np.ndarray:
+    """uint8 sRGB of a picture (height, width, 3) made in this arithmetic; pixels that are not finite are magenta."""
+    finite = np.isfinite(picture).all(axis=-1, keepdims=True)
+    return colour.codes(np.where(finite, picture, BROKEN), arithmetic)
+
+
+def verdict(accuracy: dict) -> str:
+    """The numbers below a panel, three lines."""
+    if accuracy.get("bad_pixels") is None:
+        return "error unavailable"
+    outside, inside = accuracy["max_outside"], accuracy["max_inside"]
+    return "\n".join(
+        [
+            f"outside the mask: {'every pixel is in it' if outside is None else f'at most {outside:.1e}'}",
+            f"inside ({accuracy['mask_fraction']:.2%}): {'no pixel' if inside is None else f'at most {inside:.1e}'}",
+            f"differ by more than 1/255: {accuracy['bad_pixels']:.2%} of pixels",
+        ]
+    )
+
+
+def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
+    """The places to be drawn, each with its cells."""
+    found, seen = [], set()
+    for place in results.places:
+        cells = [cell for cell in results.at(place) if not cell.exhibit and cell.parameters.get("kind") != "rays"]
+        alike = frozenset((cell.scene, cell.variant, launch.rest(cell, launch.UNSEEN)) for cell in cells)
+        if cells and (alike not in seen or any(cell.status != "ok" for cell in cells)):
+            found.append((place, cells))
+        seen.add(alike)
+    return found
+
+
+def draw(results: Results, cells: list[Cell], size: tuple[int, int]):
+    """The figure of the cells of a place. size: (height, width) of their pictures."""
+    high, wide = panel_size(*size)
+    columns = min(COLUMNS, len(cells))
+    rows = -(-len(cells) // columns)
+    block_high, block_wide = ABOVE + 2 * high + BETWEEN + BELOW, max(wide, TEXT_WIDTH) + GAP
+    total_high, total_wide = rows * block_high + BAR, columns * block_wide + GAP
+    figure = plt.figure(figsize=(total_wide / style.DPI, total_high / style.DPI))
+
+    def box(left, top, height, width):
+        edges = left / total_wide, 1 - (top + height) / total_high, width / total_wide, height / total_high
+        axes = figure.add_axes(edges)
+        axes.set(xticks=[], yticks=[])
+        axes.spines[:].set_visible(False)
+        return axes
+
+    norm = LogNorm(SMALLEST_DIFFERENCE, 1.0, clip=True)
+    for number, cell in enumerate(cells):
+        row, column = divmod(number, columns)
+        left = GAP + column * block_wide + (block_wide - GAP - wide) // 2
+        top = row * block_high + ABOVE
+        above, below = box(left, top, high, wide), box(left, top + high + BETWEEN, high, wide)
+        above.set_title(cell.label, fontweight="bold")
+        _panels(results, cell, above, below, norm)
+    _bar(figure, box(total_wide * 0.2, total_high - BAR + 40, 22, total_wide * 0.6), norm)
+    return figure
+
+
+def _panels(results: Results, cell: Cell, above, below, norm) -> None:
+    record = results.record(cell)
+    if record is None or record["picture"] is None:
+        say(above, cell.verdict if cell.status != "ok" else "unavailable: no picture was stored")
+        return
+    picture = stored.array(results, record["picture"]["file"])
+    if isinstance(picture, Missing):
+        say(above, str(picture))
+        return
+    accuracy = record["accuracy"] or {}
+    arithmetic = record["parameters"].get("arithmetic", "linear")
+    above.imshow(shown(picture, arithmetic), interpolation="nearest", aspect="auto")
+    reference = stored.reference(results, accuracy)
+    text = verdict(accuracy)
+    if cell.status != "ok":
+        text = textwrap.fill(cell.verdict, 48)
+    below.text(0.5, -0.02, text, transform=below.transAxes, ha="center", va="top", fontsize=7,
+               color="black" if cell.status == "ok" or cell.as_meant else "#B00000")  # fmt: skip
+    if isinstance(reference, Missing):
+        say(below, f"difference unavailable: {reference.reason}")
+        return
+    difference = np.abs(picture - reference).max(axis=-1)
+    below.set_facecolor("#DDDDDD")
+    below.imshow(np.ma.masked_equal(difference, 0), norm=norm, cmap="viridis", interpolation="nearest", aspect="auto")
+    broken = np.zeros((*difference.shape, 4))
+    broken[~np.isfinite(difference)] = (*BROKEN, 1)
+    below.imshow(broken, interpolation="nearest", aspect="auto")
+
+
+def say(axes, text: str) -> None:
+    """Write in an empty panel why it is."""
+    axes.set_facecolor("#F4F4F4")
+    axes.text(0.5, 0.5, textwrap.fill(text, 34), transform=axes.transAxes, ha="center", va="center", fontsize=7)
+
+
+def _bar(figure, axes, norm) -> None:
+    bar = figure.colorbar(ScalarMappable(norm, "viridis"), cax=axes, orientation="horizontal")
+    bar.set_ticks([1e-16, 1e-12, 1e-9, 1e-6, 1 / 255, 1], labels=["1e-16", "1e-12", "1e-9", "1e-6", "1/255", "1"])
+    bar.minorticks_off()
+    bar.set_label("largest difference from the reference in a channel, linear RGB (grey: exactly 0)")
+
+
+def _few(found: list) -> list:
+    """MOST of the places, those where a cell is not ok before the others, each kind evenly spread; in their order."""
+    wrong = [any(cell.status != "ok" for cell in cells) for _, cells in found]
+    first = thinning.few([n for n, is_wrong in enumerate(wrong) if is_wrong], MOST)
+    rest = thinning.few([n for n, is_wrong in enumerate(wrong) if not is_wrong], MOST - len(first))
+    return [found[n] for n in sorted({*first, *rest})]
+
+
+def write(results: Results, out: Path) -> str:
+    """pictures-NUMBER-PLACE.png and .svg, one a place with more than one pixel, and the section of the report."""
+    parts = ["## Pictures (the study's figure 4.1)"]
+    if stored.left_out(results):
+        return "\n\n".join([*parts, f"unavailable: {stored.LEFT_OUT}."])
+    found = places(results)
+    drawn = _few(found)
+    parts.append(thinning.told(len(drawn), len(found), "places", "those where something is not ok come first"))
+    for number, (place, cells) in enumerate(drawn):
+        x0, y0, x1, y1 = map(int, cells[0].parameters["region"].split(","))
+        size = y1 - y0, x1 - x0
+        label = place_label(place)
+        if size == (1, 1):
+            parts.append(f"{markdown.escape(label)}: one pixel is no picture; its error stands beside its time.")
+            continue
+        name = f"pictures-{number}-{markdown.slug(label)}"
+        with style.styled():
+            style.save(draw(results, cells, size), out / name)
+        parts += [f"### {markdown.escape(label)}", markdown.figure(name, f"Pictures: {label}")]
+    return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

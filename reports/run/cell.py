@@ -1,0 +1,231 @@
+"""A cell: the repetitions of one variant at one place, summarised. The process is the unit of replication."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import pandas as pd
+
+from harness.statistics import statistics, steady
+from harness.statistics.statistics import Estimate
+from reports.run import repetition
+
+MOST_UNSTEADY = 1 / 2  # of the repetitions of a cell that has a steady time; a few are the machine's doing
+BAD_FIRST = ("wrong picture", "failed", "timeout", "killed", "unsupported", "unavailable")
+
+
+@dataclass(frozen=True)
+class Missing:
+    """A value that is not there, and why. Its text starts with "unavailable"."""
+
+    reason: str
+
+    def __str__(self):
+        return self.reason if self.reason.startswith("unavailable") else f"unavailable: {self.reason}"
+
+
+class Table:
+    """The repetitions of a run, one row each: `frame` as a DataFrame, and columns of it as lists, which are quick."""
+
+    def __init__(self, frame: pd.DataFrame):
+        self.frame = frame
+        self._columns: dict[str, list] = {}
+
+    def column(self, name: str) -> list:
+        if name not in self._columns:
+            self._columns[name] = [None if value != value else value for value in self.frame[name].tolist()]
+        return self._columns[name]
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """All repetitions of one variant at one place (a scene and a swept point), or those with one state of its cache.
+
+    table: of the run. timed: where in it the rows are whose times count. loaded: those of the repeated-load pass, of
+    which only the GPU is looked at. Rows of the A/A pair's second processes are in neither.
+    apart: "" or why it takes no part in any comparison, whatever came out: an exhibit, or a simulator.
+    gpu: did its variant use a GPU, or a simulator of one, anywhere in the run?
+    """
+
+    scene: str
+    point: str
+    variant: str
+    parameters: dict
+    table: Table = field(repr=False)
+    timed: list[int] = field(repr=False)
+    loaded: list[int] = field(repr=False)
+    swept: dict = field(default_factory=dict)
+    apart: str = ""
+    simulated: bool = False
+    gpu: bool = False
+    cache: str = ""
+
+    @cached_property
+    def rows(self) -> pd.DataFrame:
+        return self.table.frame.iloc[self.timed]
+
+    @cached_property
+    def load(self) -> pd.DataFrame:
+        return self.table.frame.iloc[self.loaded]
+
+    @cached_property
+    def counting(self) -> list[int]:
+        """Where in the table the repetitions are that count."""
+        return self._with("ok") if self.status == "ok" else []
+
+    @property
+    def good(self) -> pd.DataFrame:
+        """The repetitions that count."""
+        return self.table.frame.iloc[self.counting]
+
+    def known(self, column: str, rows: list[int] | None = None) -> dict:
+        """Values of a column by row, in the repetitions that count or in `rows`; those not known are left out."""
+        values = self.table.column(column)
+        return {row: values[row] for row in (self.counting if rows is None else rows) if values[row] is not None}
+
+    def _with(self, status: str) -> list[int]:
+        return [row for row, found in self.known("status", self.timed).items() if found == status]
+
+    @property
+    def label(self) -> str:
+        notes = [f"{self.cache} cache"] * bool(self.cache) + ["simulator"] * self.simulated
+        return f"{self.variant} ({', '.join(notes)})" if notes else self.variant
+
+    @property
+    def as_meant(self) -> bool:
+        """Is it apart, and did it do what it is there for? A wrong picture is no failure of an exhibit."""
+        return bool(self.apart) and (self.status == "ok" or (self.exhibit and self.status == "wrong picture"))
+
+    @property
+    def exhibit(self) -> bool:
+        return self.apart.startswith("exhibit")
+
+    def by_cache(self) -> list["Cell"]:
+        """The cell itself, or a cell for each state in which its processes found their cache of compiled code."""
+        cache = self.known("compile_cache")
+        lost = set(self.timed) - set(self.counting)
+        return [
+            replace(
+                self,
+                cache="" if state == "off" else state,
+                timed=[row for row in self.timed if row in lost or cache.get(row) == state],
+            )
+            for state in sorted(set(cache.values()))
+        ] or [self]
+
+    @property
+    def pixels(self) -> int:
+        x0, y0, x1, y1 = map(int, self.parameters["region"].split(","))
+        return (x1 - x0) * (y1 - y0)
+
+    @property
+    def place(self) -> tuple[str, str]:
+        return self.scene, self.point
+
+    @cached_property
+    def status(self) -> str:
+        """ "ok" if a repetition was good and none made a wrong picture; "not run" if none was stored."""
+        found = set(self.known("status", self.timed).values())
+        if "wrong picture" in found:
+            return "wrong picture"
+        if "ok" in found:
+            return "ok"
+        return next((status for status in BAD_FIRST if status in found), min(found, default="not run"))
+
+    @property
+    def reason(self) -> str:
+        if not self.timed:
+            return "the run ended before it"
+        return self.table.column("reason")[self._with(self.status)[0]]
+
+    @property
+    def verdict(self) -> str:
+        """Status and reason; of an ok cell also how many of its repetitions were not; and why it is apart."""
+        if self.status == "wrong picture" and self.exhibit:
+            return f"{self.apart}; its picture is wrong, as meant: {self.reason}"
+        text = f"ok{self.lost}{self.disturbed}" if self.status == "ok" else f"{self.status}: {self.reason}"
+        return f"{text}; {self.apart}" if self.apart else text
+
+    @property
+    def lost(self) -> str:
+        """Says how many repetitions of an ok cell were not ok, and why; "" if none."""
+        counting = set(self.counting)
+        bad = [row for row in self.timed if row not in counting]
+        if not bad:
+            return ""
+        status, reason = (self.table.column(name)[bad[0]] for name in ("status", "reason"))
+        return f", but {len(bad)} of {len(self.timed)} repetitions not: {status}: {reason}"
+
+    @cached_property
+    def _without_steady(self) -> tuple[int, str]:
+        """How many of the repetitions that count have no steady state, and why the first of them has none."""
+        states, notes = (self.known(name) for name in ("steady_state", "steady_note"))
+        none = [row for row in self.counting if states.get(row, "none") == "none"]
+        return len(none), notes.get(none[0], steady.NO_FRAMES) if none else ""
+
+    @property
+    def unsteady(self) -> str:
+        """ "" or why it has no steady time: more than half of the repetitions that count have no steady state."""
+        count, note = self._without_steady
+        if count <= MOST_UNSTEADY * len(self.counting):
+            return ""
+        return note if count == len(self.counting) else f"{note}, in {count} of {len(self.counting)} repetitions"
+
+    @property
+    def disturbed(self) -> str:
+        """Says how many repetitions of a cell with a steady time have no steady state, and why; "" if none."""
+        count, note = self._without_steady
+        if self.unsteady or not count:
+            return ""
+        return f", but {count} of {len(self.counting)} repetitions have {note}"
+
+    @property
+    def outlying(self) -> int:
+        """How many repetitions lie far from the others; they count like them."""
+        return sum(self.known("outlier").values())
+
+    def values(self, column: str) -> list[float]:
+        """Returns one number for each repetition that counts; unknown ones are left out."""
+        return list(self.rounds(column).values())
+
+    def rounds(self, column: str) -> dict[int, float]:
+        """`values` by the number of the repetition, which is the round of the run that it was made in."""
+        if column in repetition.OF_STEADY and self.unsteady:
+            return {}
+        numbers = self.table.column("repetition")
+        return {numbers[row]: float(value) for row, value in self.known(column).items()}
+
+    def median(self, column: str, reason: str) -> Estimate | Missing:
+        """Median over processes, or Missing: for `reason`, or since the cell is not ok or has no steady state."""
+        values = self.values(column)
+        if values:
+            return statistics.median(values)
+        if self.status != "ok":
+            return Missing(self.verdict)
+        return Missing(self.unsteady if column in repetition.OF_STEADY and self.unsteady else reason)
+
+    @cached_property
+    def steady(self) -> Estimate | Missing:
+        """Median over processes of the steady times, s."""
+        return self.median("steady_s", steady.NO_FRAMES)
+
+    def worst(self, column: str) -> float | Missing:
+        """The largest value over all repetitions that were judged, the rejected ones included."""
+        values = self.known(column, self.timed)
+        if values:
+            return float(max(values.values()))
+        reasons = self.known("not_judged", self.timed)
+        if reasons:
+            return Missing(next(iter(reasons.values())))
+        return Missing(self.verdict if self.status != "ok" else "the judge gave none")
+
+    @cached_property
+    def unranked(self) -> str:
+        """ "" or why the cell takes no part in a comparison: only a steady time with a judged picture does."""
+        if self.status != "ok":
+            return self.verdict
+        if self.apart:
+            return self.apart
+        if isinstance(self.steady, Missing):
+            return self.steady.reason
+        reasons = self.known("not_judged")
+        return f"its picture was not judged: {next(iter(reasons.values()))}" if reasons else ""

@@ -1,0 +1,160 @@
+"""The commands that make the picture of a cell again, and that measure it again."""
+
+import json
+import math
+import shlex
+from argparse import ArgumentParser, Namespace
+from functools import lru_cache
+from pathlib import Path
+
+from harness.renderer import parameters
+from reports.run.cell import Cell, Missing
+from reports.run.results import Results
+
+# Parameters without an option: what follows from others, or is of measuring.
+NO_OPTION = ("kind", "frames", "least_frame")
+COUNTS = {"objects": "spheres", "lights": "lights", "size": "size"}  # of [generate], by the option of the command
+SUFFIXES = {"comparison": ".txt", "balls": ".nff", "tetra": ".nff"}  # of scenes that the command writes
+
+
+def of(results: Results, cell: Cell) -> str | Missing:
+    """`rayrace render`, which makes the picture of a cell again, with all that is not as the command has it.
+
+    Of a generated scene it is two commands, the first of which writes the scene.
+    """
+    found = _scene(results, cell)
+    if isinstance(found, Missing):
+        return found
+    scene, first = found
+    words = ["rayrace", "render", scene, *_renderers(results), "-r", cell.variant]
+    for name, value in _values(results, cell).items():
+        if name not in parameters.OPTIONS:
+            return Missing(f"rayrace render has no option for {name} = {value}")
+        if value == default(name):
+            continue
+        option = name.replace("_", "-")
+        if isinstance(value, bool):
+            words.append(f"--{option}" if value else f"--no-{option}")
+        else:
+            words += [f"--{option}", str(value)]
+    made = shlex.join([*words, "-o", "picture.npy"])
+    return f"{shlex.join(first)} && {made}" if first else made
+
+
+def again(results: Results, cell: Cell) -> str | Missing:
+    """`rayrace run`, which measures this cell alone again."""
+    asked = _asked(results)
+    if not asked.experiment:
+        return Missing("the run does not say that `rayrace run` made it")
+    words = ["rayrace", "run", asked.experiment, *_renderers(results), "--only", cell.variant]
+    kept = [setting for setting in asked.settings if setting.partition("=")[0].strip() != "where"]
+    if len({other.place for other in results.cells}) > 1:
+        kept.append(f"where={json.dumps([_expression(cell)])}")
+    return shlex.join([*words, *(word for setting in kept for word in ("--set", setting))])
+
+
+def power(value: float) -> int | None:
+    """The exponent of a power of two; None if it is none."""
+    fraction, exponent = math.frexp(value)
+    return exponent - 1 if fraction == 0.5 else None
+
+
+def default(name: str):
+    """The value of an option of `rayrace render` that is not given; None if it has none of that name."""
+    return parameters.OPTIONS.get(name)
+
+
+def _expression(cell: Cell) -> str:
+    """Returns the `where` expression that selects the cells at the place of this one."""
+    spelt = {"cutoff", "threads"}  # which an experiment may spell in another way than as their value
+    values = {key: cell.parameters[key] if key in spelt else value for key, value in cell.swept.items()}
+    values = {"scene": Path(cell.scene).stem} | values
+    plain = {key: tuple(value) if isinstance(value, list) else value for key, value in values.items()}
+    return " and ".join(f"{key} == {value!r}" for key, value in plain.items())
+
+
+def _values(results: Results, cell: Cell) -> dict:
+    """The parameters of a cell by the option of the command, spelt as there."""
+    values = {key: value for key, value in cell.parameters.items() if key not in NO_OPTION}
+    whole = f"0,0,{values['width']},{values['height']}"
+    more = {
+        "region": "" if values["region"] == whole else values["region"],
+        "shadows": bool(values["shadows"]),
+        "threads": _threads(results, cell),
+    }
+    values["epsilon"] = "" if _asked_for(results, cell, "epsilon") is None else f"{values['epsilon']:.17g}"
+    if "cutoff" in values:
+        exponent = power(values["cutoff"])
+        values["cutoff"] = f"{values['cutoff']:.17g}" if exponent is None else f"2^{exponent}"
+    if not values.get("lens_radius"):
+        values.pop("focal_distance", None)
+    if values.get("sampler") == "one" and values.get("samples") == default("samples"):
+        values.pop("sampler")  # which is then left to the command
+    return values | more
+
+
+def _threads(results: Results, cell: Cell) -> int:
+    """The number that the experiment asks for; the command's default, if it leaves it to the variant."""
+    told = _asked_for(results, cell, "threads")
+    return default("threads") if told in (None, "default") else told
+
+
+def _asked_for(results: Results, cell: Cell, key: str):
+    """Returns the experiment's value of a key of [image] in this cell; None if it has none."""
+    experiment = results.facts["experiment"]
+    case = next((told for told in experiment.get("case", ()) if told["name"] == cell.swept.get("case")), {})
+    return cell.swept.get(key) or case.get(key) or experiment.get("image", {}).get(key)
+
+
+def _scene(results: Results, cell: Cell) -> tuple[str, list[str]] | Missing:
+    """The scene file, and the command that writes it, if it is a generated one."""
+    made = _generated(results, cell)
+    if made is None:
+        experiment = _asked(results).experiment
+        return str(Path(experiment).parent / cell.scene if experiment else cell.scene), []
+    if made["scene"] not in SUFFIXES:
+        return Missing(f"{made['scene']} is made in memory, and rayrace generate writes its mesh alone")
+    known = {key: cell.swept.get(key, made.get(key)) for key in COUNTS}
+    counts = {key: value for key, value in known.items() if value is not None}
+    file = "-".join([made["scene"], *(f"{key}-{value}" for key, value in counts.items())]) + SUFFIXES[made["scene"]]
+    words = [word for key, value in counts.items() for word in (f"--{COUNTS[key]}", str(value))]
+    return file, ["rayrace", "generate", made["scene"], *words, "-o", file]
+
+
+def _generated(results: Results, cell: Cell) -> dict | None:
+    """Returns the [[generate]] table of the scene of a cell; None if the scene is a file."""
+    told = results.facts["experiment"].get("generate")
+    tables = told if isinstance(told, list) else [told] if told else []
+    if len(tables) < 2:
+        return next(iter(tables), None)
+    return next(made for made in tables if _named(made, cell) == Path(cell.scene).stem)
+
+
+def _named(made: dict, cell: Cell) -> str:
+    """Returns the name of a generated scene (harness/plan/source.py)."""
+    counts = {key: made[key] for key in COUNTS if made.get(key) is not None and key not in cell.swept}
+    return "-".join([made["scene"], *(f"{key}-{value}" for key, value in counts.items())])
+
+
+def _renderers(results: Results) -> list[str]:
+    return [word for folder in _asked(results).renderers for word in ("--renderer", folder)]
+
+
+@lru_cache(maxsize=1)
+def _asked(results: Results) -> Namespace:
+    """Returns the arguments of `rayrace run`: experiment (None if the run has no such command), settings, renderers."""
+    name, *words = results.facts["command"][1:] or [""]
+    return run_parser().parse_known_args(words if name == "run" else [])[0]
+
+
+def run_parser() -> ArgumentParser:
+    """Reads the words of `rayrace run`, of this version and of earlier ones."""
+    parser = ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    parser.add_argument("experiment", nargs="?")
+    parser.add_argument("--set", dest="settings", action="append", default=[])
+    parser.add_argument("--renderer", dest="renderers", action="append", default=[])
+    for option in ("--out", "--only", "--resume", "--max-minutes", "--executor"):
+        parser.add_argument(option)
+    for option in ("--dry-run", "--detach", "--report", "--json"):
+        parser.add_argument(option, action="store_true")
+    return parser

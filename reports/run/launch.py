@@ -1,0 +1,70 @@
+"""Groups cells that differ only in how a kernel is launched."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from reports.run import ranking
+from reports.run.results import Cell, Results, point_label
+
+BLOCK = "block_width", "block_height"
+SHAPE = (*BLOCK, "total_threads")
+UNSEEN = (*SHAPE, "max_registers", "scene_memory")  # what no right picture can depend on
+
+
+@dataclass(frozen=True)
+class Group:
+    """Cells of one scene whose other parameters are the same. label: what these are, for people."""
+
+    label: str
+    cells: list[Cell]
+
+    @property
+    def ranked(self) -> list[Cell]:
+        return [cell for cell in self.cells if not cell.unranked]
+
+
+def groups(cells: list[Cell], free: tuple[str, ...], across_variants: bool = False) -> list[Group]:
+    """Groups of cells that differ in nothing but the parameters `free`, and the variant if asked."""
+    found: dict[tuple, list[Cell]] = {}
+    for cell in cells:
+        key = cell.scene, counts(cell), "" if across_variants else cell.variant, rest(cell, free)
+        found.setdefault(key, []).append(cell)
+    return [Group(_label(mine[0], free, across_variants), mine) for mine in found.values()]
+
+
+def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
+    """The places to speak of, in order, each with the other cells that it stands for.
+
+    Of places that have one ranked cell each, and differ only in how a kernel is launched, it is the fastest.
+    """
+    alone = [ranked[0] for place in results.places if len(ranked := ranking.ranked(results, place)) == 1]
+    spoken, silent = {}, set()
+    for group in groups([cell for cell in alone if cell.gpu], UNSEEN):
+        first, *others = sorted(group.cells, key=lambda cell: cell.steady.value)
+        spoken[first.place] = others
+        silent |= {cell.place for cell in others}
+    return [(place, spoken.get(place, [])) for place in results.places if place not in silent]
+
+
+def counts(cell: Cell) -> str:
+    """Returns the swept counts of a generated scene, which are no parameters and do not show in its name."""
+    return json.dumps({key: value for key, value in cell.swept.items() if key not in cell.parameters}, sort_keys=True)
+
+
+def rest(cell: Cell, free: tuple[str, ...]) -> str:
+    """The parameters of a cell but those that are `free`, to be compared."""
+    return json.dumps({key: value for key, value in cell.parameters.items() if key not in free}, sort_keys=True)
+
+
+def _label(cell: Cell, free: tuple[str, ...], across_variants: bool) -> str:
+    swept = {key: value for key, value in cell.swept.items() if key not in free}
+    words = [Path(cell.scene).stem, "" if across_variants else cell.variant, point_label(swept) if swept else ""]
+    return ", ".join(filter(None, words))
+
+
+def clock(cells: list[Cell]) -> tuple[str, str]:
+    """The column of times that all these cells have, and its name: the kernel's, else the frame's."""
+    if all(cell.values("kernel_s") for cell in cells):
+        return "kernel_s", "kernel time"
+    return "steady_s", "frame time"

@@ -1,0 +1,144 @@
+"""Fits the study's equation 4.1, T = a + b p d (o + l), to each variant of a run that varies at least two factors."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from harness.statistics.fit import Coefficient
+from reports.paper import markdown, quantity, style
+from reports.run.cell import Missing
+from reports.run.results import Results
+from reports.scaling import complexity_figure
+from reports.scaling import complexity_models as models
+from reports.scaling import complexity_points as points
+from reports.scaling import complexity_text as text
+from reports.scaling.complexity_models import Fitted
+from reports.scaling.complexity_points import Series
+
+TITLE = "Complexity (the study's equation 4.1)"
+CAPTION = (
+    "p pixels, d the maximum order of rays, o objects, l lights; rays are those that the renderer counted in a frame: "
+    "primary, reflected, transmitted, shadow. T of a cell is the median over its processes, each the steady time of a "
+    "frame. Lines: weighted least squares, weights 1/T², so that relative errors count; [low, high]: 95 % interval, "
+    "Student's with HC3 variances from how cells lie about the fit, which holds the noise of processes and what the "
+    "model misses, as though the latter were independent from cell to cell; a bootstrap over processes would hold "
+    "noise alone. A wrong model comes out low more often than high, since its error can be +200 % and not -200 %. "
+    "Spread: of (modelled - measured) / measured, as a standard deviation; the processes' own scatter: the "
+    "standard error of a cell's median, from the MAD of its processes. "
+    f"Exponents: of log T on the logs of the factors that vary, from cells of at least {models.FAR} times the a of the "
+    "line with the least spread, from which nothing is subtracted. d = 0 has no logarithm and no work in equation 4.1 "
+    "as written: such cells are in the fits with d + 1 orders and with rays only."
+)
+
+
+def write(results: Results, out: Path) -> str:
+    """complexity*.csv, .png and .svg, and the section of the report; "" if no two factors were varied."""
+    found = points.series(results)
+    if not found:
+        return ""
+    fits = {id(one): models.fitted(one) for one in found if not one.lacking}
+    parts = [f"## {TITLE}"]
+    if fits:
+        _points(found, fits).to_csv(out / "complexity.csv", index=False, na_rep="NaN", lineterminator="\n")
+        _coefficients(fits).to_csv(out / "complexity-fits.csv", index=False, na_rep="NaN", lineterminator="\n")
+    for number, one in enumerate(found):
+        parts.append(f"### {markdown.escape(one.label)}")
+        if one.lacking:
+            parts.append(markdown.escape(f"unavailable: {one.lacking}"))
+        else:
+            parts += _section(fits[id(one)], out, f"complexity-{number}-{markdown.slug(one.label)}")
+        if one.unranked:
+            left = [markdown.escape(f"{count} not ranked: {why}") for why, count in one.unranked.items()]
+            parts += ["Left out:", markdown.bullets(left)]
+    if fits:
+        files = (f"[{name}]({name})" for name in ("complexity.csv", "complexity-fits.csv"))
+        parts += [f"Every point: {next(files)}. Every coefficient: {next(files)}.", markdown.escape(CAPTION)]
+    return "\n\n".join(parts)
+
+
+def _section(found: Fitted, out: Path, name: str) -> list[str]:
+    parts = [
+        markdown.bullets([markdown.escape(sentence) for sentence in text.sentences(found)]),
+        _ranges(found.series),
+        _lines(found),
+        _powers(found),
+    ]
+    if any(found.line(model) for model in models.WORK):
+        with style.styled():
+            style.save(complexity_figure.draw(found), out / name)
+        parts.append(markdown.figure(name, f"{TITLE}: {found.series.label}"))
+    return parts
+
+
+def _ranges(one: Series) -> str:
+    ends = [f"{name} {_ends(one.points[name].min(), one.points[name].max())}" for name in points.FACTORS]
+    processes = _ends(one.points["processes"].min(), one.points["processes"].max())
+    return markdown.escape(f"{len(one.points)} cells: {', '.join(ends)}; processes a cell: {processes}.")
+
+
+def _ends(low: float, high: float) -> str:
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def _lines(found: Fitted) -> str:
+    """a, b and spread of each model."""
+    rows = []
+    for model, line in found.lines.items():
+        if isinstance(line, Missing):
+            rows.append([f"a + b·{model}", "unavailable", "unavailable", "unavailable", "unavailable", str(line)])
+            continue
+        worst = found.errors[model][found.series.points["d"] > 0 if model == models.STUDY else slice(None)].abs().max()
+        a, b = _scaled(line.a, 1e3), _scaled(line.b, 1e9)
+        rows.append([f"a + b·{model}", a, b, text.percent(line.spread), text.percent(worst), f"{line.cells} cells"])
+    return markdown.table(["model of T", "a (ms)", "b (ns)", "spread", "largest error", "fitted to"], rows)
+
+
+def _scaled(value: Coefficient, scale: float) -> str:
+    return quantity.interval(*(end * scale for end in value))
+
+
+def _powers(found: Fitted) -> str:
+    """Every exponent, beside the one of the model's work itself."""
+    rows = []
+    for one in found.powers:
+        known = not isinstance(one.exponent, Missing)
+        expected = f"{one.expected:.3g}" if known else "unavailable"
+        judged = ("differs" if one.differs else "agrees") if known else "unavailable"
+        ends = _ends(one.low, one.high) if one.cells else "unavailable"
+        rows.append([one.model, one.factor, ends, str(one.cells), text.power(one), expected, judged])
+    return markdown.table(["model", "factor", "range", "cells", "exponent", "of the model", "judged"], rows)
+
+
+def _points(found: list[Series], fits: dict[int, Fitted]) -> pd.DataFrame:
+    """Every ranked cell with its factors, its time, and what each model makes of it."""
+    tables = []
+    for one in found:
+        table = one.points.rename(columns={"depth": "effective_depth", "noise": "relative_noise"})
+        table.insert(0, "series", one.label)
+        fit = fits.get(id(one))
+        for model in models.WORK:
+            table[f"error of {model}"] = float("nan") if fit is None else fit.errors[model]
+        lacking = [f"{model}: {line}" for model, line in fit.lines.items() if isinstance(line, Missing)] if fit else []
+        table["note"] = one.lacking or "; ".join(lacking)
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def _coefficients(fits: dict[int, Fitted]) -> pd.DataFrame:
+    """Every coefficient with its interval, in s and units of work; NaN where there is none, and why."""
+    rows = []
+    for found in fits.values():
+        label = found.series.label
+        for model, line in found.lines.items():
+            named = {"a": "s", "b": "s per unit of work"}
+            for name, unit in named.items():
+                missing = isinstance(line, Missing)
+                value = (None,) * 3 if missing else getattr(line, name)
+                rows.append((label, model, name, unit, *value, None if missing else line.cells, str(line) * missing))
+        for one in found.powers:
+            missing = isinstance(one.exponent, Missing)
+            value = (None,) * 3 if missing else one.exponent
+            rows.append(
+                (label, one.model, f"exponent of {one.factor}", "1", *value, one.cells, str(one.exponent) * missing)
+            )
+    return pd.DataFrame(rows, columns=["series", "model", "name", "unit", "value", "low", "high", "cells", "note"])

@@ -1,0 +1,125 @@
+"""The models of a frame's time: the study's, and two that count traced rays and tests."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from harness.statistics import fit
+from harness.statistics.fit import Coefficient, Line
+from reports.run.cell import Missing
+from reports.scaling.complexity_points import Series
+
+# T = a + b * work. With d reflections at most there are d + 1 orders: the first is that of primary rays.
+WORK = {
+    "p·d·(o + l)": lambda t: t["p"] * t["d"] * (t["o"] + t["l"]),
+    "p·(d + 1)·(o + l)": lambda t: t["p"] * (t["d"] + 1) * (t["o"] + t["l"]),
+    "rays·(o + l)": lambda t: t["rays"] * (t["o"] + t["l"]),
+}
+STUDY, ORDERS, COUNTED = WORK
+FACTOR = {
+    "p": lambda t: t["p"],
+    "d": lambda t: t["d"],
+    "d + 1": lambda t: t["d"] + 1,
+    "o": lambda t: t["o"],
+    "l": lambda t: t["l"],
+    "o + l": lambda t: t["o"] + t["l"],
+    "rays": lambda t: t["rays"],
+}
+# What log T is fitted on, by the model whose work has these factors.
+POWERS = ((STUDY, ("p", "d", "o + l")), (ORDERS, ("p", "d + 1", "o", "l")), (COUNTED, ("rays", "o + l")))
+FAR = 10  # times a: below it a lowers an exponent by more than 1 / FAR
+
+
+@dataclass(frozen=True)
+class Power:
+    """An exponent of a factor. model: that has the factor.
+
+    expected: the exponent that times of the model have in the same cells. For p it is 1, less what a takes from it.
+
+    low, high: of the factor, in these cells.
+    """
+
+    model: str
+    factor: str
+    low: float
+    high: float
+    cells: int
+    exponent: Coefficient | Missing
+    expected: float
+
+    @property
+    def differs(self) -> bool:
+        """Does its interval leave out what the model expects?"""
+        found = self.exponent
+        return not isinstance(found, Missing) and not found.low <= self.expected <= found.high
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A series with its fits.
+
+    lines: by model. errors: relative error of each model (modelled / measured - 1), a column each, a row a cell; NaN
+    where it has none. powers: exponents. share: the largest a / T in the cells that these are from.
+    """
+
+    series: Series
+    lines: dict[str, Line | Missing]
+    errors: pd.DataFrame
+    powers: list[Power]
+    share: float
+
+    def line(self, model: str) -> Line | None:
+        found = self.lines[model]
+        return None if isinstance(found, Missing) else found
+
+
+def fitted(series: Series) -> Fitted:
+    """The fits of a series that lacks nothing."""
+    points = series.points
+    lines = {model: _line(points, model) for model in WORK}
+    known = {model: found for model, found in lines.items() if isinstance(found, Line)}
+    errors = pd.DataFrame(
+        {
+            model: known[model].seconds(work(points)) / points["seconds"] - 1 if model in known else np.nan
+            for model, work in WORK.items()
+        },
+        index=points.index,
+    )
+    best = min(known.values(), key=lambda found: found.spread, default=None)
+    a = max(0.0, best.a.value) if best else 0.0
+    far = points[points["seconds"] >= FAR * a]
+    powers = [power for model, factors in POWERS for power in _powers(far, a, model, factors)]
+    return Fitted(series, lines, errors, powers, float((a / far["seconds"]).max()) if len(far) else np.nan)
+
+
+def _line(points: pd.DataFrame, model: str) -> Line | Missing:
+    work = WORK[model](points)
+    if work.isna().any():
+        return Missing("the rays are not told")
+    # As written the model has no work at all where d = 0: such cells say nothing of b, and would force a.
+    some = work > 0
+    try:
+        return fit.line(work[some], points["seconds"][some])
+    except fit.Unfit as why:
+        return Missing(str(why))
+
+
+def _powers(points: pd.DataFrame, a: float, model: str, factors: tuple[str, ...]) -> list[Power]:
+    columns = {name: FACTOR[name](points) for name in factors}
+    some = np.logical_and.reduce([values > 0 for values in columns.values()])
+    columns = {name: values[some] for name, values in columns.items()}
+    varied = {name: values for name, values in columns.items() if values.nunique() > 1}
+    try:
+        seconds, work = points["seconds"][some], WORK[model](points[some])
+        found = fit.exponents(varied, seconds)
+        expected = fit.exponents(varied, a + work * ((seconds - a) / work).median())
+    except fit.Unfit as why:
+        found, expected = dict.fromkeys(varied, Missing(f"{why} (cells of at least {FAR} times a)")), {}
+    return [
+        Power(
+            model, name, values.min(), values.max(), int(some.sum()), found.get(name, Missing("not varied")),
+            expected[name].value if name in expected else np.nan,
+        )
+        for name, values in columns.items()
+    ]  # fmt: skip

@@ -1,0 +1,221 @@
+"""How close each renderer comes to the machine's limits: beside readable C++, POV-Ray, and the measured peaks.
+
+The peaks are measured just before each repetition, in the same interleaved run.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.statistics import statistics
+from harness.statistics.statistics import Estimate
+from reports.paper import markdown, quantity, style, table
+from reports.paper.table import Column
+from reports.run import launch, ranking
+from reports.run.results import Cell, Missing, Results
+from reports.scaling import limits_figure, operations
+
+TITLE = "Close to the limit"
+CAPTION = (
+    "Ratios are of times of a steady frame, paired by round, as in the table of times: to the readable kernel of cpp, "
+    "one thread, float64 (below 1 is faster), and POV-Ray's time over the cell's, with as many threads (above 1 is "
+    "faster). Of first hits, the time of a whole frame over what Embree alone takes of its own frame, whose rest is "
+    f"NumPy (below 1 is faster). {operations.CAPTION} Peak: before each repetition a program measured, for some 20 ms "
+    "each, what one thread and as many threads as the renderer has can do: fused multiply-adds that wait for nothing, "
+    "counted as two operations, in vectors as wide as the processor's and one number at a time, and bytes to and from "
+    "memory. Share of the peak: of vectors of the cell's precision on its threads, the median over repetitions of rate "
+    "over peak; "
+    "code that fuses nothing cannot pass half of it, and code of single numbers is in the figure below its own roof, "
+    "where renderers are drawn side by side about the number of operations a byte that they share. "
+    "Parallel efficiency: time on one thread over time on several, over what the calibration gains by the same "
+    "threads, round by round: 100 % is all that the machine had to give."
+)
+NO_PEAKS = "the run measured no peaks (measure.peaks)"
+FREE = ("vector", "precision", "epsilon", "threads", "frames", "least_frame")  # that cells of a group differ in
+POV_RAY = {False: "povray", True: "povray-threads"}  # by whether it is compared with several threads
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Cells that make one picture, whatever precision, lanes or threads. base: readable, one thread; None if none."""
+
+    results: Results
+    label: str
+    cells: list[Cell]
+
+    @property
+    def base(self) -> Cell | None:
+        return self._find("cpp", vector="off", precision="float64")
+
+    def over_base(self, cell: Cell) -> Estimate | Missing | str:
+        if cell is self.base:
+            return "1 (the baseline)"
+        return self._ratio(cell, self.base, "readable cpp in float64 is not in the run")
+
+    def faster_than_pov_ray(self, cell: Cell) -> Estimate | Missing | str:
+        """POV-Ray's time over that of the cell."""
+        name = POV_RAY[threads(cell) > 1]
+        if cell.variant == name:
+            return "1 (POV-Ray)"
+        return self._ratio(self._find(name), cell, f"{name} is not in the run")
+
+    def over_search(self, cell: Cell) -> Estimate | Missing:
+        """Time of the cell, all that a frame takes, over what Embree alone took of its own."""
+        embree = self._find("embree")
+        if embree is None or cell.unranked:
+            return Missing(f"not ranked: {cell.unranked}" if cell.unranked else "embree is not in the run")
+        mine, search = cell.rounds("steady_s"), embree.rounds("search_s")
+        both = sorted(mine.keys() & search.keys())
+        if not both:
+            return Missing("its search is not told")
+        return statistics.ratio([mine[number] for number in both], [search[number] for number in both], paired=True)
+
+    def share(self, cell: Cell) -> Estimate | Missing:
+        """Returns the share of the machine's peak, 0 to 1."""
+        count = operations.tests(self.results, cell)
+        if isinstance(count, Missing):
+            return count
+        peaks = self._peaks(cell, "all", cell.parameters["precision"])
+        times = cell.rounds("steady_s")
+        shared = [operations.FLOPS * count / times[number] / peaks[number] for number in times if number in peaks]
+        return statistics.median(shared) if shared else self._no_peaks(cell)
+
+    def rate(self, cell: Cell) -> Estimate | Missing:
+        """Floating-point operations per second."""
+        count = operations.tests(self.results, cell)
+        if isinstance(count, Missing):
+            return count
+        return statistics.median([operations.FLOPS * count / seconds for seconds in cell.values("steady_s")])
+
+    def intensity(self, cell: Cell) -> float | Missing:
+        """Operations for each byte that must go to memory: the picture's."""
+        count = operations.tests(self.results, cell)
+        size = {"float64": 8, "float32": 4}.get(cell.parameters["precision"])
+        if isinstance(count, Missing) or size is None:
+            return count if isinstance(count, Missing) else Missing("the size of its numbers is not known")
+        return operations.FLOPS * count / (3 * size * cell.pixels)
+
+    def speed_up(self, cell: Cell) -> Estimate | Missing:
+        """Time of the same renderer's kernel on one thread over its time on several."""
+        return self._gain(cell, lambda number: 1.0)
+
+    def efficiency(self, cell: Cell) -> Estimate | Missing:
+        """Its speed-up over that of the calibration, of multiply-adds as it uses them."""
+        kind = ("" if vector(cell) == "on" else "scalar_") + cell.parameters["precision"]
+        one, all_ = self._peaks(cell, "one", kind), self._peaks(cell, "all", kind)
+        if not one:
+            return self._no_peaks(cell)
+        return self._gain(cell, lambda number: all_[number] / one[number] if number in one else None)
+
+    def _gain(self, cell: Cell, ceiling) -> Estimate | Missing:
+        if threads(cell) == 1:
+            return Missing("it has one thread")
+        if cell.unranked:
+            return Missing(f"not ranked: {cell.unranked}")
+        alone = self._alone(cell)
+        if alone is None:
+            return Missing("the same kernel on one thread is not in the run")
+        one, many = alone.rounds("steady_s"), cell.rounds("steady_s")
+        gains = [one[number] / many[number] / ceiling(number) for number in one if number in many and ceiling(number)]
+        return statistics.median(gains) if gains else Missing("they were never good in one round")
+
+    def _alone(self, cell: Cell) -> Cell | None:
+        """The cell of the same renderer and methods on one thread."""
+        mine = self.results.record(cell)
+        for other in self.cells:
+            told = self.results.record(other)
+            same = told and mine and told["renderer"] == mine["renderer"] and not other.unranked and not other.gpu
+            if same and threads(other) == 1 and _methods(other) == _methods(cell):
+                return other
+        return None
+
+    def _peaks(self, cell: Cell, of: str, kind: str) -> dict[int, float]:
+        """A rate of the calibrations by round."""
+        records = [self.results.records[row] for row in cell.counting]
+        told = {record["repetition"]: (record.get("peaks") or {}).get(of, {}).get(kind) for record in records}
+        return {number: value for number, value in told.items() if value}
+
+    def _no_peaks(self, cell: Cell) -> Missing:
+        told = [self.results.records[row].get("peaks") or {} for row in cell.counting]
+        return Missing(next((peaks["unavailable"] for peaks in told if "unavailable" in peaks), NO_PEAKS))
+
+    def _find(self, variant: str, **parameters) -> Cell | None:
+        """The ranked cell of a variant, of several that with the given parameters."""
+        mine = [cell for cell in self.cells if cell.variant == variant and not cell.unranked]
+        exact = [cell for cell in mine if all(cell.parameters.get(key, "off") == parameters[key] for key in parameters)]
+        return next(iter(exact), None)
+
+    def _ratio(self, above: Cell | None, below: Cell | None, absent: str) -> Estimate | Missing:
+        if above is None or below is None:
+            return Missing(absent)
+        for cell in (above, below):
+            if cell.unranked:
+                return Missing(f"not ranked: {cell.unranked}")
+        return ranking.ratio(above, below)
+
+
+def threads(cell: Cell) -> int:
+    return cell.parameters.get("threads", 1)
+
+
+def vector(cell: Cell) -> str:
+    return cell.parameters.get("vector", "off")
+
+
+def _size(cell: Cell) -> int:
+    return cell.parameters["width"] * cell.parameters["height"]
+
+
+def _methods(cell: Cell) -> tuple[str, str]:
+    return cell.parameters["precision"], vector(cell)
+
+
+def found(results: Results) -> list[Limits]:
+    """Returns, for a run that measured peaks, each whole picture with the cells that made it."""
+    if not any(record.get("peaks") for record in results.records):
+        return []
+    mine = [cell for cell in results.cells if not cell.gpu and cell.pixels == _size(cell)]
+    groups = launch.groups(mine, FREE, across_variants=True)
+    return [Limits(results, group.label, group.cells) for group in groups]
+
+
+def columns(limits: Limits) -> list[Column]:
+    floor = limits.results.floor.value
+
+    def ratio(value):
+        return value if isinstance(value, str) else quantity.ratio(value, floor)
+
+    def scaled(scale):
+        return lambda value: quantity.text(value, scale)
+
+    if any(cell.parameters.get("kind") == "rays" for cell in limits.cells):
+        beside = Column("time ÷ Embree's search", "time_over_search_of_embree", "1", limits.over_search, ratio)
+    else:
+        beside = Column("POV-Ray ÷ time", "pov_ray_over_time", "1", limits.faster_than_pov_ray, ratio)
+    return [
+        Column("precision", "precision", "", lambda cell: cell.parameters["precision"]),
+        Column("lanes", "vector", "", vector),
+        Column("threads", "threads", "1", lambda cell: float(threads(cell)), lambda value: f"{value:.0f}"),
+        Column("time ÷ readable cpp", "time_over_readable_cpp", "1", limits.over_base, ratio),
+        beside,
+        Column("Gflop/s", "flops", "1/s", limits.rate, scaled(1e-9)),
+        Column("share of the peak (%)", "share", "1", limits.share, scaled(100)),
+        Column("flop per byte", "intensity", "1/byte", limits.intensity),
+        Column("speed-up", "speed_up", "1", limits.speed_up),
+        Column("parallel efficiency (%)", "efficiency", "1", limits.efficiency, scaled(100)),
+    ]
+
+
+def write(results: Results, out: Path) -> str:
+    """limits-*.csv, limits-*.png and .svg, one a picture that was made, and the section; "" without peaks."""
+    groups = found(results)
+    if not groups:
+        return ""
+    tables = [(group.label, group.cells, columns(group)) for group in groups]
+    parts = [table.section(out, "limits", TITLE, tables, CAPTION)]
+    for number, group in enumerate(groups):
+        if any(not isinstance(group.rate(cell), Missing) for cell in group.cells):
+            name = f"limits-{number}-{markdown.slug(group.label)}"
+            with style.styled():
+                style.save(limits_figure.draw(group), out / name)
+            parts.append(markdown.figure(name, f"{TITLE}: {group.label}"))
+    return "\n\n".join(parts)

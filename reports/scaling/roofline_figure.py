@@ -1,0 +1,125 @@
+"""The figure of how much of a device's peak goes into ray-sphere tests."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from matplotlib.lines import Line2D
+
+from harness.statistics import statistics
+from harness.statistics.statistics import Estimate
+from reports.paper import markdown, quantity, style, table
+from reports.paper.table import Column
+from reports.run import gpu, launch
+from reports.run.results import Cell, Missing, Results, point_label
+from reports.scaling import operations
+
+TITLE = "Share of the device's peak"
+CAPTION = (
+    f"{operations.CAPTION} Time: the kernel's. Peak: of the precision that was used, as the renderer computed it from "
+    "what the device tells, a fused multiply-add counted as two; code that fuses none cannot pass half of it. Of "
+    "points that differ only in how the kernel is launched the one with the highest rate is drawn."
+)
+ROW, HEAD = 0.36, 1.1  # inches
+
+
+def rate(results: Results, cell: Cell) -> Estimate | Missing:
+    """Floating-point operations per second."""
+    count = operations.tests(results, cell)
+    if isinstance(count, Missing):
+        return count
+    kernel = cell.values("kernel_s")
+    if not kernel:
+        return Missing("the time of the kernel is not told")
+    return statistics.median([operations.FLOPS * count / seconds for seconds in kernel])
+
+
+def peak(results: Results, cell: Cell) -> float | Missing:
+    """Returns the device's peak in the cell's precision, floating-point operations per second."""
+    bits = {"float32": "fp32", "float64": "fp64"}.get(cell.parameters["precision"])
+    if bits is None:
+        return Missing(f"no peak is known of {cell.parameters['precision']}")
+    found = gpu.device(results, cell, f"peak_{bits}_flops")
+    return found if isinstance(found, Missing) else float(found)
+
+
+def share(results: Results, cell: Cell) -> Estimate | Missing:
+    """Returns the share of the peak, 0 to 1."""
+    found, most = rate(results, cell), peak(results, cell)
+    if isinstance(found, Missing):
+        return found
+    if isinstance(most, Missing):
+        return most
+    low, high = (None if end is None else end / most for end in (found.low, found.high))
+    return Estimate(found.value / most, low, high, found.processes, found.note)
+
+
+def columns(results: Results) -> list[Column]:
+    return [
+        Column("precision", "precision", "", lambda cell: cell.parameters["precision"]),
+        Column("tests of a frame (millions)", "tests", "1", lambda cell: operations.tests(results, cell),
+               lambda value: quantity.text(value, 1e-6)),
+        Column("Tflop/s", "flops", "1/s", lambda cell: rate(results, cell), lambda value: quantity.text(value, 1e-12)),
+        Column("peak (Tflop/s)", "peak_flops", "1/s", lambda cell: peak(results, cell),
+               lambda value: quantity.text(value, 1e-12)),
+        Column("share of the peak (%)", "share", "1", lambda cell: share(results, cell),
+               lambda value: quantity.text(value, 100)),
+    ]  # fmt: skip
+
+
+def draw(results: Results, cells: list[Cell]):
+    """The figure of cells that have a rate."""
+    figure, axes = plt.subplots(figsize=(7.2, ROW * len(cells) + HEAD), layout="constrained")
+    for row, cell in enumerate(cells):
+        found, most, part = rate(results, cell), peak(results, cell), share(results, cell)
+        colour = style.colour(cell.variant, results.variants)
+        if found.low is not None:
+            axes.plot([found.low / 1e12, found.high / 1e12], [row, row], color=colour, lw=1.5)
+        axes.plot(found.value / 1e12, row, "o", color=colour, ms=5)
+        if not isinstance(most, Missing):
+            axes.plot(most / 1e12, row, "|", color="black", ms=11, mew=1.5)
+        text = "peak unavailable" if isinstance(part, Missing) else f"{100 * part.value:.2g} % of the peak"
+        axes.text(1.01, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=7)
+    axes.set_yticks(range(len(cells)), [_name(results, cell) for cell in cells], fontsize=7)
+    axes.set(
+        xscale="log", ylim=(len(cells) - 0.5, -0.5), xlabel=f"Tflop/s, {operations.FLOPS} operations a test of a sphere"
+    )
+    style.log_ticks(axes.xaxis)
+    axes.grid(axis="x", lw=0.4, color="#CCCCCC")
+    axes.set_axisbelow(True)
+    marks = Line2D([], [], ls="", marker="o", color="#444444"), Line2D([], [], ls="", marker="|", color="black", ms=11)
+    figure.legend(marks, ["here", "peak of the device"], loc="outside upper right", ncols=2)
+    return figure
+
+
+def _name(results: Results, cell: Cell) -> str:
+    """Two lines: the variant and how it was launched, and the swept point."""
+    words = [cell.variant, cell.parameters["precision"]]
+    if block := gpu.block(results, cell):
+        words.append("block {} × {}".format(*block))
+    swept = {key: value for key, value in cell.swept.items() if key not in launch.SHAPE}
+    return ", ".join(words) + (f"\n{point_label(swept)}" if swept else "")
+
+
+def fastest(results: Results, cells: list[Cell]) -> list[Cell]:
+    """Returns, of cells that have a rate and differ only in their launch, the one with the highest rate."""
+    rates = {id(cell): rate(results, cell) for cell in cells}
+    known = [cell for cell in cells if not isinstance(rates[id(cell)], Missing)]
+    return [max(group.cells, key=lambda cell: rates[id(cell)].value) for group in launch.groups(known, launch.SHAPE)]
+
+
+def write(results: Results, out: Path) -> str:
+    """peak-*.csv, peak-NUMBER-SCENE.png and .svg, one a scene, and the section of the report; "" without a GPU."""
+    scenes = gpu.scenes(results)
+    if not scenes:
+        return ""
+    cells = {scene: gpu.cells(results, scene) for scene in scenes}
+    tables = [(scene, cells[scene], columns(results)) for scene in scenes]
+    parts = [table.section(out, "peak", TITLE, tables, CAPTION)]
+    for number, scene in enumerate(scenes):
+        drawn = fastest(results, cells[scene])
+        if drawn:
+            name = f"peak-{number}-{markdown.slug(Path(scene).stem)}"
+            with style.styled():
+                style.save(draw(results, drawn), out / name)
+            parts.append(markdown.figure(name, f"{TITLE}: {scene}"))
+    return "\n\n".join(parts)

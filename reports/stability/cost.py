@@ -1,0 +1,208 @@
+"""Speed against stability: the time of each method relative to the default, and the stress that it survives."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from harness.statistics import steady
+from reports.paper import markdown, style
+from reports.run import command
+from reports.run.cell import Missing
+from reports.run.results import Results
+from reports.stability import stability
+from reports.stability import style as look
+from reports.stability.stability import Curve, Point, Row, Way
+
+TITLE = "Speed against stability"
+CAPTION = (
+    "Each mark: the time of a frame over that of the default way, which is at 1, at the same level, of the same "
+    "variant and precision: the median over levels, and a bar from quartile to quartile. Across: how much of the "
+    "stress is survived, as in the overview. To the right and low is best. Full marks are float64, hollow ones other "
+    "precisions."
+)
+COLUMNS, PANEL = 5, (1.5, 1.6)  # inches
+KEY = 0.065  # of a panel's height, that a way takes in its key
+CSV = (
+    "row", "variant", "precision", "way", "naive", "default_way", "levels", "time_ratio", "ratio_low", "ratio_high",
+    "survived", "of", "unit", "sure",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cost:
+    """The cost of a curve with timed frames. ratios: its time over the default method's, one a level.
+
+    frames: timed in all. shortest, longest: frames, s.
+    """
+
+    curve: Curve
+    against: Way
+    ratios: list[float]
+    frames: int
+    shortest: float
+    longest: float
+
+    @property
+    def ratio(self) -> float:
+        return median(self.ratios)
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """The quartiles over levels."""
+        low, high = np.percentile(self.ratios, [25, 75])
+        return float(low), float(high)
+
+
+def costs(results: Results, row: Row) -> list[Cost]:
+    """Returns the cost of every curve that shares timed levels with the default method; [] with one method."""
+    usual = _default(row)
+    if usual is None or len(row.ways) < 2:
+        return []
+    found = []
+    for curve in row.curves:
+        base = row.find(curve.variant, curve.precision, usual)
+        theirs = {p.level: _seconds(results, p) for p in base.known} if base else {}
+        mine = {point.level: _seconds(results, point) for point in curve.known}
+        both = [level for level, seconds in mine.items() if seconds and theirs.get(level)]
+        if both:
+            times = [median(mine[level]) for level in both]
+            ratios = [time / median(theirs[level]) for level, time in zip(both, times, strict=True)]
+            count = sum(len(mine[level]) for level in both)
+            found.append(Cost(curve, usual, ratios, count, min(times), max(times)))
+    return found
+
+
+def _default(row: Row) -> Way | None:
+    """The way whose method has the value that a job has which asks for none."""
+    value = command.default(row.facts["method"]) if row.facts["method"] else None
+    return next((way for way in row.ways if way.name == value), None)
+
+
+def _seconds(results: Results, point: Point) -> list[float]:
+    """Steady frames of all repetitions, s; the first of a process is apart."""
+    frames = []
+    for number in point.cell.timed:
+        told = results.records[number]["frames_s"] or []
+        frames += told[steady.find(told).start :]
+    return frames
+
+
+def write(results: Results, out: Path) -> str:
+    """stability-cost.png and .svg, stability-cost.csv, and the section of the report; "" where no frame was timed."""
+    found = {row.name: (row, costs(results, row)) for row in stability.rows(results)}
+    found = {name: (row, mine) for name, (row, mine) in found.items() if mine}
+    if not found:
+        return ""
+    with style.styled():
+        style.save(draw(results, list(found.values())), out / "stability-cost")
+    _csv(found).to_csv(out / "stability-cost.csv", index=False, na_rep="NaN", lineterminator="\n")
+    parts = [f"## {TITLE}", markdown.figure("stability-cost", TITLE), _table(found)]
+    said = f"{CAPTION} {_short(found)}"
+    return "\n\n".join([*parts, "Every curve: [stability-cost.csv](stability-cost.csv).", markdown.escape(said)])
+
+
+def _short(found: dict[str, tuple[Row, list[Cost]]]) -> str:
+    """Says how short these frames are."""
+    every = [cost for _, mine in found.values() for cost in mine]
+    low, high = min(cost.shortest for cost in every), max(cost.longest for cost in every)
+    counts = sorted(cost.frames / len(cost.ratios) for cost in every)
+    number = " to ".join(dict.fromkeys(f"{count:g}" for count in (counts[0], counts[-1])))
+    return (
+        "These are frames of the rows' own rays and small pictures, few and short, and no benchmark: "
+        f"{number} steady frames a cell, of {look.short(low)} s to {look.short(high)} s."
+    )
+
+
+def _table(found: dict[str, tuple[Row, list[Cost]]]) -> str:
+    """A line for each row, way and precision: the range over variants."""
+    lines = []
+    for row, mine in found.values():
+        for precision in row.precisions:
+            for way in row.ways:
+                some = [cost for cost in mine if (cost.curve.precision, cost.curve.way) == (precision, way)]
+                if some and way != some[0].against:
+                    told = ", ".join(f"{cost.curve.variant} {_times(cost)}" for cost in some)
+                    gains = ", ".join(f"{c.curve.variant} {_survived(row, c.curve)}" for c in some)
+                    lines.append([row.label, precision, f"{way.name} / {some[0].against.name}", told, gains])
+    header = ["row", "precision", "ways", "time of a frame, median over levels [quartiles]", "survived"]
+    return markdown.table(header, lines)
+
+
+def _times(cost: Cost) -> str:
+    low, high = cost.spread
+    return f"{cost.ratio:.3g} [{low:.3g}, {high:.3g}]"
+
+
+def _survived(row: Row, curve: Curve) -> str:
+    told = row.survival(curve)
+    return str(told) if isinstance(told, Missing) else told.mark
+
+
+def _csv(found: dict[str, tuple[Row, list[Cost]]]) -> pd.DataFrame:
+    lines = []
+    for row, mine in found.values():
+        for cost in mine:
+            curve, told = cost.curve, row.survival(cost.curve)
+            head = row.name, curve.variant, curve.precision, curve.way.name, curve.way.naive, cost.against.name
+            numbers = len(cost.ratios), cost.ratio, *cost.spread
+            lines.append(
+                (*head, *numbers, told.value or 0.0, told.of, "decades" if told.decades else "levels", told.sure)
+            )
+    return pd.DataFrame(lines, columns=list(CSV))
+
+
+def draw(results: Results, found: list[tuple[Row, list[Cost]]]):
+    """A panel a row."""
+    columns = min(COLUMNS, len(found))
+    lines = math.ceil(len(found) / columns)
+    wide, high = max(4.6, PANEL[0] * columns), PANEL[1] * lines
+    figure, panels = plt.subplots(lines, columns, figsize=(wide, high), squeeze=False, layout="constrained")
+    variants = [name for name in results.variants if any(name in row.variants for row, _ in found)]
+    for axes, (row, mine) in zip(panels.flat, found, strict=False):
+        _panel(axes, row, mine, variants)
+    for axes in panels.flat[len(found) :]:
+        axes.set_visible(False)
+    handles = [Line2D([], [], ls="", color="black", **look.marker(variant, variants)) for variant in variants]
+    title = f"{TITLE}: time of a frame over the default way's"
+    note = look.origin(results, [cell for row, _ in found for cell in row.cells])
+    look.frame(figure, title, (handles, variants), note)
+    return figure
+
+
+def _panel(axes, row: Row, mine: list[Cost], variants: list[str]) -> None:
+    shades = look.colours(row.ways)
+    for cost in mine:
+        told, shade = row.survival(cost.curve), shades[cost.curve.way]
+        x, marks = told.value or 0.0, look.marker(cost.curve.variant, variants)
+        fill = shade if cost.curve.precision == "float64" else "white"
+        axes.plot([x, x], cost.spread, color=shade, lw=0.6, alpha=0.6)
+        axes.plot(x, cost.ratio, color=shade, **{**marks, "mfc": fill}, zorder=3, alpha=0.9)
+    axes.axhline(1, color=look.GREY, lw=0.6)
+    axes.set_yscale("log", base=2)
+    ends = [end for cost in mine for end in cost.spread]
+    ways = [way for way in row.ways if any(cost.curve.way == way for cost in mine)]
+    low, high = min(0.5, 0.8 * min(ends)), max(1.5, 1.15 * max(ends))
+    room = min(0.6, KEY * len(ways))  # of the panel, above all marks
+    axes.set_ylim(low, high * (high / low) ** (room / (1 - room)))
+    axes.yaxis.set_major_formatter(lambda value, _: look.short(value))
+    axes.yaxis.minorticks_off()
+    axes.tick_params(labelsize=look.TINY + 0.6, which="both")
+    of = max(row.survival(cost.curve).of for cost in mine)
+    axes.set_xlim(-0.08 * of, 1.08 * of)
+    axes.xaxis.set_major_locator(MaxNLocator(4))
+    axes.xaxis.set_major_formatter(lambda value, _: look.short(value))
+    decades = row.survival(mine[0].curve).decades
+    axes.set_xlabel(f"{'decades' if decades else 'levels'} survived, of {of:.3g}", fontsize=look.SMALL - 0.5)
+    axes.set_title(row.label, loc="left", fontsize=look.SMALL)
+    axes.grid(lw=0.4, color=look.PALE)
+    axes.set_axisbelow(True)
+    handles = [Line2D([], [], ls="", marker="s", ms=3, color=shades[way], mew=0) for way in ways]
+    axes.legend(handles, [way.name for way in ways], fontsize=look.TINY - 0.4, loc="upper left", handletextpad=0.1,
+                borderpad=0.2, labelspacing=0.2)  # fmt: skip

@@ -1,0 +1,181 @@
+"""The overview of all rows: how much stress each renderer and precision survives, robust and naive methods."""
+
+import textwrap
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.patches import Patch, Rectangle
+
+from reports.paper import markdown, style
+from reports.run.cell import Missing
+from reports.run.results import Results
+from reports.stability import stability
+from reports.stability import style as look
+from reports.stability.stability import Curve, Row, Way
+
+TITLE = "Overview: where each way breaks"
+CAPTION = (
+    "A number: decades of stress, from the mildest level of the row to the last one before the first failure; of a row "
+    "whose levels are no decades, such as 5/8, levels. Colour: as a share of all that were run. all: no failure at any "
+    "level. ×: failures at the mildest one. ≥, grey: no failure, but further levels have no answer; <, grey: failures, "
+    "but milder levels have none. Hatched: the renderer "
+    "has no such way or feature; crossed: it was asked and gave no answer; empty: not asked. Naive ways are what is "
+    "often written; they are not the defaults. 32 and 64: float32 and float64."
+)
+SIGNS = (
+    "Number: decades before the first failure (5/8: levels). all: none at any level. ×: at the mildest. ≥, <, grey: "
+    "further or milder levels have no answer."
+)
+TABLE = (
+    "The first level with a failure, the share of wrong answers there, and the first level where that is 1 % or more, "
+    "beside the level where theory expects the way to break. Theory tells where most answers go; the first of many "
+    "thousand, those nearest to an edge, go before."
+)
+MANY = 0.01  # of the answers
+MAP = "RdYlBu"  # told apart with any colour vision
+LINE, COLUMN = 0.125, 0.25  # inches of a cell
+NAMES, HEAD, FOOT = 1.3, 0.7, 1.0
+LETTER = 0.037  # inches, about
+TEXT = 4.8  # points
+
+
+def write(results: Results, out: Path) -> str:
+    """stability-overview.png and .svg, and the section of the report, with a table of break points."""
+    rows = stability.rows(results)
+    with style.styled():
+        style.save(draw(results, rows), out / "stability-overview")
+    parts = [f"## {TITLE}", markdown.figure("stability-overview", TITLE), markdown.escape(CAPTION)]
+    return "\n\n".join([*parts, "### Break points", _table(results, rows), markdown.escape(TABLE)])
+
+
+def _table(results: Results, rows: list[Row]) -> str:
+    variants = [name for name in results.variants if any(name in row.variants for row in rows)]
+    lines = []
+    for row in rows:
+        for precision in row.precisions:
+            for way in row.ways:
+                curves = [row.find(variant, precision, way) for variant in variants]
+                if any(curves):
+                    head = [row.label, row.facts["stress"], precision, f"{way.name}{' (naive)' * way.naive}"]
+                    lines.append([*head, _theory(curves), *map(_broken, curves)])
+    header = ["row", "stress", "precision", "way", "theory", *variants]
+    return markdown.table(header, lines)
+
+
+def _theory(curves: list[Curve | None]) -> str:
+    limits = [curve.limit for curve in curves if curve and curve.limit is not None]
+    return f"{look.short(limits[0])}" if limits else "none given"
+
+
+def _broken(curve: Curve | None) -> str:
+    if curve is None:
+        return "not asked"
+    if curve.broken:
+        many = next((point for point in curve.known if point.share >= MANY), None)
+        more = (
+            f"; {look.percent(MANY)} % from {look.short(many.level)} on" if many else f"; never {look.percent(MANY)} %"
+        )
+        return f"{look.short(curve.broken.level)} ({look.percent(curve.broken.share)} %{more})"
+    why = next(iter(curve.missing), "")
+    if not curve.known:
+        return why
+    return f"none up to {look.short(curve.known[-1].level)}" + (f", then {why}" if why else "")
+
+
+def draw(results: Results, rows: list[Row]):
+    """The map. Each row has two blocks of columns, for robust ways and for naive ones, and a line for each way."""
+    variants = [name for name in results.variants if any(name in row.variants for row in rows)]
+    precisions = sorted({precision for row in rows for precision in row.precisions}) or ["float64"]
+    columns = [(variant, precision) for variant in variants for precision in precisions]
+    lines = [_height(row) for row in rows]
+    block = COLUMN * len(columns)
+    ways = [max((len(way.name) for row in rows for way in row.ways if way.naive == naive), default=0) * LETTER + 0.2
+            for naive in (False, True)]  # fmt: skip
+    wide, high = max(4.5, NAMES + sum(ways) + 2 * block + 0.15), HEAD + LINE * sum(lines) + FOOT
+    figure = plt.figure(figsize=(wide, high))
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set(xlim=(0, wide), ylim=(high, 0))
+    axes.axis("off")
+    starts = NAMES + ways[0], NAMES + ways[0] + block + ways[1]
+    for start, kind in zip(starts, ("robust ways", "naive ways"), strict=True):
+        _head(axes, start, kind, variants, precisions)
+    top, code = HEAD, None
+    for row, count in zip(rows, lines, strict=True):
+        strong = row.facts["code"] != code
+        axes.plot([0.05, wide - 0.05], [top, top], color=look.GREY if strong else look.PALE, lw=0.5)
+        code = row.facts["code"]
+        _text(axes, 0.08, top + LINE * count / 2, row.label, ha="left")
+        for start, naive in zip(starts, (False, True), strict=True):
+            ways = [way for way in row.ways if way.naive == naive]
+            for number, way in enumerate(ways):
+                tall = LINE * count / len(ways)
+                at = top + number * tall
+                _text(axes, start - 0.06, at + tall / 2, way.name, ha="right", color="#333333")
+                for place, (variant, precision) in enumerate(columns):
+                    _cell(axes, row, way, variant, precision, (start + place * COLUMN, at, COLUMN, tall))
+        top += LINE * count
+    _legend(figure, axes, wide, high)
+    figure.text(0.08 / wide, 0.08 / high, _wrapped(results, rows, wide), fontsize=look.TINY - 0.6, color=look.GREY,
+                va="bottom")  # fmt: skip
+    return figure
+
+
+def _height(row: Row) -> int:
+    naive = sum(way.naive for way in row.ways)
+    return max(naive, len(row.ways) - naive)
+
+
+def _wrapped(results: Results, rows: list[Row], wide: float) -> str:
+    return textwrap.fill(look.origin(results, [cell for row in rows for cell in row.cells]), int(wide * 29))
+
+
+def _text(axes, x: float, y: float, text: str, **how) -> None:
+    axes.text(x, y, text, **{"fontsize": TEXT, "va": "center", **how})
+
+
+def _head(axes, start: float, kind: str, variants: list[str], precisions: list[str]) -> None:
+    _text(axes, start, 0.14, kind, ha="left", fontsize=7, fontweight="bold")
+    group = COLUMN * len(precisions)
+    for number, variant in enumerate(variants):
+        _text(axes, start + (number + 0.5) * group, HEAD - 0.16, variant, ha="center", va="bottom",
+              rotation=0 if len(variant) * 0.04 < group else 25)  # fmt: skip
+        for place, precision in enumerate(precisions):
+            at = start + number * group + (place + 0.5) * COLUMN
+            _text(axes, at, HEAD - 0.08, precision.removeprefix("float"), ha="center", color=look.GREY)
+
+
+def _cell(axes, row: Row, way: Way, variant: str, precision: str, box: tuple[float, float, float, float]) -> None:
+    curve = row.find(variant, precision, way)
+    if curve is None:
+        return
+    x, y, wide, tall = box
+    told = row.survival(curve)
+    if isinstance(told, Missing):
+        axes.add_patch(Rectangle((x, y), wide, tall, **_hatch({point.status for point in curve.points})))
+        return
+    shade = plt.get_cmap(MAP)(0.12 + 0.76 * told.share) if told.sure else "#EEEEEE"
+    axes.add_patch(Rectangle((x, y), wide, tall, fc=shade, ec="white", lw=0.5))
+    _text(axes, x + wide / 2, y + tall / 2, told.mark, ha="center", fontsize=TEXT,
+          fontweight="bold" if told.whole else "normal")  # fmt: skip
+
+
+def _hatch(found: set[str]) -> dict:
+    lacks = not found.isdisjoint(("unsupported", "unavailable"))
+    return {"fc": "#F4F4F4", "ec": "#AAAAAA", "lw": 0.0, "hatch": "////" if lacks else "xxxx"}
+
+
+def _legend(figure, axes, wide: float, high: float) -> None:
+    bar = figure.add_axes((0.3 / wide, 0.62 / high, 1.6 / wide, 0.08 / high))
+    shades = plt.get_cmap(MAP)([0.12 + 0.76 * step / 99 for step in range(100)])
+    drawn = figure.colorbar(ScalarMappable(Normalize(0, 1), ListedColormap(shades)), cax=bar, orientation="horizontal")
+    drawn.set_ticks([0, 0.5, 1], labels=["0", "half", "all"])
+    drawn.ax.tick_params(labelsize=TEXT, length=1.5)
+    drawn.outline.set_linewidth(0.4)
+    _text(axes, 0.3, high - 0.78, "survived, of the stress that was run", ha="left")
+    handles = [Patch(**_hatch({"unsupported"})), Patch(**_hatch({"failed"}))]
+    labels = ["no such way or feature", "asked, no answer"]
+    axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(2.4 / wide, 0.86 / high), ncols=2, fontsize=TEXT)
+    text = textwrap.fill(SIGNS, max(30, int((wide - 2.5) * 24)))
+    _text(axes, 2.45, high - 0.62, text, ha="left", va="top")

@@ -1,0 +1,125 @@
+"""Pictures of failures: a row's naive and robust methods side by side, where the naive ones break."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from harness.picture import colour
+from reports.paper import markdown, style
+from reports.run import stored
+from reports.run.cell import Missing
+from reports.run.results import Results
+from reports.stability import stability
+from reports.stability import style as look
+from reports.stability.stability import Curve, Point, Row
+
+TITLE = "What failures look like"
+CAPTION = (
+    "Of each row that makes pictures one level, variant and precision: the first level where a naive way is wrong in "
+    "a tenth of its answers while a robust one holds, or else that where it is the most wrong. Pixels that are not "
+    "finite are magenta. Wrong answers are counted as in the chart of the row."
+)
+FIRST = "cpp"  # the variant whose pictures are shown, if it has them
+WIDEST, LEAST = 2.3, 8  # inches of a picture; pixels of a side, below which there is nothing to see
+TALL, THIN = 3, 0.4  # a picture so many times as high as wide is turned; inches that a strip has at least
+LOST = (255, 0, 255)
+ENOUGH = 0.1  # of the answers are wrong: to see what the failure is of, no more may be
+
+
+@dataclass(frozen=True)
+class Panel:
+    curve: Curve
+    point: Point
+    picture: np.ndarray  # uint8 sRGB (height, width, 3)
+
+
+def write(results: Results, out: Path) -> str:
+    """stability-picture-NAME.png and .svg, one a row, and the section of the report; "" without such rows."""
+    parts = []
+    for row in stability.rows(results):
+        panels = choose(results, row)
+        if panels:
+            name = f"stability-picture-{markdown.slug(row.name)}"
+            with style.styled():
+                style.save(draw(results, row, panels), out / name)
+            parts += [markdown.figure(name, f"{row.label}: {row.facts['title']}"), markdown.escape(_said(row, panels))]
+    return "\n\n".join([f"## {TITLE}", markdown.escape(CAPTION), *parts]) if parts else ""
+
+
+def choose(results: Results, row: Row) -> list[Panel]:
+    """The pictures to show of a row, robust ways last; [] if no naive way fails where a robust one holds."""
+    variants = sorted(row.variants, key=lambda variant: variant != FIRST)
+    best, found = 0.0, []
+    for variant in variants:
+        for precision in row.precisions:
+            for level in row.levels:
+                panels = _panels(results, row, variant, precision, level)
+                held = any(not panel.curve.way.naive and not panel.point.fails for panel in panels)
+                worst = max((panel.point.share for panel in panels if panel.curve.way.naive), default=0.0)
+                if held and worst > best and best < ENOUGH:
+                    best, found = worst, panels
+        if found:
+            break
+    return sorted(found, key=lambda panel: not panel.curve.way.naive)
+
+
+def _panels(results: Results, row: Row, variant: str, precision: str, level: float) -> list[Panel]:
+    panels = []
+    for curve in row.curves:
+        point = next((point for point in curve.known if point.level == level), None)
+        if point is None or (curve.variant, curve.precision) != (variant, precision):
+            continue
+        picture = _picture(results, point)
+        if picture is not None:
+            panels.append(Panel(curve, point, picture))
+    return panels
+
+
+def _picture(results: Results, point: Point) -> np.ndarray | None:
+    """Returns the displayed picture; None if the cell has none, or one too small to see."""
+    record = results.record(point.cell)
+    if record is None or not record["picture"]:
+        return None
+    found = stored.array(results, record["picture"]["file"])
+    if isinstance(found, Missing) or min(found.shape[:2]) < LEAST:
+        return None
+    lost = ~np.isfinite(found).all(axis=-1)
+    shown = colour.codes(np.where(lost[..., None], 0, found), point.cell.parameters.get("arithmetic", "linear"))
+    shown[lost] = LOST
+    return shown if shown.shape[0] <= TALL * shown.shape[1] else shown.transpose(1, 0, 2)  # a strip lies
+
+
+def draw(results: Results, row: Row, panels: list[Panel]):
+    """The figure of a row."""
+    height, width = panels[0].picture.shape[:2]
+    beside = height > width / 3  # else they are strips, one below the other
+    count = len(panels)
+    wide = WIDEST if beside else 3 * WIDEST
+    shape = (1, count) if beside else (count, 1)
+    size = (count * wide if beside else wide, (max(wide * height / width, THIN) + 0.35) * shape[0])
+    title = f"{row.label}: {row.facts['title']}"
+    note = f"{_where(row, panels)} {look.origin(results, [panel.point.cell for panel in panels])}"
+    figure, axes = plt.subplots(*shape, figsize=size, layout="constrained", squeeze=False)
+    for place, panel in zip(axes.flat, panels, strict=True):
+        place.imshow(panel.picture, interpolation="nearest", aspect="equal" if beside else "auto")
+        place.set(xticks=[], yticks=[])
+        place.set_title(f"{panel.curve.way.name}: {_counted(panel.point)}", fontsize=look.SMALL, loc="left")
+    look.frame(figure, title, ([], []), note)
+    return figure
+
+
+def _counted(point: Point) -> str:
+    told = point.told
+    return f"{told['failures']} of {told['count']} wrong"
+
+
+def _where(row: Row, panels: list[Panel]) -> str:
+    curve, point = panels[0].curve, panels[0].point
+    return f"{curve.variant}, {curve.precision}, {row.facts['stress']} {look.short(point.level)}."
+
+
+def _said(row: Row, panels: list[Panel]) -> str:
+    ways = "; ".join(f"{panel.curve.way.name} {_counted(panel.point)}" for panel in panels)
+    return f"{_where(row, panels)} Failures: {row.facts['failure']}: {ways}."

@@ -1,0 +1,255 @@
+"""Curves of failures and errors along a growing stress, from the rows of a [[stress]] run."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from harness.statistics.statistics import LEVEL
+from reports.run import command
+from reports.run.cell import Cell, Missing
+from reports.run.results import Results
+
+# Values that the catalogue has as naive: a way with one of them is no robust one.
+NAIVE = {
+    "sphere": ("textbook", "stable"), "triangle": ("moller-trumbore",), "slab": ("plain",), "merge": ("none",),
+    "offset": ("fixed", "none"), "fresnel": ("unclamped",), "phong": ("unclamped",), "renormalise": ("off",),
+    "floating_point": ("contract", "fast"), "arithmetic": ("srgb",), "walk": ("table", "recursion"),
+}  # fmt: skip
+KNOWN = "stress", "level", "precision"  # of a point; what else is swept tells ways apart
+PLAIN = "default"  # name of the only way of a row
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a row is computed, as people name it: the value of its method, and what else was varied in it."""
+
+    naive: bool
+    name: str
+
+
+@dataclass(frozen=True)
+class Point:
+    """A level of a curve. told: `stability` of the record (harness/store/store.py), or why there is none."""
+
+    level: float
+    told: dict | Missing
+    status: str
+    cell: Cell
+
+    @property
+    def known(self) -> bool:
+        return not isinstance(self.told, Missing)
+
+    @property
+    def fails(self) -> bool:
+        return self.known and self.told["failures"] > 0
+
+    @property
+    def share(self) -> float:
+        """The share of wrong answers of a known point."""
+        return self.told["failures"] / self.told["count"] if self.told["count"] else 0.0
+
+    @cached_property
+    def interval(self) -> tuple[float, float]:
+        return interval(self.told["failures"], self.told["count"])
+
+
+@dataclass(frozen=True)
+class Survival:
+    """How far a curve came without a failure, in decades of its stress, or in levels if its axis is not logarithmic.
+
+    value: None if the first known level fails; `below` is then where that level is, 0 if it is the mildest. whole: was
+    every level run, and did none fail? lost: it ends without a failure, but before the last level.
+    """
+
+    value: float | None
+    below: float
+    of: float
+    decades: bool
+    whole: bool
+    lost: bool
+
+    @property
+    def sure(self) -> bool:
+        """Is it known where it breaks, or that it does not?"""
+        return not self.lost and self.below == 0
+
+    @property
+    def share(self) -> float:
+        return 1.0 if self.whole else (self.value or 0.0) / self.of if self.of else 0.0
+
+    @property
+    def mark(self) -> str:
+        """Returns the shortest label."""
+        if self.whole:
+            return "all"
+        if self.value is None and self.below == 0:
+            return "×"
+        value = self.below if self.value is None else self.value
+        text = f"{value:.2g}" if self.decades else f"{value:g}/{self.of:g}"
+        return f"<{text}" if self.value is None else f"≥{text}" if self.lost else text
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Points of one variant in one precision and way, from the mildest level to the most extreme."""
+
+    variant: str
+    precision: str
+    way: Way
+    points: list[Point]
+
+    @cached_property
+    def known(self) -> list[Point]:
+        return [point for point in self.points if point.known]
+
+    @cached_property
+    def broken(self) -> Point | None:
+        """The first point with a failure."""
+        return next((point for point in self.points if point.fails), None)
+
+    @property
+    def held(self) -> list[Point]:
+        """Known points before the first failure."""
+        return self.known[: self.known.index(self.broken)] if self.broken else self.known
+
+    @property
+    def limit(self) -> float | None:
+        """The level at which theory lets it break."""
+        return next((point.told["limit"] for point in self.known if point.told["limit"] is not None), None)
+
+    @property
+    def expected(self) -> list[tuple[float, float]]:
+        """Levels, and the errors of theory."""
+        return [(point.level, point.told["expected"]) for point in self.known if point.told["expected"] is not None]
+
+    @property
+    def missing(self) -> dict[str, list[Point]]:
+        """Points without an answer, by the reason."""
+        found: dict[str, list[Point]] = {}
+        for point in self.points:
+            if not point.known:
+                found.setdefault(str(point.told), []).append(point)
+        return found
+
+    def survival(self, logarithmic: bool) -> Survival | Missing:
+        if not self.known:
+            return self.points[0].told
+        levels, held = [point.level for point in self.points], self.held
+        decades = logarithmic and min(levels) > 0
+        whole = len(held) == len(self.points)
+        lost = self.broken is None and not whole
+        first = 0 if held else self.points.index(self.broken)
+        if decades:
+            value = abs(math.log10(held[-1].level / held[0].level)) if held else None
+            below, of = (abs(math.log10(level / levels[0])) for level in (levels[first], levels[-1]))
+            return Survival(value, below, of, True, whole, lost)
+        return Survival(len(held) or None, first, len(levels), False, whole, lost)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the catalogue in this run. facts: what run.json says of it (harness/stress/row.py)."""
+
+    name: str
+    facts: dict[str, Any]
+    curves: list[Curve]
+
+    @property
+    def label(self) -> str:
+        return f"{self.facts['code']} {self.name}"
+
+    @property
+    def variants(self) -> list[str]:
+        return list(dict.fromkeys(curve.variant for curve in self.curves))
+
+    @property
+    def precisions(self) -> list[str]:
+        return sorted({curve.precision for curve in self.curves})
+
+    @property
+    def ways(self) -> list[Way]:
+        """Robust ones first, each kind in the order of the run."""
+        return sorted(dict.fromkeys(curve.way for curve in self.curves), key=lambda way: way.naive)
+
+    @property
+    def levels(self) -> list[float]:
+        """All of its curves, from mild to extreme."""
+        found = list(dict.fromkeys(point.level for curve in self.curves for point in curve.points))
+        return sorted(found, reverse=found[0] > found[-1])
+
+    @property
+    def logarithmic(self) -> bool:
+        return self.facts["logarithmic"] and min(self.levels) > 0
+
+    @property
+    def cells(self) -> list[Cell]:
+        return [point.cell for curve in self.curves for point in curve.points]
+
+    def find(self, variant: str, precision: str, way: Way) -> Curve | None:
+        return next((c for c in self.curves if (c.variant, c.precision, c.way) == (variant, precision, way)), None)
+
+    def survival(self, curve: Curve) -> Survival | Missing:
+        return curve.survival(self.facts["logarithmic"])
+
+
+def rows(results: Results) -> list[Row]:
+    """Every row of the run in the order of its experiment, an aligned one after its row in general position."""
+    cells: dict[str, list[Cell]] = {}
+    for cell in results.cells:
+        if "stress" in cell.swept:
+            cells.setdefault(cell.swept["stress"], []).append(cell)
+    found = [_row(results, name, mine) for name, mine in cells.items()]
+    place = {row.name: number for number, row in enumerate(found)}
+    return sorted(found, key=lambda row: (place.get(row.facts["aligned"], place[row.name]), place[row.name]))
+
+
+def _row(results: Results, name: str, cells: list[Cell]) -> Row:
+    facts = results.facts["stability"][name]
+    others = dict.fromkeys(key for cell in cells for key in cell.swept if key not in (*KNOWN, facts["method"]))
+    varied = [key for key in others if len({repr(_value(cell, key)) for cell in cells}) > 1]
+    curves: dict[tuple, list[Point]] = {}
+    for cell in cells:
+        key = cell.variant, cell.parameters["precision"], _way(cell, facts["method"], varied)
+        curves.setdefault(key, []).append(_point(results, cell))
+    return Row(name, facts, [Curve(*key, points) for key, points in curves.items()])
+
+
+def _way(cell: Cell, method: str, varied: list[str]) -> Way:
+    asked = (method, *varied) if method else NAIVE  # a row without a method may fix a naive one
+    naive = [f"{key} {cell.parameters[key]}" for key in asked if cell.parameters.get(key) in NAIVE.get(key, ())]
+    words = [str(_value(cell, method))] if method else []
+    for key in varied:
+        value = _value(cell, key)
+        if value != command.default(key):
+            words.append(value if isinstance(value, str) else f"{key} {value}")
+    return Way(bool(naive), ", ".join(words or naive).replace("_", " ") or PLAIN)
+
+
+def _value(cell: Cell, key: str):
+    return cell.swept.get(key, cell.parameters.get(key))
+
+
+def _point(results: Results, cell: Cell) -> Point:
+    """Returns the repetition with the most failures: a failure that only one shows has happened."""
+    told = [results.records[row].get("stability") for row in cell.timed]
+    worst = max(filter(None, told), key=lambda one: one["failures"], default=Missing(f"{cell.status}: {cell.reason}"))
+    return Point(cell.swept["level"], worst, cell.status, cell)
+
+
+def interval(failures: int, count: int) -> tuple[float, float]:
+    """Returns the 95 % interval of a share: Wilson's (JASA 22, 1927), or the rule of three where none or all fail.
+
+    The rule of three is Hanley's (JAMA 249, 1983). The interval holds for answers that fail independently.
+    """
+    from scipy import stats
+
+    if count == 0:
+        return 0.0, 1.0
+    if failures == 0:
+        return 0.0, min(1.0, 3 / count)
+    if failures == count:
+        return max(0.0, 1 - 3 / count), 1.0
+    found = stats.binomtest(failures, count).proportion_ci(LEVEL, method="wilson")
+    return float(found.low), float(found.high)

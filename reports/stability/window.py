@@ -1,0 +1,158 @@
+"""Acne against leaks: a fixed offset that is too short or too long, and the usable window between."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from matplotlib.ticker import LogLocator
+
+from reports.paper import markdown, style
+from reports.run.results import Results
+from reports.stability import stability
+from reports.stability import style as look
+from reports.stability.stability import Curve, Row, Way
+
+ACNE, LEAK = "acne-epsilon", "leak-epsilon"
+TITLE = "A fixed offset: acne against leaks (S7, S8)"
+CAPTION = (
+    "Below the window a surface shadows itself, above it a contact shadow is lost. The window: from the shortest "
+    "offset without acne, at it and at all longer ones, to the longest without a leak, at it and at all shorter ones; "
+    "of the lengths that were run, in units of the scene. A bar that ends with an arrow goes on further."
+)
+ACNE_COLOUR, LEAK_COLOUR, WINDOW = "#D55E00", "#0072B2", "#009E73"
+
+
+@dataclass(frozen=True)
+class Window:
+    """The window of one variant, precision and method. low, high: offsets; None where none is free of failures."""
+
+    acne: Curve
+    leak: Curve
+
+    @property
+    def missing(self) -> str:
+        """ "" or why one of the two has no answers."""
+        return next((why for curve in (self.acne, self.leak) if not curve.known for why in curve.missing), "")
+
+    @property
+    def low(self) -> float | None:
+        return self.acne.held[-1].level if self.acne.held else None
+
+    @property
+    def high(self) -> float | None:
+        return self.leak.held[-1].level if self.leak.held else None
+
+    @property
+    def open(self) -> bool:
+        return self.low is not None and self.high is not None and self.low <= self.high
+
+    @property
+    def wider(self) -> tuple[bool, bool]:
+        """Can it be that it goes on below what was run, and above?"""
+        return self.acne.broken is None, self.leak.broken is None
+
+    @property
+    def text(self) -> str:
+        if self.missing:
+            return self.missing
+        if not self.open:
+            return "no offset that was run is free of both"
+        at_least = "at least " if any(self.wider) else ""
+        decades = math.log10(self.high / self.low)
+        return f"{look.short(self.low)} to {look.short(self.high)}, {at_least}{decades:.3g} decades"
+
+
+def windows(rows: list[Row]) -> dict[tuple[str, Way], list[Window]]:
+    """By precision and way, of the variants that were asked for both rows."""
+    named = {row.name: row for row in rows}
+    found: dict[tuple[str, Way], list[Window]] = {}
+    if ACNE not in named or LEAK not in named:
+        return found
+    for acne in named[ACNE].curves:
+        leak = named[LEAK].find(acne.variant, acne.precision, acne.way)
+        if leak:
+            found.setdefault((acne.precision, acne.way), []).append(Window(acne, leak))
+    return dict(sorted(found.items(), key=lambda item: item[0][0]))
+
+
+def write(results: Results, out: Path) -> str:
+    """stability-window.png and .svg, and the section of the report; "" without both rows."""
+    rows = stability.rows(results)
+    found = windows(rows)
+    if not found:
+        return ""
+    known = {place: [window for window in mine if not window.missing] for place, mine in found.items()}
+    known = {place: mine for place, mine in known.items() if mine}
+    parts = [f"## {TITLE}"]
+    if known:
+        with style.styled():
+            style.save(draw(results, known), out / "stability-window")
+        parts.append(markdown.figure("stability-window", TITLE))
+    header = ["precision", "way", "variant", "usable window"]
+    lines = [[precision, way.name, window.acne.variant, window.text]
+             for (precision, way), mine in found.items() for window in mine]  # fmt: skip
+    return "\n\n".join([*parts, markdown.table(header, lines), markdown.escape(CAPTION)])
+
+
+def draw(results: Results, found: dict[tuple[str, Way], list[Window]]):
+    """Panels of failures, a column for each precision and way; below each the windows, a bar a variant.
+
+    found: windows of variants with answers.
+    """
+    most = max(map(len, found.values()))
+    wide = max(4.6, 3.6 * len(found))
+    figure, panels = plt.subplots(
+        2, len(found), figsize=(wide, 2.8 + 0.16 * most), height_ratios=[2.2, 0.3 + 0.16 * most], squeeze=False,
+        sharex="col", layout="constrained",
+    )  # fmt: skip
+    drawn = {window.acne.variant for mine in found.values() for window in mine}
+    variants = [name for name in results.variants if name in drawn]
+    for (above, below), ((precision, way), mine) in zip(panels.T, found.items(), strict=True):
+        _failures(above, mine, variants)
+        above.set_title(f"{precision}, {way.name}" if len({way for _, way in found}) > 1 else precision, loc="left")
+        _bars(below, mine)
+    handles = [plt.Line2D([], [], color=shade, lw=2) for shade in (ACNE_COLOUR, LEAK_COLOUR, WINDOW)]
+    handles += [plt.Line2D([], [], ls="", color="black", **look.marker(variant, variants)) for variant in variants]
+    labels = ["acne: lit points that are dark", "leak: dark points that are lit", "usable window", *variants]
+    cells = [p.cell for mine in found.values() for w in mine for c in (w.acne, w.leak) for p in c.points]
+    look.frame(figure, TITLE, (handles, labels), look.origin(results, cells))
+    return figure
+
+
+def _failures(axes, mine: list[Window], variants: list[str]) -> None:
+    shares = []
+    for window in mine:
+        for curve, shade in ((window.acne, ACNE_COLOUR), (window.leak, LEAK_COLOUR)):
+            values = [100 * point.share for point in curve.known]
+            shares += values
+            marks = look.marker(curve.variant, variants)
+            axes.plot([point.level for point in curve.known], values, color=shade, lw=0.9, **marks)
+    limits = {(shade, curve.limit) for w in mine for curve, shade in ((w.acne, ACNE_COLOUR), (w.leak, LEAK_COLOUR))}
+    for shade, limit in sorted(limits, key=str):
+        if limit:
+            axes.axvline(limit, color=shade, lw=0.8, ls=look.THEORY)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(numticks=7))
+    look.amount_axis(axes, shares, 100)
+    axes.set_ylabel("wrong answers (%)")
+
+
+def _bars(axes, mine: list[Window]) -> None:
+    for place, window in enumerate(mine):
+        if not window.open:
+            axes.text(0.5, place, "none", transform=axes.get_yaxis_transform(), ha="center", va="center", fontsize=6)
+            continue
+        axes.plot([window.low, window.high], [place, place], color=WINDOW, lw=4, solid_capstyle="butt")
+        for end, wider, mark in zip((window.low, window.high), window.wider, "<>", strict=True):
+            axes.plot(end, place, mark if wider else "|", color=WINDOW, ms=6)
+        middle = math.sqrt(window.low * window.high)
+        decades = math.log10(window.high / window.low)
+        text = f"{'≥ ' if any(window.wider) else ''}{decades:.3g} decades"
+        axes.text(middle, place - 0.42, text, ha="center", va="center", fontsize=look.TINY)
+    axes.set_yticks(range(len(mine)), [window.acne.variant for window in mine], fontsize=look.SMALL)
+    axes.set(ylim=(len(mine) - 0.4, -0.9), xlabel="length of the offset")
+    axes.xaxis.set_major_formatter(lambda value, _: look.short(value))
+    axes.xaxis.minorticks_off()
+    axes.grid(axis="x", lw=0.4, color=look.PALE)
+    axes.set_axisbelow(True)

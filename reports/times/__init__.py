@@ -1,0 +1,1 @@
+"""How long renderers take, and how much memory and processor time they use."""

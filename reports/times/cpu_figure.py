@@ -1,0 +1,95 @@
+"""Figure 4.2: CPU use over time, one panel a variant, behind it the phases that the renderer marked."""
+
+import textwrap
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+
+from reports.paper import markdown, style, timeline
+from reports.run.results import Cell, Missing, Results, place_label
+
+CAPTION = (
+    "CPU time used between two samples of the measurer, divided by the time between them; 100 % is one core, the "
+    "scale on the right is of all logical cores, as in the study. The CPU time of children that ended "
+    "and were waited for is counted in ticks of 10 ms. Dashed: the mean over the whole process, from "
+    "wait4, which does not depend on the samples. Shown is the first good repetition, the one that finds caches "
+    "cold. Each panel has its own time scale; samples nearer than 1/150 of it are merged. White between phases: "
+    "covered by none."
+)
+
+WIDTH, PANEL, HEAD, FOOT = 7.2, 1.25, 0.1, 0.75  # inches
+FINEST = 150  # steps of a curve
+
+
+def rates(series: Path, apart: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """(T + 1,) times in s and (T,) CPU use in % of a core between them, of a series (measurer.py). T may be 0.
+
+    apart: samples nearer to each other than this, s, are merged.
+    """
+    table = pd.read_csv(series, usecols=["t", "cpu_s"], dtype=float).dropna()
+    t, cpu = table["t"].to_numpy(), table["cpu_s"].to_numpy()
+    kept = []
+    for n in range(len(t)):
+        if not kept or t[n] - t[kept[-1]] >= apart:
+            kept.append(n)
+    kept = np.array(kept, dtype=int)
+    return t[kept], 100 * np.diff(cpu[kept]) / np.diff(t[kept])
+
+
+def draw(results: Results, place: tuple[str, str]):
+    """The figure of a place."""
+    cells = results.at(place)
+    height = HEAD + len(cells) * PANEL + FOOT
+    figure, panels = plt.subplots(len(cells), 1, figsize=(WIDTH, height), squeeze=False)
+    figure.subplots_adjust(left=0.09, right=0.91, top=1 - (HEAD + 0.22) / height, bottom=FOOT / height, hspace=0.85)
+    seen = {}
+    cores = results.facts["environment"]["cores"]["logical"]
+    for cell, axes in zip(cells, panels[:, 0], strict=True):
+        seen |= dict.fromkeys(_panel(results, cell, axes, cores))
+    panels[-1, 0].set_xlabel("time since the process started (s)")
+    figure.supylabel("CPU use (% of one core)", fontsize=8, x=0.005)
+    figure.text(0.995, 0.5, "CPU use (% of all cores)", rotation=270, ha="right", va="center", fontsize=8)
+    timeline.legend(figure, seen)
+    return figure
+
+
+def _panel(results: Results, cell: Cell, axes, cores: int | None) -> list[str]:
+    """Draw one variant; the names of its phases."""
+    record = results.records[cell.counting[0]] if cell.counting else None
+    axes.set_title(cell.label, loc="left", fontweight="bold", pad=3)
+    if record is None or not record["series"] or not record["cpu"]:
+        reason = Missing(cell.verdict if cell.status != "ok" else "no series was stored")
+        axes.text(0.5, 0.5, textwrap.fill(str(reason), 90), ha="center", va="center", fontsize=7)
+        axes.set(xticks=[], yticks=[])
+        return []
+    wall, cpu = record["wall_s"], record["cpu"]["user_s"] + record["cpu"]["system_s"]
+    t, percent = rates(results.folder / record["series"], wall / FINEST)
+    names = timeline.shade(axes, record)
+    mean = 100 * cpu / wall
+    axes.axhline(mean, ls="--", lw=0.8, color="#444444")
+    if len(percent):
+        axes.stairs(percent, t, baseline=None, color=style.colour(cell.variant, results.variants), lw=1.3)
+    else:
+        axes.text(0.5, 0.2, "too short for two samples: only the mean is known", transform=axes.transAxes, ha="center",
+                  fontsize=7)  # fmt: skip
+    top = 1.3 * max(100.0, mean, *percent)
+    axes.set(xlim=(0, wall), ylim=(0, top))
+    axes.set_title(f"{wall:.3g} s, CPU time {cpu:.3g} s, mean {mean:.0f} %", loc="right", fontsize=7, pad=3)
+    if cores:
+        axes.secondary_yaxis("right", functions=(lambda y: y / cores, lambda y: y * cores))
+    return names
+
+
+def write(results: Results, out: Path) -> str:
+    """cpu-NUMBER-SCENE.png and .svg, one a scene, and the section of the report."""
+    parts = ["## CPU use (the study's figure 4.2)"]
+    for number, scene in enumerate(results.scenes):
+        place = timeline.largest_place(results.of(scene))
+        name = f"cpu-{number}-{markdown.slug(Path(scene).stem)}"
+        with style.styled():
+            style.save(draw(results, place), out / name)
+        label = place_label(place)
+        parts += [f"### {markdown.escape(label)}", markdown.figure(name, f"CPU use: {label}")]
+    return "\n\n".join([*parts, markdown.escape(CAPTION)])

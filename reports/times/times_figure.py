@@ -1,0 +1,80 @@
+"""The figure of steady times: one panel a place, medians with intervals, the study's beside them, the error."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from matplotlib.lines import Line2D
+
+from reports.accuracy import accuracy_columns
+from reports.paper import markdown, style, thinning
+from reports.run import launch, ranking, study
+from reports.run.results import Missing, Results, place_label
+
+CAPTION = (
+    "Large: the median time of a steady frame over processes, with its 95 % interval where there are enough; small: "
+    "each process, outlying ones too. Only what is ranked is drawn. Beside each row the largest error outside the "
+    "mask. Hollow: the study's time for the same case on its own machine. Of points that differ only in how the kernel "
+    "of a GPU is launched the one with the lowest median is drawn."
+)
+
+ROW, HEAD = 0.22, 0.8  # inches
+MOST = 24  # panels of a figure
+MARKS = ("o", "black"), ("D", "white")  # ours, the study's
+
+
+def drawable(results: Results, scene: str) -> list[tuple[str, str]]:
+    """The places of a scene where something is ranked."""
+    return [place for place, _ in launch.places(results) if place[0] == scene and ranking.ranked(results, place)]
+
+
+def draw(results: Results, scene: str):
+    """The figure of a scene, some of whose places are ranked."""
+    places = thinning.few(drawable(results, scene), MOST)
+    heights = [len(ranking.ranked(results, place)) * ROW + HEAD for place in places]
+    figure, panels = plt.subplots(
+        len(places), 1, figsize=(7.2, sum(heights)), squeeze=False, height_ratios=heights, layout="constrained"
+    )
+    for place, axes in zip(places, panels[:, 0], strict=True):
+        _panel(results, place, axes)
+    if any(study.case(cell) for cell in results.of(scene)):
+        ours, theirs = (Line2D([], [], ls="", marker=marker, mfc=fill, mec="black") for marker, fill in MARKS)
+        figure.legend([ours, theirs], ["here", "the study, on its machine"], loc="outside lower center", ncols=2)
+    return figure
+
+
+def _panel(results: Results, place: tuple[str, str], axes) -> None:
+    cells = ranking.ranked(results, place)
+    for row, cell in enumerate(cells):
+        time, values = cell.steady, cell.values("steady_s")
+        colour = style.colour(cell.variant, results.variants)
+        if time.low is not None:
+            axes.plot([time.low, time.high], [row, row], color=colour, lw=1.5)
+        axes.plot(values, [row] * len(values), ".", color=colour, ms=2.5, alpha=0.6)
+        axes.plot(time.value, row, "o", color=colour, ms=5)
+        theirs = study.find(study.TIMES_S, cell)
+        if not isinstance(theirs, Missing):
+            axes.plot(theirs.value, row, "D", mfc="white", mec=colour, ms=5)
+        beside = axes.get_yaxis_transform()
+        axes.text(1.01, row, accuracy_columns.shown(cell), transform=beside, va="center", fontsize=7)
+    axes.set(xscale="log", xlabel="steady frame (s)", ylim=(len(cells) - 0.5, -0.5))
+    style.log_ticks(axes.xaxis)
+    axes.set_yticks(range(len(cells)), [cell.variant for cell in cells])
+    axes.set_title(place_label(place), loc="left", fontweight="bold")
+    axes.grid(axis="x", lw=0.4, color="#CCCCCC")
+    axes.set_axisbelow(True)
+
+
+def write(results: Results, out: Path) -> str:
+    """times-NUMBER-SCENE.png and .svg, one a scene, and the section of the report."""
+    parts = ["## Times, drawn"]
+    for number, scene in enumerate(results.scenes):
+        name = f"times-{number}-{markdown.slug(Path(scene).stem)}"
+        there = len(drawable(results, scene))
+        if not there:
+            parts.append(f"{markdown.escape(scene)}: unavailable: nothing is ranked.")
+            continue
+        with style.styled():
+            style.save(draw(results, scene), out / name)
+        parts += [f"### {markdown.escape(scene)}", markdown.figure(name, f"Times: {scene}")]
+        parts.append(thinning.told(min(MOST, there), there, "places", "the numbers of all are in the table's CSV"))
+    return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

@@ -1,0 +1,69 @@
+"""Table 4.1: the time of a steady frame, the study's beside it, the ratio to a baseline, the error."""
+
+from pathlib import Path
+
+from harness.statistics import steady
+from harness.statistics.statistics import LEAST
+from reports.accuracy import accuracy_columns
+from reports.paper import quantity, table
+from reports.paper.table import Column
+from reports.run import ranking, study
+from reports.run.cell import Cell, Missing
+from reports.run.results import Results
+
+CAPTION = (
+    "The time is the median over processes of each process's median over its steady frames, with a 95 % interval "
+    f"between two of the processes (binomial; of {LEAST} processes the range, which covers 93.75 %; fewer have none). "
+    f"Steady frames: never the first; with fewer than {steady.LEAST} later ones all of these are assumed to be steady; "
+    "otherwise those from the first frame on that lies near the level of the last half (median ± 5 standard deviations "
+    "from the median absolute deviation, and ± 2 % at least), as do half of the next 8. They must be 2/3 of the later "
+    "frames, and the medians of their two halves within 5 %, or 3 standard errors: else there is no steady state. A "
+    "cell has a time if at least half of its processes have a steady state; all later frames of the others stand for "
+    "theirs, as what disturbed a few is the machine. Outlying: processes further from the median than 14.8 times the "
+    "median absolute deviation; they are kept, and count like the others. A ratio is the median "
+    f"over rounds of the ratio in a round, where both ran in the same {LEAST} rounds or more, with the same kind of "
+    "interval; else of medians over processes, with a bootstrap interval (percentile). It is not resolved if its "
+    "interval holds 1, or if it is no further from 1 than the noise floor of this run (summary). "
+    "The study's time is shown where its scene and variables are the same "
+    f"(comparison, 512 × 512, depth 10, no shadows, float64). {accuracy_columns.CAPTION} "
+    "Rays per second counts primary, reflected, transmitted and shadow rays."
+)
+
+
+def columns(results: Results, scene: str) -> list[Column]:
+    base, floor = ranking.baseline(results, scene), results.floor.value
+    return [
+        Column("steady frame (s)", "steady_frame", "s", lambda cell: cell.steady),
+        Column("processes", "processes", "1", lambda cell: float(len(cell.counting)), _count),
+        Column("outlying", "outlying", "1", _outlying, _count),
+        *accuracy_columns.COLUMNS,
+        Column(
+            f"time ÷ {base}" if base else "ratio", f"time_over_{base}" if base else "ratio", "1",
+            lambda cell: ranking.ratio_to(results, cell, base),
+            lambda value: value if isinstance(value, str) else quantity.ratio(value, floor),
+        ),
+        Column("the study's frame (s)", "study_frame", "s", lambda cell: study.find(study.TIMES_S, cell), study.show),
+        Column(
+            "rays per second (millions)", "rays_per_second", "1/s",
+            lambda cell: cell.median("rays_per_s", "rays or steady frames are not told"),
+            lambda value: quantity.text(value, 1e-6),
+        ),
+    ]  # fmt: skip
+
+
+def _outlying(cell: Cell) -> float | Missing:
+    if isinstance(cell.steady, Missing):
+        return cell.steady
+    if len(cell.counting) < LEAST:
+        return Missing(f"it takes {LEAST} processes to tell")
+    return float(cell.outlying)
+
+
+def _count(value: float) -> str:
+    return f"{value:.0f}" if value else "none"
+
+
+def write(results: Results, out: Path) -> str:
+    """times-*.csv, one a scene, and the section of the report."""
+    tables = [(scene, results.of(scene), columns(results, scene)) for scene in results.scenes]
+    return table.section(out, "times", "Times (the study's table 4.1)", tables, CAPTION)

@@ -1,0 +1,92 @@
+"""`rayrace check`: the shipped renderers pass, and a bad one fails by the name of the rule it breaks."""
+
+import pytest
+from nightly import by_night
+
+from harness.contract import check, check_scenes
+from harness.renderer import registry
+from harness.renderer.parameters import Parameters
+from harness.scene import text
+from harness.system import cuda
+
+FOLDERS = registry.folders()
+PEERS = ("taichi", "jax", "typed", "embree")  # optional: where one is missing there is nothing to check
+
+
+# Two compile 16 times, Python and NumPy take their time; the tests of conformance ask the same of them.
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "folder", by_night(FOLDERS, "cpp", "numba", "numpy", "povray", "python", ids=lambda folder: folder.name)
+)
+def test_shipped(folder, rayrace):
+    done = rayrace("check", folder, timeout=900)
+    faults = [line for line in done.stdout.splitlines() if line.lstrip().startswith("FAIL")]
+    if faults and all("available here: " in line for line in faults):
+        pytest.skip(done.stdout)
+    assert done.returncode == 0 and done.stdout.endswith("all checks passed\n"), done.stdout
+    unchecked = [line for line in done.stdout.splitlines() if "not checked" in line and cuda.MISSING not in line]
+    excused = (": an exhibit: ", "available here: not checked: no ") if folder.name in PEERS else (": an exhibit: ",)
+    assert all(any(word in line for word in excused) for line in unchecked) or folder.name == "povray", unchecked
+
+
+def test_a_good_one(rayrace, bad_folder):
+    done = rayrace("check", bad_folder("bad-nothing", name="good"), code=0)
+    assert done.stdout.count("ok  ") == len(done.stdout.splitlines()) - 1
+
+
+@pytest.mark.parametrize(
+    ("variant", "rule"),
+    [
+        ("bad-exit", "a picture of all that it claims: failed: exit 1: no scene today"),
+        ("bad-garbage", "a picture of all that it claims: failed: line 1 of its output is no event"),
+        ("bad-nan", "a picture of all that it claims: pixels that are not finite"),
+        ("bad-random", "the same job again gives the same bytes"),
+        ("bad-pixel", "agrees with another renderer in float64 (python): 1 pixels off by more than 1e-09"),
+        ("bad-rays", "counts the rays of SPEC.md: 289 primary rays, the reference has 288"),
+        ("bad-gap", "phases cover its life: "),
+        ("bad-batch", "a frame is one render, or a batch that lasts: 64 renders last "),
+        ("bad-batch-unasked", "a picture of all that it claims: failed: frames of 2 renders, which nobody asked for"),
+        ("bad-batch-first", "a frame is one render, or a batch that lasts: frame 0 is of 64 renders, expected 1"),
+        ("bad-batch-rays", "a frame is one render, or a batch that lasts: counts {'primary': 18432"),
+        ("bad-threads", "1, 2 and 3 threads give the same bytes"),
+        ("bad-region", "a region has the pixels of the whole: image.npy has shape (18, 16, 3), expected (8, 7, 3)"),
+        ("bad-obedient", "refuses a feature it does not know, with exit status 3"),
+        ("bad-blind", "a job without its camera fails, with a reason"),
+    ],
+)
+def test_bad(variant, rule, rayrace, bad_folder):
+    done = rayrace("check", bad_folder(variant, name="wrong"), code=1)
+    failed = [line for line in done.stdout.splitlines() if line.startswith("FAIL")]
+    assert failed[0].startswith(f"FAIL  {variant}: {rule}"), done.stdout
+    assert done.stdout.endswith(f"checks failed: {len(failed)}\n")
+    assert len(failed) <= 4, "one fault, and what follows from it"
+
+
+@pytest.mark.parametrize(
+    ("head", "rule"),
+    [
+        ("colour = 1\n", "renderer.toml: "),
+        ('[requires]\nmodules = ["no_such_module"]\n', "available here: no Python module no_such_module"),
+        ('[build]\ncompiler = "c"\ncommand = ["false"]\n', "build: false: exit 1"),
+        ('[methods]\nprecision = ["float64", "float32"]\n', None),
+    ],
+)
+def test_manifest(head, rule, bad_folder, monkeypatch):
+    monkeypatch.setenv("CC", "true")  # a compiler, as far as anyone looks
+    folder = bad_folder("bad-nothing", name="manifest", head="\n" + head)
+    failed = [found for found in check.examine(folder) if not found.passed]
+    if rule is None:
+        assert failed == []
+    else:
+        assert len(failed) == 1 and f"{failed[0].what}: {failed[0].detail}".startswith(rule)
+
+
+@pytest.mark.parametrize(
+    "features", [(), ("sphere",), ("polygon", "ambient"), ("sphere", "diffuse", "phong", "reflection")]
+)
+def test_its_scene_uses_what_is_claimed(features):
+    from harness.scene.needs import needs
+
+    used = needs(text.read(check_scenes.scene_text(features)), Parameters(depth=3))
+    assert set(used) <= set(features)
+    assert {"sphere", "polygon", "ambient", "diffuse", "reflection"} & set(features) <= set(used)

@@ -1,0 +1,151 @@
+import shlex
+from pathlib import Path
+
+import pytest
+from nightly import by_night
+
+from harness.errors import UserError
+from harness.experiment import experiment
+
+REPOSITORY = Path(__file__).parents[3]
+BASE = 'title = "t"\nscenes = ["a.txt"]\nrenderers = ["python"]\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [
+        ("50 ms", 0.05),
+        ("30s", 30),
+        (" 10 min ", 600),
+        ("2 h", 7200),
+        ("1.5 s", 1.5),
+        (".5 s", 0.5),
+        (3, 3),
+        (0.25, 0.25),
+    ],
+)
+def test_durations(text, seconds):
+    assert experiment.duration(text) == pytest.approx(seconds, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "s", "5", "-5 s", "1.2.3 s", ". s", "5 days", "5 S", "1e3 s", "nan s", "5 s 3 ms"]
+)
+def test_bad_durations(text):
+    with pytest.raises(ValueError, match='expected a time such as "50 ms", "30 s", "10 min" or "2 h", found "'):
+        experiment.duration(text)
+
+
+def test_defaults(write):
+    found = experiment.load(write("e.toml", BASE))
+    assert (found.processes, found.frames, found.timeout, found.seed) == (5, 2, 600, 1)
+    assert found.image.bounds() is None and found.measure.interval == 0.05
+    assert (found.order, found.where, found.points, found.generate) == ("interleaved", (), (), None)
+    assert (found.measure.least_frame, found.measure.pair) == (0.001, "auto")
+
+
+@pytest.mark.parametrize(
+    ("setting", "place", "value"),
+    [
+        ("processes=3", "processes", 3),
+        ("image.depth = 5", "image.depth", 5),
+        ('title="a = b"', "title", "a = b"),
+        ("title=plain words", "title", "plain words"),
+        ("timeout=10 min", "timeout", 600.0),
+        ('renderers=["cpp", "numpy"]', "renderers", ("cpp", "numpy")),
+        ("image.shadows=true", "image.shadows", True),
+        ("image.region=[1, 2, 3, 4]", "image.region", (1, 2, 3, 4)),
+        ("image.sample_x=0", "image.sample_x", 0.0),
+        ("sweep.depth=[1, 2]", "sweep", {"depth": (1, 2)}),
+    ],
+)
+def test_settings(setting, place, value, write):
+    found = experiment.load(write("e.toml", BASE), (setting,))
+    for step in place.split("."):
+        found = getattr(found, step)
+    assert found == value and type(found) is type(value)
+
+
+@pytest.mark.parametrize(
+    "setting", ["", "=", "=3", "processes", "title.x=3", "processes=", "image=3", "image.=3", "a b=3"]
+)
+def test_faulty_settings(setting, write):
+    with pytest.raises(UserError):
+        experiment.load(write("e.toml", BASE), (setting,))
+
+
+def test_every_fault_is_named_at_once(write):
+    file = write("e.toml", BASE + 'frames = "x"\nprocesses = 0\n[image]\ndeph = 3\n')
+    with pytest.raises(UserError) as fault:
+        experiment.load(file)
+    assert [line.split(": ")[1] for line in str(fault.value).splitlines()] == ["processes", "frames", "image.deph"]
+    assert all(line.startswith(f"{file}: ") for line in str(fault.value).splitlines())
+
+
+MADE = BASE.replace('scenes = ["a.txt"]\n', "")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (BASE + '[generate]\nscene = "balls"\n', "[generate] or [[stress]]: expected one of the four"),
+        (MADE, "[generate] or [[stress]]: expected one of the four"),
+        (MADE + '[generate]\nscene = "cubes"\n', "generate.scene: Input should be 'comparison', "),
+        (MADE + '[generate]\nscene = "balls"\nlights = 2\n', "generate: lights is no count of balls; it has size"),
+        (MADE + '[generate]\nscene = "balls"\n[sweep]\nobjects = [2]\n', "sweep.objects: only of a scene that has it"),
+        (BASE + "[[points]]\nlights = [2]\n", "points.lights: only of a scene that has it, in [generate]"),
+        (BASE + "[[points]]\ndeph = [2]\n", "points.deph: no such parameter; known: width, height, "),
+        (BASE + "[[points]]\ndepth = []\n", "points.depth: expected at least one value"),
+        (BASE + "[sweep]\ndepth = [1]\n[[points]]\ndepth = [2]\n", "points: depth is swept too"),
+        (BASE + "[sweep]\nside = [8]\nwidth = [8]\n", "side is width and height at once; sweep the one or the others"),
+        (BASE + "[[points]]\nside = [8]\n[[points]]\nheight = [8]\n", "side is width and height at once"),
+        (BASE + 'order = "shuffled"\n', "order: Input should be 'interleaved' or 'sequential'"),
+        (BASE + '[measure]\npair = "cpp"\n', "measure.pair: expected auto, off or a renderer of the"),
+        (BASE + '[measure]\nleast_frame = "-1 ms"\n', 'measure.least_frame: expected a time such as "50 ms"'),
+    ],
+)
+def test_faults_of_sweeps(text, message, write):
+    file = write("e.toml", text)
+    with pytest.raises(UserError) as fault:
+        experiment.load(file)
+    assert str(file) in str(fault.value) and message in str(fault.value)
+
+
+def test_schema_file_is_what_the_command_prints(rayrace):
+    assert (REPOSITORY / "experiments" / "schema.json").read_text() == rayrace("schema", code=0).stdout
+
+
+SHIPPED = sorted((REPOSITORY / "experiments").glob("*.toml"))
+
+
+@pytest.mark.parametrize("file", by_night(SHIPPED, "stability.toml", ids=lambda path: path.name))  # it has 5290 cells
+def test_shipped_experiments(file, rayrace):
+    assert file.read_text().startswith("#:schema ./schema.json\n")
+    assert "cells" in rayrace("run", file, "--dry-run", code=0).stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "file",
+    by_night(
+        sorted((REPOSITORY / "experiments").glob("cuda-*.toml")),
+        "cuda-blocks.toml",
+        "cuda-threads.toml",
+        "cuda-memory.toml",
+        "cuda-faults.toml",
+        ids=lambda path: path.name,
+    ),
+)
+def test_cuda_experiments_in_the_simulator(file, rayrace, rows, known, tmp_path):
+    """By the command that the head of the file tells."""
+    if known["numba-cuda"].missing:
+        pytest.skip(known["numba-cuda"].missing)
+    head = "\n".join(line.removeprefix("#") for line in file.read_text().splitlines() if line.startswith("#"))
+    words = head[head.index("RAYRACE_CUDASIM=1 ") :].replace("\\\n", " ")
+    variable, program, *words = shlex.split(words)
+    assert (variable, program, words[:2]) == ("RAYRACE_CUDASIM=1", "rayrace", ["run", f"experiments/{file.name}"])
+    words += "--out", tmp_path / "run"
+    rayrace(*words, cwd=REPOSITORY, env=dict([variable.split("=")]), timeout=1200, code=0)
+    found = [row for each in rows(tmp_path / "run").values() for row in each]
+    assert found and all(row["unranked"] for row in found)
+    assert any(row["status"] == "ok" for row in found) and not any(row["status"] == "unavailable" for row in found)

@@ -1,0 +1,120 @@
+"""Each gate is shown to pass what it should and to fail what it should."""
+
+import numpy as np
+import pytest
+
+from harness.judge.judge import compare_rays, judge
+
+RNG = np.random.default_rng(8)
+REFERENCE = RNG.uniform(0, 1, (5, 6, 3))
+CLEAR = np.zeros((5, 6), dtype=bool)
+
+
+def changed(value, place=(2, 3, 1), dtype=np.float64):
+    picture = REFERENCE.astype(dtype)
+    picture[place] += value
+    return picture
+
+
+def test_the_same_picture():
+    found = judge(REFERENCE.copy(), REFERENCE, CLEAR, "float64")
+    assert found.wrong is None
+    assert (found.max_outside, found.max_inside, found.rmse, found.bad_pixels, found.mask_fraction) == (
+        0,
+        None,
+        0,
+        0,
+        0,
+    )
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_not_finite_comes_first(value):
+    masked = ~CLEAR
+    for reference in (REFERENCE, REFERENCE[:2]):
+        assert judge(changed(value), reference, masked, "float64").wrong == "1 pixels are not finite"
+
+
+def test_shape():
+    for picture in (REFERENCE[:4], REFERENCE[:, :, :2], REFERENCE.transpose(1, 0, 2)):
+        assert judge(picture, REFERENCE, CLEAR, "float64").wrong.startswith("its shape is (")
+
+
+@pytest.mark.parametrize(
+    ("precision", "good", "bad"),
+    [("float64", 0.9e-9, 1.1e-9), ("float32", 0.99 / 255, 1.01 / 255), ("mp60", 0.9e-9, 1.1e-9)],
+)
+def test_tolerance(precision, good, bad):
+    for sign in (1, -1):
+        assert judge(changed(sign * good), REFERENCE, CLEAR, precision).wrong is None
+        assert judge(changed(sign * bad), REFERENCE, CLEAR, precision).wrong.startswith("1 pixels off by more than")
+
+
+def test_mask():
+    """A pixel is not judged inside the mask, and its neighbours are."""
+    mask = CLEAR.copy()
+    mask[2, 3] = True
+    found = judge(changed(0.25), REFERENCE, mask, "float64")
+    assert found.wrong is None
+    assert (found.max_outside, found.max_inside) == pytest.approx((0, 0.25))
+    assert (found.bad_pixels, found.mask_fraction) == pytest.approx((1 / 30, 1 / 30))
+    assert judge(changed(0.25, (2, 4, 1)), REFERENCE, mask, "float64").wrong
+
+
+def test_all_masked():
+    found = judge(changed(0.25), REFERENCE, ~CLEAR, "float64")
+    assert found.wrong is None and found.max_outside is None
+
+
+def test_numbers_by_hand():
+    picture = REFERENCE.copy()
+    picture[0, 0] += (0.3, 0, -0.1)
+    picture[1, 1] += (0, 0.003, 0)
+    found = judge(picture, REFERENCE, CLEAR, "float64")
+    assert found.wrong == "2 pixels off by more than 1e-09 outside the mask, the worst by 0.3"
+    assert found.rmse == pytest.approx(np.sqrt((0.09 + 0.01 + 0.003**2) / 90))
+    assert found.bad_pixels == pytest.approx(1 / 30)
+    assert found.record()["tolerance"] == 1e-9
+
+
+def test_the_picture_may_be_float32():
+    found = judge(REFERENCE.astype(np.float32), REFERENCE, CLEAR, "float32")
+    assert found.wrong is None and 0 < found.max_outside < 1e-7
+
+
+def counts(**changed):
+    return {"primary": 10**6, "reflected": 5000, "transmitted": 0, "shadow": 300, "non_finite": 0, **changed}
+
+
+@pytest.mark.parametrize(
+    ("changes", "precision", "wrong"),
+    [
+        ({}, "float64", None),
+        ({"primary": 10**6 + 100}, "float64", None),
+        ({"primary": 10**6 + 101}, "float64", "1000101 primary rays, the reference has 1000000"),
+        ({"reflected": 4999}, "float64", "4999 reflected rays, the reference has 5000"),
+        ({"reflected": 4950}, "float32", None),
+        ({"reflected": 4949}, "float32", "4949 reflected rays, the reference has 5000"),
+        ({"transmitted": 1}, "float32", "1 transmitted rays, the reference has 0"),
+        ({"shadow": 0}, "float64", "0 shadow rays, the reference has 300"),
+        ({"non_finite": 7}, "float64", None),
+    ],
+)
+def test_rays(changes, precision, wrong):
+    assert compare_rays(counts(**changes), counts(), precision) == wrong
+
+
+def test_rays_that_are_not_told_are_not_compared():
+    assert compare_rays(None, counts(), "float64") is None
+    assert compare_rays(counts(), None, "float64") is None
+
+
+def test_relative_mse_by_hand():
+    """0.1 off where the reference is 0, and where it is 1: 0.01 / 0.01 and 0.01 / 1.01, of 90 channels."""
+    reference = np.zeros((5, 6, 3))
+    reference[1, 1, 0] = 1.0
+    picture = reference.copy()
+    picture[0, 0, 2] += 0.1
+    picture[1, 1, 0] -= 0.1
+    found = judge(picture, reference, CLEAR, "float64")
+    assert found.relative_mse == pytest.approx((1 + 0.01 / 1.01) / 90)

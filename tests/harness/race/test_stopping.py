@@ -1,0 +1,147 @@
+"""A harness that is stopped takes the renderer under way with it and leaves the finished rows."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+GOOD = ("bad-nothing", "bad-obedient", "bad-blind", "bad-random")
+
+
+def processes(*words):
+    """Ids of the processes that have these words in their command."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*"):
+        try:
+            command = (place / "cmdline").read_bytes().decode(errors="replace")
+            if all(word in command for word in words):
+                found.append(int(place.name))
+        except OSError:
+            pass
+    return found
+
+
+def wait_until(is_true, seconds=60):
+    until = time.monotonic() + seconds
+    while not is_true():
+        assert time.monotonic() < until, "it never came true"
+        time.sleep(0.02)
+
+
+def hear_ctrl_c():
+    """A shell starts what it runs in the background with SIGINT ignored, and so would this suite start its children."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+@pytest.fixture
+def started(experiment, bad_folder, environment, tmp_path):
+    """A run that hangs in its last cell, that cell's renderer being under way; its folder."""
+    folder = bad_folder(*GOOD, "bad-hang-child", name="stopped")
+    file = experiment((*GOOD, "bad-hang-child"), 'seed = 4\ntimeout = "5 min"\n')
+    program = Path(sys.executable).with_name("rayrace")
+    command = [program, "run", file, "--out", tmp_path / "run", "--renderer", folder]
+    with open(tmp_path / "said", "w") as said:
+        harness = subprocess.Popen(
+            command, env=environment, stdout=said, stderr=said, start_new_session=True, preexec_fn=hear_ctrl_c
+        )
+    lines = tmp_path / "run" / "repetitions.jsonl"
+    try:
+        wait_until(lambda: len(processes(f"{folder}/main.py", "--variant=bad-hang-child")) >= 2)
+        yield harness, folder, lines
+    finally:
+        if harness.poll() is None:
+            harness.kill()
+            harness.wait()
+        for pid in processes(f"{folder}/main.py"):
+            os.kill(pid, signal.SIGKILL)
+
+
+def read_rows(rows, lines):
+    found = rows(lines.parent)
+    assert len(lines.read_text().splitlines()) == sum(map(len, found.values())) > 0
+    assert all(row["status"] == "ok" for some in found.values() for row in some)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_stopped(number, started, rows):
+    harness, folder, lines = started
+    helpers = processes("harness.process.measurer") + processes("launcher.py")
+    own = [pid for pid in helpers if parent(pid) == harness.pid]
+    assert len(own) == 2
+    os.kill(harness.pid, number)
+    harness.wait(timeout=60)
+    assert harness.returncode == (130 if number == signal.SIGINT else -number)
+    if number == signal.SIGINT:
+        said = (lines.parents[1] / "said").read_text()
+        assert said.splitlines()[-1] == (
+            f"stopped; what had finished is in {lines.parent}; go on with --resume {lines.parent}"
+        )
+        assert "Traceback" not in said
+    wait_until(lambda: not processes(f"{folder}/main.py"))
+    wait_until(lambda: not any(os.path.exists(f"/proc/{pid}") for pid in own))
+    read_rows(rows, lines)
+
+
+def parent(pid):
+    """None if it has ended: other tests have processes too."""
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    except OSError:
+        return None
+
+
+def test_the_lock_of_measuring(environment, tmp_path):
+    """While one rayrace measures, another one waits."""
+    source = (
+        "import sys, time; from harness.race import host\n"
+        "lock = host.host_lock(); lock.acquire(timeout=0); print('held', flush=True); sys.stdin.read()"
+    )
+    holder = subprocess.Popen(
+        [sys.executable, "-c", source], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert holder.stdout.readline() == "held\n"
+    (tmp_path / "scene.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\n")
+    (tmp_path / "e.toml").write_text('title = "t"\nscenes = ["scene.txt"]\nrenderers = ["python"]\nprocesses = 1\n'
+                                     "[image]\nwidth = 4\nheight = 4\n")  # fmt: skip
+    program = Path(sys.executable).with_name("rayrace")
+    waiting = subprocess.Popen(
+        [program, "run", tmp_path / "e.toml", "--out", tmp_path / "run"],
+        env=environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert "another rayrace is measuring on this machine; waiting" in waiting.stderr.readline()
+    assert not (tmp_path / "run" / "run.json").exists()
+    holder.communicate()
+    waiting.communicate(timeout=120)
+    assert waiting.returncode == 0
+
+
+DROPPED = """import os, signal
+from harness.race import stopping
+class Dying:
+    def __del__(self):
+        os.kill(os.getpid(), signal.%s)
+        for _ in range(1000): pass
+stopping.heed()
+Dying()
+try:
+    stopping.heed_again()
+except BaseException as error:
+    print(type(error).__name__, error)
+stopping.heed_again()
+print("on")
+"""
+
+
+@pytest.mark.parametrize(("name", "told"), [("SIGTERM", "Stopped SIGTERM"), ("SIGINT", "KeyboardInterrupt ")])
+def test_a_signal_in_a_destructor_is_heeded_later(name, told):
+    """Python drops what is raised there."""
+    done = subprocess.run(
+        [sys.executable, "-c", DROPPED % name], capture_output=True, text=True, timeout=60, preexec_fn=hear_ctrl_c
+    )
+    assert done.stdout.splitlines() == [told, "on"] and "Exception ignored" in done.stderr, done.stderr

@@ -1,0 +1,125 @@
+"""Warm-up and steady state of made-up frames, over many seeds: the seeds of wrong answers are in the failure."""
+
+import numpy as np
+import pytest
+
+from harness.statistics import steady
+
+SEEDS = 200
+FRAME = 0.123  # s
+
+
+def frames(seed, count=101, noise=0.01, outliers=0.0, shape=1.0):
+    """Seconds of frames: normal noise, a share of outliers 2 to 10 times as long, all times `shape`."""
+    rng = np.random.default_rng(seed)
+    made = FRAME * (1 + noise * rng.standard_normal(count)) * shape
+    hit = rng.random(count) < outliers
+    made[hit] *= rng.uniform(2, 10, hit.sum())
+    return made.tolist(), hit
+
+
+def right(answer, **how):
+    """Of the seeds, those with another answer than `answer(first, state, hit)` allows."""
+    wrong = []
+    for seed in range(SEEDS):
+        made, hit = frames(seed, **how)
+        found = steady.find(made)
+        if not answer(found, hit):
+            wrong.append((seed, found))
+    return wrong
+
+
+def is_steady_at_once(found, _):
+    return (found.first, found.state) == (1, "steady")
+
+
+def is_none(found, _):
+    return found.first is None and found.state == "none" and found.note
+
+
+def slow_start(count=101, warm=7, by=(1.2, 1.2)):
+    return np.concatenate([np.geomspace(*by, warm), np.ones(count - warm)])
+
+
+@pytest.mark.parametrize("count", [11, 21, 101])
+def test_even_frames_are_steady_from_the_second_on(count):
+    found = steady.find([FRAME] * count)
+    assert (found.first, found.state, found.warm_up, found.note) == (1, "steady", 0, "")
+
+
+@pytest.mark.parametrize(
+    ("how", "most_wrong"),
+    [
+        ({}, 0.01),
+        ({"outliers": 0.12}, 0.04),  # frame 1 may be an outlier with several behind it
+        ({"noise": 0.2}, 0.01),
+        ({"count": 21}, 0.03),
+        ({"count": 11, "outliers": 0.12}, 0.06),
+    ],
+)
+def test_noise_and_outliers_are_steady(how, most_wrong):
+    wrong = right(is_steady_at_once, **how)
+    assert len(wrong) <= most_wrong * SEEDS, wrong
+
+
+def test_a_drift_of_3_percent_a_minute_is_steady():
+    time = FRAME * np.arange(101)
+    wrong = right(is_steady_at_once, shape=1 + 0.03 * time / 60)
+    assert not wrong, wrong
+
+
+@pytest.mark.parametrize("by", [(1.2, 1.2), (5, 5), (5, 1.2), (1.5, 1.2)])
+@pytest.mark.parametrize("count", [31, 101])
+def test_a_warm_up_of_7_frames_is_7_frames(by, count):
+    wrong = right(lambda found, _: (found.first, found.warm_up) == (7, 7), count=count, shape=slow_start(count, by=by))
+    assert not wrong, wrong
+
+
+@pytest.mark.parametrize("by", [(1.2, 1.2), (5, 1.2)])
+def test_with_outliers_the_warm_up_ends_at_the_first_frame_that_is_none(by):
+    def at_first_good(found, hit):
+        return found.state == "steady" and found.first == 7 + int(np.argmin(hit[7:]))
+
+    wrong = right(at_first_good, outliers=0.12, shape=slow_start(by=by))
+    assert len(wrong) <= 0.02 * SEEDS, wrong
+
+
+@pytest.mark.parametrize("count", [51, 101, 301])
+@pytest.mark.parametrize("outliers", [0.0, 0.12])
+@pytest.mark.parametrize("ends", [(1.0, 0.7), (1.0, 1.3)])
+def test_a_drift_of_30_percent_is_no_steady_state(count, outliers, ends):
+    wrong = right(is_none, count=count, outliers=outliers, shape=np.linspace(*ends, count))
+    assert not wrong, wrong
+
+
+@pytest.mark.parametrize("count", [21, 101])
+@pytest.mark.parametrize("outliers", [0.0, 0.12])
+@pytest.mark.parametrize("ends", [(1.0, 1.2), (1.2, 1.0)])
+def test_two_levels_are_no_steady_state(count, outliers, ends):
+    wrong = right(is_none, count=count, outliers=outliers, shape=np.where(np.arange(count) < count // 2, *ends))
+    assert len(wrong) <= 0.01 * SEEDS, wrong
+
+
+def test_the_note_says_what_changed():
+    # frame n lasts 2 - n / 100: the median of frames 1 to 50 is 1.745, of 51 to 100 1.245, 28.7 % less
+    found = steady.find((2 - np.arange(101) / 100).tolist())
+    assert found.note == "no steady state: its frames still get 29 % faster"
+    found = steady.find([1.0] * 60 + [0.5] * 40)
+    assert found.note == "no steady state: 60 of 100 frames went by before the last ones' level"
+
+
+def test_few_frames_are_assumed_to_be_steady():
+    assert steady.find([9.0, 1.0, 2.0]) == steady.Steady(1, "assumed")
+    assert steady.find([9.0] + [1.0] * 9).state == "assumed"
+    assert steady.find([9.0] + [1.0] * 10) == steady.Steady(1, "steady", warm_up=1)
+
+
+@pytest.mark.parametrize("frames_s", [[], [1.0]])
+def test_without_a_later_frame_there_is_none(frames_s):
+    found = steady.find(frames_s)
+    assert (found.first, found.state, found.note) == (None, "none", "no steady frames")
+
+
+def test_times_of_0_are_no_fault():
+    assert steady.find([0.0] * 30).state == "steady"
+    assert steady.find([0.0] * 15 + [1.0] * 15).state == "none"
