@@ -56,6 +56,6 @@ format: .venv/installed
 	touch $@
 
 clean:  ## forget the environment; results stay
-	rm -rf .venv .pytest_cache build dist *.egg-info
+	rm -rf .venv .pytest_cache build/site build/figures dist *.egg-info
 
 .PHONY: study test quick cudasim nightly figures docs gallery stability smoke format clean

@@ -164,12 +164,13 @@ def doctor(
     """Is this machine fit to measure? It changes nothing."""
     from harness.errors import UserError
     from harness.machine import doctor as doctors
+    from harness.process import scratch
     from rayrace import terminal
 
     if not cuda:
         if scene or target:
             raise UserError("--scene, --target: only with --cuda")
-        terminal.show_findings(doctors.examine(), as_json)
+        terminal.show_findings(doctors.examine(scratch.doubtful()), as_json)
         return
     from harness.contract import compile_report
     from harness.renderer import registry

@@ -67,7 +67,7 @@ def examine(path: Path) -> Iterator[Check]:
         if entry.unavailable:
             yield Check(f"{entry.name}: available here", some_run, f"not checked: {entry.unavailable}")
             continue
-        with scratch("rayrace-check-") as cache:
+        with scratch() as cache:
             for check in Examination(entry, cache).checks():
                 yield replace(check, what=f"{entry.name}: {check.what}")
 

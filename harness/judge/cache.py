@@ -3,12 +3,15 @@
 import contextlib
 import json
 import os
+import re
+import stat
 import time
 import uuid
 from pathlib import Path
 
 import numpy as np
 
+OWN = re.compile(r"[0-9a-f]{16}(-[0-9a-f]{32})?\.npz")  # a key, and the part of a file that is being written
 LIMIT = 2 * 2**30  # bytes; beyond it the files that were not asked for the longest go
 
 
@@ -51,8 +54,10 @@ class Kept:
         found, now = [], time.time()
         for path in self.folder.glob("*.npz"):
             try:
-                state = path.stat()
+                state = path.lstat()
             except OSError:  # another run has just pruned it
+                continue
+            if not (OWN.fullmatch(path.name) and stat.S_ISREG(state.st_mode)):
                 continue
             # A time to come is of a clock that was wrong, and says nothing.
             found.append((state.st_mtime if state.st_mtime < now + 3600 else 0.0, state.st_size, path))

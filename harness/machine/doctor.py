@@ -14,7 +14,8 @@ from harness.system.finding import UNAVAILABLE, Finding, judged, read, unknown
 ROOT = Path("/")
 
 
-def examine() -> list[Finding]:
+def examine(left: dict[Path, str] | None = None) -> list[Finding]:
+    """Every finding. left: temporary folders that rayrace may have left and cannot prove to be its own, and why."""
     facts = environment.capture()
     return [
         *fitness_cores.findings(facts),
@@ -25,6 +26,7 @@ def examine() -> list[Finding]:
         randomisation(facts["address_randomisation"]),
         compiler(facts["compilers"]["c++"]),
         *fitness_gpu.findings(),
+        temporary(left or {}),
     ]
 
 
@@ -68,6 +70,12 @@ def randomisation(value: str) -> Finding:
         return unknown(what, value)
     remedy = "each process has the same layout, which favours one renderer: sudo sysctl kernel.randomize_va_space=2"
     return judged(value == "2", what, {"0": "off", "1": "of a part", "2": "full"}.get(value, value), remedy)
+
+
+def temporary(left: dict[Path, str]) -> Finding:
+    found = "; ".join(f"{place}: {why}" for place, why in left.items())
+    remedy = "rayrace removes only what it can prove to be its own; remove these yourself if nobody needs them"
+    return judged(not left, "temporary folders", found or "none that rayrace has left", remedy)
 
 
 def compiler(value: str) -> Finding:

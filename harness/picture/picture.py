@@ -63,11 +63,7 @@ def write(path: Path, height: int, width: int, dtype: np.dtype, crop: Crop) -> N
     Its bytes depend on the pixels alone: not on the time, nor on how the picture was come by.
     """
     kind = _write_tif if path.suffix == ".tif" else _write_npy
-    try:
-        write_part(path, lambda file: kind(file, height, width, np.dtype(dtype), crop))
-    except BaseException:
-        path.with_name(path.name + ".part").unlink(missing_ok=True)  # it may be what has filled the disk
-        raise
+    write_part(path, lambda file: kind(file, height, width, np.dtype(dtype), crop), own=False)
 
 
 def _write_npy(file: BinaryIO, height: int, width: int, dtype: np.dtype, crop: Crop) -> None:

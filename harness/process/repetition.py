@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.process import cleanup, process
-from harness.process.scratch import remove, scratch
+from harness.process import process
+from harness.process.scratch import must_have_room, remove, scratch
 from harness.renderer import events, job
 from harness.renderer.builder import BuildError, fill
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
+from harness.system import ownership
 
 UNSUPPORTED = 3  # exit status
 HEAVIEST = 1e100  # dropped weight of a pixel; of more, what is worked out from it leaves float64
@@ -95,14 +96,14 @@ def start(
         return Result("failed", f"its build failed: {error}")
     with scratch() as here:
         # A renderer that finds the disk full fails, and its row would say so for ever.
-        cleanup.must_have_room(here, 8 * math.prod(parameters.shape()) if parameters.kind == "image" else 0)
+        must_have_room(here, 8 * math.prod(parameters.shape()) if parameters.kind == "image" else 0)
         given = entry.renderer.given(parameters, needs)
         job.write(here / "job", arrays, parameters, given)
         sealed = job.seal(here / "job")
         for name in ("out", "neutral"):
             (here / name).mkdir()
         own = cache or here / "cache"
-        own.mkdir(parents=True, exist_ok=True)
+        ownership.make(own)
         places = {"folder": str(entry.renderer.folder), "python": sys.executable}
         if built:
             places["build"] = str(built.folder)
@@ -112,7 +113,7 @@ def start(
         outcome = process.run(command, here / "neutral", stdout, stderr, timeout, series, interval, limits, cache)
         if outcome.failed:
             return Result("failed", outcome.failed)
-        if outcome.over and outcome.over[0] == "disk":
+        if outcome.over and outcome.over[0] == "disk" and ownership.is_ours(own):
             remove(own)  # the next repetition would find no room in it
         gone = [path for path in (stdout, stderr) if not _is_file(path)]
         touched = job.changed(here / "job", sealed)

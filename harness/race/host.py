@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from filelock import FileLock, Timeout
 
-from harness.process import calibration, cleanup, repetition
+from harness.process import calibration, repetition, scratch
 from harness.process.repetition import Result
 from harness.renderer.builder import cache_folder
 from harness.renderer.limits import DEFAULT, Limits
@@ -81,7 +81,7 @@ class ThisHost:
             print("another rayrace is measuring on this machine; waiting for it to end", file=sys.stderr)
             lock.acquire()
         try:
-            cleanup.remove()
+            scratch.remove_left()
             yield
         finally:
             lock.release()

@@ -80,7 +80,7 @@ def _run(experiment, plan, known, folder, tell, resumed, budget, host, earlier, 
     run_store = store.Run(folder)
     try:
         run_store.describe(**facts)
-        with scratch("rayrace-caches-") as caches:
+        with scratch() as caches:
             bench = Bench(plan, known, run_store, caches, experiment.measure.interval, host)
             _Loop(experiment, plan, bench, records, tell, host.clock() + budget, earlier, elsewhere).run()
         state = environment.capture()

@@ -1,5 +1,6 @@
 """Compiles a program on first use, into a cache keyed by its sources, flags, compiler and processor."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -15,6 +16,7 @@ from pathlib import Path
 from filelock import FileLock
 
 from harness.errors import of_system
+from harness.system import ownership
 
 CANDIDATES = {"c++": ("CXX", ("c++", "g++", "clang++")), "c": ("CC", ("cc", "gcc", "clang"))}
 MISSING = {"c++": "no C++ compiler (apt install g++)", "c": "no C compiler (apt install gcc)"}
@@ -122,34 +124,46 @@ def _state(path: Path) -> str:
 
 
 def _fresh(folder: Path, words, compiler, version, final: Path) -> Built:
-    for old in (final, *final.parent.glob(f"{final.name}-*")):  # damaged, or of a process that was killed
-        shutil.rmtree(old, ignore_errors=True)
+    if ownership.is_ours(final):  # damaged
+        shutil.rmtree(final, ignore_errors=True)
+    if os.path.lexists(final):
+        raise BuildError(f"{final} is no build that rayrace can use or remove; remove it, or set RAYRACE_CACHE")
+    for old in final.parent.glob(f"{final.name}-*"):  # of a process that was killed
+        with contextlib.suppress(ownership.Doubt, ownership.Alive), ownership.proved(old, final.name):
+            shutil.rmtree(old, ignore_errors=True)
     scratch = Path(tempfile.mkdtemp(prefix=f"{final.name}-", dir=final.parent))
     try:
-        places = {"compiler": compiler, "folder": str(folder), "build": str(scratch)}
-        command = tuple(fill(word, places) for word in words)
-        start = time.monotonic()
-        try:
-            done = subprocess.run(
-                command, cwd=scratch, capture_output=True, text=True, errors="replace", timeout=TIMEOUT,
-                stdin=subprocess.DEVNULL,
-            )  # fmt: skip
-        except OSError as error:
-            raise BuildError(f"{command[0]}: {error.strerror}") from None
-        except subprocess.TimeoutExpired:
-            raise BuildError(f"the build did not end within {TIMEOUT} s") from None
-        seconds = time.monotonic() - start
-        if done.returncode:
-            lines = [line for line in done.stderr.splitlines() if line.strip()]
-            first = next((line for line in lines if "error" in line), lines[-1] if lines else "no message")
-            raise BuildError(f"{' '.join(command)}: exit {done.returncode}: {first}")
-        files = {str(path.relative_to(scratch)): _state(path) for path in sorted(scratch.rglob("*")) if path.is_file()}
-        record = {"seconds": seconds, "compiler": version, "command": words, "files": files}
-        (scratch / "build.json").write_text(json.dumps(record))
-        os.replace(scratch, final)
-        return Built(final, seconds, version, words, False)
+        with ownership.held(scratch, final.name):
+            return _built(folder, words, compiler, version, final, scratch)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _built(folder: Path, words, compiler, version, final: Path, scratch: Path) -> Built:
+    """Build in the folder `scratch`, and rename it to `final`. BuildError if the build fails."""
+    places = {"compiler": compiler, "folder": str(folder), "build": str(scratch)}
+    command = tuple(fill(word, places) for word in words)
+    start = time.monotonic()
+    try:
+        done = subprocess.run(
+            command, cwd=scratch, capture_output=True, text=True, errors="replace", timeout=TIMEOUT,
+            stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+    except OSError as error:
+        raise BuildError(f"{command[0]}: {error.strerror}") from None
+    except subprocess.TimeoutExpired:
+        raise BuildError(f"the build did not end within {TIMEOUT} s") from None
+    seconds = time.monotonic() - start
+    if done.returncode:
+        lines = [line for line in done.stderr.splitlines() if line.strip()]
+        first = next((line for line in lines if "error" in line), lines[-1] if lines else "no message")
+        raise BuildError(f"{' '.join(command)}: exit {done.returncode}: {first}")
+    made = [path for path in sorted(scratch.rglob("*")) if path.is_file() and path.name != ownership.MARKER]
+    files = {str(path.relative_to(scratch)): _state(path) for path in made}
+    record = {"seconds": seconds, "compiler": version, "command": words, "files": files}
+    (scratch / "build.json").write_text(json.dumps(record))
+    os.replace(scratch, final)
+    return Built(final, seconds, version, words, False)
 
 
 def fill(word: str, places: dict[str, str]) -> str:

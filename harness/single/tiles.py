@@ -12,8 +12,10 @@ The folder of tiles lies beside the picture until all are there:
     logs/           of the executor
 """
 
+import contextlib
 import json
 import os
+import re
 import shutil
 import socket
 from dataclasses import asdict, dataclass, replace
@@ -38,7 +40,9 @@ from harness.single import single
 from harness.store import store
 
 FORMAT = 1
-OWN = {"spec.json.part", "lock", "logs"}  # what may lie in a folder that was given up before it had a spec
+# The files that rayrace writes there, beside logs/. Nothing else is ever removed.
+OWN = re.compile(r"((spec|batches)\.json|refused-\d+\.txt|\d+(-.+-\d+)?\.(npy|json))(\.part)?|jobs\.jsonl|lock")
+BLANK = {"spec.json.part", "lock", "logs"}  # what may lie in a folder that was given up before it had a spec
 AGAIN = "remove {}, and the same command renders the tile again"
 
 
@@ -72,7 +76,7 @@ class Folder:
         """Is it a folder of tiles? UserError if it is a folder of something else."""
         if (self.path / "spec.json").is_file():
             return True
-        if self.path.exists() and not {path.name for path in self.path.iterdir()} <= OWN:
+        if self.path.exists() and not {path.name for path in self.path.iterdir()} <= BLANK:
             raise UserError(f"{self.path}: not a folder of tiles", remedy="remove it, or give -o another name")
         return False
 
@@ -85,7 +89,7 @@ class Folder:
     def forget(self) -> "Folder":
         """The folder without what was submitted for another picture; for when it has no tiles."""
         for path in self.path.iterdir():
-            if path.name not in OWN:
+            if OWN.fullmatch(path.name) and path.name not in BLANK:
                 path.unlink()
         return Folder(self.path)
 
@@ -205,13 +209,15 @@ class Folder:
             return None
 
     def remove(self) -> None:
-        """Away with it; the spec last, so that what is left of it after a kill is a folder of tiles still."""
+        """Remove it, the spec last, so that the rest is a folder of tiles still after a kill. Files of others stay."""
         for path in self.path.iterdir():
             if path.name == "logs":  # jobs that are about to end may still write there
                 shutil.rmtree(path, ignore_errors=True)
-            elif path.name != "spec.json":
+            elif OWN.fullmatch(path.name) and path.name != "spec.json":
                 path.unlink(missing_ok=True)
-        shutil.rmtree(self.path, ignore_errors=True)
+        (self.path / "spec.json").unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # not empty: it holds files that rayrace did not write
+            self.path.rmdir()
 
 
 def work(folder: str, number: int) -> None:

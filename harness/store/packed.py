@@ -69,7 +69,7 @@ def pack(folder: Path, file: Path, pictures: bool = True) -> None:
                 member.size = len(data)
                 tar.addfile(member, io.BytesIO(data))
 
-    store.write_part(file, write)
+    store.write_part(file, write, own=False)
 
 
 @contextmanager

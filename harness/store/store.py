@@ -83,6 +83,7 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
 import errno
 import io
 import os
+import secrets
 from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import BinaryIO
@@ -142,17 +143,27 @@ def is_blank(folder: Path) -> bool:
     return all(path.is_dir() or path.stat().st_size == 0 or path.suffix == ".part" for path in folder.iterdir())
 
 
-def write_part(path: Path, write: Callable[[BinaryIO], None]) -> None:
-    """Let `write` fill the file at `path`, so that it is there whole or not at all."""
-    part = path.with_name(path.name + ".part")
+def write_part(path: Path, write: Callable[[BinaryIO], None], own: bool = True) -> None:
+    """Let `write` fill the file at `path`, so that it is there whole or not at all.
+
+    own: the folder is rayrace's, where PATH.part can only be of a process that was killed. In a folder of the user's
+    the part has a name that no file has.
+    """
+    name = f"{path.name}.part" if own else f"{path.name}.{secrets.token_hex(8)}.part"
+    part, mode = path.with_name(name), "wb" if own else "xb"
     try:
-        with open(part, "wb") as file:
-            write(file)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, path)
+        try:
+            with open(part, mode) as file:
+                write(file)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(part, path)
+        except FileExistsError:
+            raise
+        except BaseException:
+            part.unlink(missing_ok=True)  # a disk that is full needs the room
+            raise
     except OSError as error:
-        part.unlink(missing_ok=True)  # a disk that is full needs the room
         error.strerror = error.strerror or str(error)  # which are one where a library raised it
         error.filename = error.filename or str(path)
         raise

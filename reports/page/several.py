@@ -19,6 +19,7 @@ from reports.paper import drawn, markdown
 from reports.run import results
 
 TITLE = "Several runs"
+MARK = ".rayrace-report"  # in the folder of a report
 
 
 def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
@@ -27,6 +28,7 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
     A run on several hosts of a cluster is one of each of them; pool: but those that are alike in all but their names
     are taken as one machine.
     """
+    _may_write(out)
     with ExitStack() as stack:
         folders = [stack.enter_context(packed.opened(run)) for run in runs]
         loaded = [told for folder in folders for told in _by_host(folder, pool)]
@@ -48,6 +50,21 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
         parts = [(name, text) for name, text in parts if text]
         (out / "report.md").write_text("\n\n".join([f"# {TITLE}", *(text for _, text in parts)]) + "\n", "utf-8")
         return page.write_plain(TITLE, _lead(members), parts, out)
+
+
+def _may_write(out: Path) -> None:
+    """Mark the folder of a report, whose files may be overwritten. UserError if it holds something else."""
+    mark, page_file = out / MARK, out / page.NAME
+    try:
+        if out.exists() and not mark.exists() and any(out.iterdir()):
+            with open(page_file, "rb") as file:  # of version 0.1, which had no mark
+                if b" - rayrace</title>" not in file.read(4096):
+                    raise FileNotFoundError
+    except (FileNotFoundError, IsADirectoryError):
+        why = f"{out}: holds files that are no report"
+        raise UserError(why, remedy="give -o an empty folder or a new one") from None
+    out.mkdir(parents=True, exist_ok=True)
+    mark.write_text("This folder is a report of rayrace: `rayrace report` overwrites the files in it.\n", "utf-8")
 
 
 def _by_host(folder: Path, pool: bool) -> list[tuple[str, results.Results]]:

@@ -8,11 +8,13 @@ import time
 import faulty
 import numpy as np
 import pytest
+from left_behind import left_behind
 
 from harness.judge import cache as kept
 from harness.judge.cache import Kept
 from harness.renderer import builder
 from harness.store import store
+from harness.system import ownership
 
 SEED = int(os.environ.get("RAYRACE_FUZZ_SEED", "20"))
 FACTS = {"maker": "cpp", "rays": {"primary": 63}}
@@ -87,10 +89,12 @@ def test_a_build_that_is_damaged_is_made_again(cached, damage, injected):
     whole = (first.folder / "flat").read_bytes()
     assert not first.cached and cached().cached
     DAMAGE[damage](first.folder)
-    leftover = first.folder.with_name(first.folder.name + "-killed")
-    leftover.mkdir()
+    leftover = left_behind(first.folder.with_name(first.folder.name + "-killed"), first.folder.name)
+    mine = first.folder.with_name(first.folder.name + "-backup")
+    mine.mkdir()
     again = cached()
     assert not again.cached and (again.folder / "flat").read_bytes() == whole and not leftover.exists()
+    assert mine.is_dir()
     assert os.access(again.folder / "flat", os.X_OK) and cached().cached
     injected("damaged build")
 
@@ -102,6 +106,17 @@ def test_a_cache_that_is_a_file(cached, tmp_path, injected):
     Kept(tmp_path / "cache" / "references").put("k", FACTS, {})
     assert Kept(tmp_path / "cache" / "references").get("k") is None
     injected("cache that is a file")
+
+
+def test_a_folder_in_place_of_a_build_stays(cached, injected):
+    """It is not removed, and the message says what to do."""
+    first = cached()
+    (first.folder / ownership.MARKER).unlink()
+    (first.folder / "flat").write_text("mine")
+    with pytest.raises(builder.BuildError, match="is no build that rayrace can use or remove; remove it, or set"):
+        cached()
+    assert (first.folder / "flat").read_text() == "mine"
+    injected("damaged build")
 
 
 @pytest.mark.slow
@@ -136,21 +151,24 @@ def test_a_read_only_cache(rayrace, tmp_path, injected):
     injected("read-only cache", 2)
 
 
+OLD, FUTURE, RECENT, NEW, NEWER = (digit * 16 for digit in "abcde")  # keys
+
+
 def test_a_full_cache_and_a_clock_that_was_wrong(tmp_path, monkeypatch, injected):
     """Files of a time to come go first: they say nothing of when they were asked for. The newest stay."""
     monkeypatch.setattr(kept, "LIMIT", 5000)
     folder, array = Kept(tmp_path), {"a": np.zeros(100)}
-    for name, hours in (("old", -48), ("future", 24 * 365), ("recent", -1)):
+    for name, hours in ((OLD, -48), (FUTURE, 24 * 365), (RECENT, -1)):
         folder.put(name, FACTS, array)
         then = time.time() + 3600 * hours
         os.utime(tmp_path / f"{name}.npz", (then, then))
-    size = (tmp_path / "old.npz").stat().st_size
+    size = (tmp_path / f"{OLD}.npz").stat().st_size
     monkeypatch.setattr(kept, "LIMIT", 3 * size + 100)
-    folder.put("new", FACTS, array)
-    assert {path.stem for path in tmp_path.glob("*.npz")} == {"old", "recent", "new"}
+    folder.put(NEW, FACTS, array)
+    assert {path.stem for path in tmp_path.glob("*.npz")} == {OLD, RECENT, NEW}
     monkeypatch.setattr(kept, "LIMIT", 2 * size + 100)
-    folder.put("newer", FACTS, array)
-    assert {path.stem for path in tmp_path.glob("*.npz")} == {"new", "newer"}
+    folder.put(NEWER, FACTS, array)
+    assert {path.stem for path in tmp_path.glob("*.npz")} == {NEW, NEWER}
     injected("clock that was wrong")
 
 

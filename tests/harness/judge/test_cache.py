@@ -30,13 +30,18 @@ def test_a_torn_file_is_not_believed(tmp_path):
 
 def test_the_longest_unused_goes_first(tmp_path, monkeypatch):
     here = Kept(tmp_path)
-    for number, name in enumerate("abc"):
-        here.put(name, {}, {"picture": np.zeros(1000)})
-        os.utime(tmp_path / f"{name}.npz", (number, number))
-    assert here.get("a")  # is used now
-    monkeypatch.setattr(cache, "LIMIT", 3 * (tmp_path / "a.npz").stat().st_size)
-    here.put("d", {}, {"picture": np.zeros(1000)})
-    assert sorted(path.stem for path in tmp_path.iterdir()) == ["a", "c", "d"]
+    mine = [tmp_path / name for name in ("mine.npz", f"{'e' * 17}.npz")]
+    for path in mine:
+        np.savez(path, picture=np.zeros(1000))
+        os.utime(path, (0, 0))
+    a, b, c, d = (digit * 16 for digit in "abcd")
+    for number, key in enumerate((a, b, c)):
+        here.put(key, {}, {"picture": np.zeros(1000)})
+        os.utime(tmp_path / f"{key}.npz", (number, number))
+    assert here.get(a)  # is used now
+    monkeypatch.setattr(cache, "LIMIT", 3 * (tmp_path / f"{a}.npz").stat().st_size)
+    here.put(d, {}, {"picture": np.zeros(1000)})
+    assert {path.stem for path in tmp_path.iterdir()} == {a, c, d, *(path.stem for path in mine)}
 
 
 def test_without_a_folder_nothing_is_kept():
