@@ -12,7 +12,7 @@ def star(rng, count):
 def gear(rng, count):
     """Teeth with straight flanks, as of Haines' gears."""
     angles = 2 * np.pi * np.arange(count) / count + rng.uniform(0, 1)
-    return ring(angles, np.where(np.arange(count) % 4 < 2, 1, 0.9))
+    return ring(angles, np.where(np.arange(count) % 4 < 2, 1, 0.75))
 
 
 def comb(rng, count):
