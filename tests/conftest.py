@@ -133,8 +133,15 @@ def blocks(entry):
     return {"block_width": 4, "block_height": 4} if entry.simulated else {}
 
 
+def parsed(scene):
+    return text.read(scene, "scene of the test") if isinstance(scene, str) else scene
+
+
 class Bench:
-    """Renders scene text and traces rays with any variant, sharing compiled code between the tests of a session."""
+    """Renders scenes and traces rays with any variant, sharing compiled code between the tests of a session.
+
+    A scene is scene text or a `Scene`.
+    """
 
     sharing = staticmethod(sharing)
 
@@ -157,7 +164,7 @@ class Bench:
         exact: the kernel is what the job asks for, and nothing that it can do without.
         """
         entry = self.entry(variant)
-        scene = text.read(scene_text, "scene of the test")
+        scene = parsed(scene_text)
         wanted = Parameters(**{"threads": entry.threads(), **blocks(entry), **parameters})
         needed = needs(scene, wanted)
         if not exact and wanted.kernel == "needed":
@@ -175,7 +182,7 @@ class Bench:
     def hits(self, variant, scene_text, rays, precision="float64", **methods):
         """Hits (R, 8) of rays (R, 6), as the contract returns them."""
         entry = self.entry(variant)
-        scene = text.read(scene_text, "scene of the test")
+        scene = parsed(scene_text)
         wanted = Parameters(kind="rays", precision=precision, **{**blocks(entry), **methods})
         wanted = sharing(entry, wanted, shapes(scene))
         arrays = {**flatten(scene), "rays": np.asarray(rays, dtype=np.float64).reshape(-1, 6)}

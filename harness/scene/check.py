@@ -25,6 +25,11 @@ class Fault(NamedTuple):
 
     index: int
     text: str
+    remedy: str | None = None
+
+
+class Concave(Fault):
+    """A polygon turns inward. Nothing else that `polygon` looks at before is wrong with it."""
 
 
 def screen(u, v):
@@ -88,7 +93,8 @@ def polygon(vertices):
     turns = [_turn(normal, edges[i - 1], edges[i]) for i in range(count)]
     for i, turn in enumerate(turns):
         if turn < -SLACK:
-            return Fault(i, f"the polygon is not convex; it turns inward at vertex {i + 1}")
+            why = f"the polygon is not convex; it turns inward at vertex {i + 1}"
+            return Concave(i, why, "cut it into convex ones, or make it a MESH")
     if math.fsum(turns) > 3 * math.pi:
         return Fault(0, "the polygon crosses itself; its outline goes round more than once")
     return None

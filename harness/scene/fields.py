@@ -107,7 +107,7 @@ class Fields:
 
     def blame(self, fault, places):
         if fault:
-            raise self.error(fault.text, places[fault.index])
+            raise self.error(fault.text, places[fault.index], fault.remedy)
 
     def error(self, message, token, remedy=None):
         return UserError(message, file=self.file, line=token.line, column=token.column, remedy=remedy)

@@ -43,7 +43,10 @@ class Files:
         vertices = (scale * vertices) @ rotate(rotation).T + position
         if np.abs(vertices).max() > check.LARGEST:
             raise UserError(f'the mesh "{path}" has a vertex farther than {check.LARGEST:g} from the origin')
-        return *_with_area(vertices, triangles, path), closed
+        vertices, triangles = with_area(vertices, triangles)
+        if not len(triangles):
+            raise UserError(f'the mesh "{path}" has no triangle with an area')
+        return vertices, triangles, closed
 
 
 def rotate(degrees):
@@ -152,16 +155,14 @@ def _clean(vertices, triangles, path):
     return vertices, triangles if outward is None else outward, outward is not None
 
 
-def _with_area(vertices, triangles, path):
+def with_area(vertices, triangles):
     """Without triangles that have no normal (TRI-2), and without vertices that no triangle has.
 
-    This is after `surface.outward`: where three vertices in line fill a seam, the seam stays closed.
+    Call it after `surface.outward`: where three vertices in line fill a seam, the seam stays closed.
     """
     a, b, c = (vertices[corner] for corner in triangles.T)
     normals = np.cross(b - a, c - a)
     triangles = triangles[np.einsum("ij,ij->i", normals, normals) > 0]
-    if not len(triangles):
-        raise UserError(f'the mesh "{path}" has no triangle with an area')
     used = np.zeros(len(vertices), bool)
     used[triangles] = True
     return vertices[used], (np.cumsum(used, dtype=np.int32) - 1)[triangles]

@@ -5,7 +5,7 @@
     l x y z [r g b]                         light; without a colour sqrt(n)/(2 n) in each channel, n lights in all
     f r g b Kd Ks Shine T ior               material of what follows
     s x y z radius                          sphere
-    p n  x y z  ...                         polygon
+    p n  x y z  ...                         polygon, convex or concave
     pp n  x y z nx ny nz  ...               polygon with normals, which are passed over
     # comment
 
@@ -18,16 +18,19 @@ What our light model makes of it:
   k_s weighs both, and Fresnel's R and T share it out. The larger of the two loses neither.
 - The eye is at `from`. The screen stands at distance 1 and reaches to tan(angle/2) both ways: pictures are square.
   `hither` and `resolution` are passed over: nothing is cut off, and the job has the size.
-- There is no ambient light. A polygon is seen from both sides. Concave ones, cones and cylinders are refused.
+- There is no ambient light. A polygon is seen from both sides. A concave one becomes an open mesh (concave.py), flat as
+  a polygon is: it bounds no medium (MED-4). One that crosses or touches itself is refused. A vertex that is the next
+  one too is passed over.
+- Cones and cylinders (`c`) are no shapes of the light model and are refused.
 """
 
 import math
 import re
 
 from harness.picture import colour
-from harness.scene import check
+from harness.scene import check, concave
 from harness.scene.fields import ANY, NOT_NEGATIVE, POSITIVE, Fields, Range
-from harness.scene.model import Camera, Light, Material, Polygon, Scene, Sphere
+from harness.scene.model import Camera, Light, Material, Mesh, Polygon, Scene, Sphere
 
 _COUNT = re.compile(r"\d{1,9}", re.ASCII)
 _ANGLE = Range(1e-6, 180 - 1e-6, "an angle between 0 and 180 degrees")
@@ -51,10 +54,13 @@ class _Reader(Fields):
         while self.token.text:
             keyword = self.take()
             if keyword.text == "c":
-                why = "cones and cylinders are none of our shapes"
-                raise self.error(why, keyword, "leave them out, or take a scene without them: balls, tetra, mount")
+                why = "cones and cylinders (c) are not in the light model, which has of NFF's shapes s, p and pp"
+                remedy = "leave them out, or turn them into polygons, as the SPD's own programs do with -t"
+                raise self.error(why, keyword, remedy)
+            if keyword.text in _VIEW:
+                raise self.error(f"{keyword} outside of a viewpoint", keyword, f"it is v {' '.join(_VIEW)}, in turn")
             if keyword.text not in _ENTITIES:
-                known = "an NFF file has v, b, l, f, s, p and pp"
+                known = "an NFF file has " + ", ".join(_ENTITIES) + ", c (not supported) and comments (#)"
                 raise self.error(f"expected an entity, found {keyword}", keyword, known)
             _ENTITIES[keyword.text](self, keyword)
         if self.camera is None:
@@ -126,14 +132,22 @@ class _Reader(Fields):
         count = self.take()
         if not _COUNT.fullmatch(count.text) or int(count.text) < 3:
             raise self.error(f"expected a whole number of vertices, 3 or more, found {count}", count)
-        vertices, places = [], []
+        material, vertices, places = self.filled(keyword), [], []
         for i in range(int(count.text)):
             places.append(self.token)
             vertices.append(self.triple(f"vertex {i + 1}"))
             if keyword.text == "pp":
                 self.triple(f"the normal of vertex {i + 1}")
-        self.blame(check.polygon(vertices), places)
-        self.objects.append(Polygon(self.filled(keyword), tuple(vertices), line=keyword.line))
+        vertices, places = _distinct(vertices, places)
+        fault = check.polygon(vertices)
+        if isinstance(fault, check.Concave):
+            cut = concave.triangulate(vertices)
+            if not isinstance(cut, check.Fault):
+                self.objects.append(Mesh(material, *cut, closed=False, line=keyword.line))
+                return
+            fault = cut
+        self.blame(fault, places)
+        self.objects.append(Polygon(material, tuple(vertices), line=keyword.line))
 
     # Parts of entities
 
@@ -151,10 +165,20 @@ class _Reader(Fields):
             raise self.error(f'expected "{word}" in the viewpoint, found {token}', token)
 
 
+def _distinct(vertices, places):
+    """Without vertices that are the next one too, which say nothing; all of them where no three would be left."""
+    count = len(vertices)
+    kept = [i for i, vertex in enumerate(vertices) if vertex != vertices[(i + 1) % count]]
+    if len(kept) in range(3, count):
+        return [vertices[i] for i in kept], [places[i] for i in kept]
+    return vertices, places
+
+
 def _encoded(linear):
     return tuple(map(float, colour.encode(tuple(linear))))
 
 
+_VIEW = ("from", "at", "up", "angle", "hither", "resolution")
 _ENTITIES = {
     "v": _Reader.view,
     "b": _Reader.backdrop,

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import hostile
 import numpy as np
+import outlines
 import pytest
 
 from harness.errors import UserError
@@ -28,6 +29,7 @@ POLYGON 4 (0,0,0) (1,0,0) (1,1,0) (0,1,0) {OPAQUE}
 TEXT = [(SCENES / "local.txt").read_text(), SOLIDS, SOLIDS, comparison(3, 2)]
 NFF = [balls(1), tetra(1), "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 9 9\nf 1 1 1 .5 .5 9 .5 1.5\n"]
 NFF[2] += "l 1 2 3 1 1 1\npp 3 0 0 0 0 0 1 1 0 0 0 0 1 0 1 0 0 0 1\ns 0 0 0 1\n"
+NFF += [outlines.gears(1, 3)]
 
 
 def read(path):
@@ -53,7 +55,7 @@ def tried(place):
 
 KINDS = {
     "a.txt": ("scene text", TEXT, [*_KEYWORDS, "((", "1e30", "(1,2,3)"]),
-    "a.nff": ("NFF", NFF, [*_ENTITIES, "c", "hither", "1 2 3"]),
+    "a.nff": ("NFF", NFF, [*_ENTITIES, "c", "hither", "1 2 3", "p 4\n0 0 0\n4 0 0\n1 1 0\n0 4 0\n"]),
 }
 
 
@@ -129,13 +131,82 @@ def test_bad(tried, name):
         ("s 0 0 0 1e308", "for the radius"),
         ("f 1 1 1 1 1 1 nan 1", "expected a finite number for T"),
         ("f 1 1 1 1 1 1 1 1e308", "for the index of refraction"),
-        ("c 0 0 0 1 1 1 1 1", "cones and cylinders"),
+        ("c 0 0 0 1 1 1 1 1", r"cones and cylinders \(c\) are not in the light model"),
+        ("hither 1", "outside of a viewpoint"),
+        ("p 4 0 0 0 4 0 0 nan 1 0 0 4 0", "expected a finite number for vertex 3"),
+        ("p 4 0 0 0 4 4 0 4 0 0 0 4 0", "the polygon crosses itself"),
+        ("p 4 0 0 0 4 4 0 4 0 0 0 5 0", "the polygon crosses itself"),
+        ("p 5 0 0 0 4 0 0 4 4 0 0 0 0 0 4 0", "the polygon touches itself"),
+        ("p 4 0 0 0 1e30 0 0 1e29 1e29 0 0 1e30 1e31", "at most 1e"),
         ("\x1b[2J", "expected an entity"),
         ("l " * 100_000, "for the position"),
     ],
 )
 def test_bad_nff(tried, more, match):
     hostile.refused(lambda: _raised(tried("a.nff", NFF[2] + more)), "a.nff", match=match)
+
+
+def _outline(points):
+    """NFF text of a polygon in a general plane."""
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    return outlines.polygon(np.asarray(points, float) @ turn[:2])
+
+
+def _smooth(_, count):
+    angles = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    return outlines.ring(angles, 1 + 0.3 * np.cos(5 * angles))
+
+
+def _slow(count):
+    """A dense straight side close to long needles, each of which crosses very many triangles."""
+    x = np.arange(count // 4) * 1e-4
+    tips, roots = np.stack([x, np.ones(len(x))], axis=1), np.stack([x + 4e-5, np.arange(len(x)) % 7 / 1000], axis=1)
+    dense = np.stack([np.full(count // 2, -1e-4), np.linspace(0, 1, count // 2)], axis=1)
+    return np.vstack([dense, np.stack([tips, roots], axis=1).reshape(-1, 2), [(99, 0), (99, -1), (-1e-4, -1)]])
+
+
+MANY = 20_000
+OUTLINES = {
+    "a star": (outlines.star, ""),
+    "a gear": (outlines.gear, ""),
+    "a comb": (lambda rng, n: outlines.comb(rng, n - 3), ""),
+    "a spiral": (outlines.spiral, ""),
+    "a monotone one": (lambda rng, n: outlines.monotone(rng, n - 2), ""),
+    "a smooth one": (_smooth, ""),
+    "a needle": (lambda rng, n: outlines.comb(rng, n - 3) * [1, 1e-4], ""),
+    "one that is slow to cut": (lambda rng, n: _slow(n - 3), ""),
+    "one that is all but a line": (lambda rng, n: outlines.comb(rng, n - 3) * [1, 1e-12], "on one line|the same point"),
+    "points on one line": (lambda rng, n: rng.random((n, 1)) * [[1, 2]], "on one line"),
+    "one point": (lambda rng, n: np.ones((n, 2)), "the same point"),
+    "four points in any order": (lambda rng, n: rng.integers(0, 2, (n, 2)), "the polygon (crosses|touches) itself"),
+    "points anywhere": (lambda rng, n: rng.random((n, 2)), "the polygon crosses itself"),
+    "once round, twice": (lambda rng, n: np.tile(outlines.gear(rng, n // 2), (2, 1)), "touches itself; vertices"),
+    "a spiral with a hole": (lambda rng, n: outlines.spiral(rng, n - 2)[[*range(n - 2), n // 3, n // 2]], "touches"),
+}
+
+
+@pytest.mark.parametrize("name", OUTLINES)
+def test_polygons_of_very_many_vertices(tried, name):
+    """As many as are cut; and five times as many, which are refused, whatever is wrong with them."""
+    make, match = OUTLINES[name]
+    content = NFF[2] + _outline(make(np.random.default_rng(5), MANY))
+    if match:
+        hostile.refused(lambda: _raised(tried("a.nff", content)), "a.nff", match=match)
+    else:
+        found = tried("a.nff", content)
+        assert not isinstance(found, UserError), found
+        assert len(found.objects[-1].triangles) > MANY - 10
+    content = NFF[2] + _outline(make(np.random.default_rng(5), 5 * MANY))
+    match = "smaller ones|line|same point|itself"
+    hostile.refused(lambda: _raised(tried("a.nff", content)), "a.nff", match=match)
+
+
+@pytest.mark.parametrize("scale", [1e-27, 1e-15, 1e15, 1e29])
+def test_concave_polygons_of_any_size(tried, scale):
+    for make in outlines.KINDS.values():
+        found = tried("a.nff", NFF[2] + _outline(scale * make(np.random.default_rng(5), 60)))
+        assert not isinstance(found, UserError), found
+        assert found.objects[-1].triangles.size
 
 
 def _raised(found):

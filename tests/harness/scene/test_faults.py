@@ -109,7 +109,7 @@ FAULTS = [
     (polygon("(0,0,0)", "(1e9,0,0)", "(2e9,1e-3,0)"), "1:11", "the vertices lie on one line"),
     (polygon("(0,0,0)", "(1,0,0)", "(1,1,0.01)", "(0,1,0)"), "1:", "not planar"),
     (polygon("(0,0,0)", "(1,1,0)", "(1,0,0)", "(0,1,0)"), "1:11", "the polygon crosses itself"),
-    (polygon("(0,0,0)", "(1,2,0)", "(1,0,0)", "(0,1,0)"), "1:", "not convex"),
+    (polygon("(0,0,0)", "(1,2,0)", "(1,0,0)", "(0,1,0)"), "1:", "; cut it into convex ones, or make it a MESH"),
     (polygon("(0,0,0)", "(2,0,0)", "(0.5,0.5,0)", "(0,2,0)"), "1:27", "it turns inward at vertex 3"),
     (polygon("(0,0,0)", "(4,0,0)", "(2,0,0)", "(2,2,0)"), "1:", "not convex"),
     (

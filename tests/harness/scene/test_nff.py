@@ -96,6 +96,8 @@ def test_load(tmp_path):
     assert len(load(path).objects) == 1
 
 
+BOW_TIE = "0 0 0\n4 4 0\n4 0 0\n0 4 0"
+BRIDGED = "0 0 0\n4 0 0\n3 1 0\n3 3 0\n1 3 0\n3 1 0\n4 0 0\n4 4 0\n2 5 0\n0 4 0"
 FAULTS = [
     ("", "1:1", "the file is empty"),
     ("b 0 0 0", "1:8", "expected a viewpoint (v), found the end of the file"),
@@ -103,14 +105,25 @@ FAULTS = [
     ("b 0 0 0\nb 0 0 0", "2:1", "a second background (b)"),
     ("b 0 0 -1", "1:7", "a number from 0 to 1e+30 for the background"),
     (VIEW + "s 0 0 0 1", "8:1", '"s" before the first material (f)'),
-    (VIEW + FILL + "c\n0 0 0 1\n1 1 1 0", "9:1", "cones and cylinders are none of our shapes; leave them out"),
-    (VIEW + FILL + "q 1", "9:1", 'expected an entity, found "q"; an NFF file has v, b, l, f, s, p and pp'),
+    (VIEW + FILL + "c\n0 0 0 1\n1 1 1 0", "9:1", "cones and cylinders (c) are not in the light model"),
+    (VIEW + FILL + "q 1", "9:1", 'expected an entity, found "q"; an NFF file has v, b, l, f, s, p, pp, c'),
     (VIEW + FILL + "s 0 0 0 -1", "9:9", "for the radius"),
     (VIEW + FILL + "s 0 0 0\ns 0 0 0 1", "10:1", 'expected a number for the radius, found "s"'),
     (VIEW + FILL + "s 0 0 nan 1", "9:7", "expected a finite number for the centre"),
     (VIEW + FILL + "p 2\n0 0 0\n1 0 0", "9:3", "expected a whole number of vertices, 3 or more"),
     (VIEW + FILL + "p 3\n0 0 0\n1 0 0\n2 0 0", "10:1", "the vertices lie on one line"),
-    (VIEW + FILL + "p 4\n0 0 0\n4 0 0\n1 1 0\n0 4 0", "12:1", "not convex; it turns inward at vertex 3"),
+    (VIEW + FILL + "hither 1", "9:1", '"hither" outside of a viewpoint; it is v from at up angle hither resolution'),
+    (VIEW + FILL + "p 3\n0 0 0\n0 0 0\n1 0 0", "11:1", "vertices 1 and 2 are the same point"),
+    (VIEW + FILL + f"p 4\n{BOW_TIE}", "10:1", "the polygon crosses itself"),
+    (VIEW + FILL + "p 4\n0 0 0\n4 3 0\n4 0 0\n0 4 0", "12:1", "crosses itself; the sides after vertices 1 and 3 meet"),
+    (VIEW + FILL + f"p 10\n{BRIDGED}", "16:1", "touches itself; vertices 2 and 7 are the same point"),
+    (
+        VIEW + FILL + "p 5\n0 0 0\n4 0 0\n4 4 0\n2 0 0\n0 4 0",
+        "10:1",
+        "the side after vertex 1 passes through another vertex",
+    ),
+    (VIEW + FILL + "p 4\n0 0 0\n4 0 0\n2 0 0\n2 2 0", "10:1", "the side after vertex 1 passes through another vertex"),
+    (VIEW + FILL + "p 5\n0 0 0\n4 0 0\n4 4 0\n2 1 0.01\n0 4 0", "12:1", "the polygon is not planar; vertex 3"),
     (VIEW + FILL + "pp 3\n0 0 0 0 0 1\n1 0 0\n0 1 0", "12:6", "expected a number for vertex 3, found the end"),
     (VIEW + "f 1 1 1 1 1 1 1 0", "8:17", 'expected an index of refraction for a material with T > 0, found "0"'),
     (VIEW + "f 1 1 1 1 1 1 1", "8:16", "the index of refraction, found the end"),
