@@ -10,6 +10,7 @@ import typer
 
 from rayrace import picture
 from rayrace import run as cli_run
+from rayrace.once import Once
 from rayrace.picture import JsonOption, RendererOption
 
 HostOption = Annotated[str, typer.Option(help="Of a run on several hosts: the one that is meant.", metavar="NAME")]
@@ -42,13 +43,41 @@ def _end(text: str) -> None:
     sys.exit(2)
 
 
-app.command()(cli_run.run)
-app.command()(cli_run.status)
-app.command()(picture.render)
-app.command()(picture.trace)
+app.command(cls=Once)(cli_run.run)
+app.command(cls=Once)(cli_run.status)
+app.command(cls=Once)(picture.render)
+app.command(cls=Once)(picture.trace)
 
 
-@app.command()
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        print(f"rayrace {version('rayrace')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    pass
+
+
+def percent(text: str) -> float:
+    """A number of per cent from 5, 5% or "5 %". typer.BadParameter if it is none, or below 0."""
+    try:
+        value = float(text.strip().removesuffix("%"))
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        raise typer.BadParameter(f'expected a number of per cent, such as 5 or 5%, found "{text}"')
+    return value
+
+
+@app.command(cls=Once)
 def report(
     runs: Annotated[
         list[Path], typer.Argument(help="Folders that `rayrace run` wrote, or packed runs (.tar.xz).", metavar="RUN ..")
@@ -83,13 +112,15 @@ def report(
     raise typer.Exit(1 if said else 0)
 
 
-@app.command()
+@app.command(cls=Once)
 def compare(
     run_a: Annotated[Path, typer.Argument(help="The run before, its folder or a packed one.", metavar="RUN_A")],
     run_b: Annotated[Path, typer.Argument(help="The run now.", metavar="RUN_B")],
     fail_slower: Annotated[
         float | None,
-        typer.Option(min=0, help="Exit 1 if a cell is significantly slower by more, or not ok now.", metavar="PERCENT"),
+        typer.Option(
+            parser=percent, help="Exit 1 if a cell is significantly slower by more, or not ok now.", metavar="PERCENT"
+        ),
     ] = None,
     host: HostOption = "",
     as_json: JsonOption = False,
@@ -115,7 +146,7 @@ def compare(
     raise typer.Exit(1 if slower or found.broken else 0)
 
 
-@app.command()
+@app.command(cls=Once)
 def export(
     run: Annotated[Path, typer.Argument(help="Folder that `rayrace run` wrote, or a packed run.", metavar="RUN")],
     form: Annotated[
@@ -140,7 +171,7 @@ def export(
         print(f"left out: {line}", file=sys.stderr)
 
 
-@app.command("list")
+@app.command("list", cls=Once)
 def list_renderers(renderer: RendererOption = None, as_json: JsonOption = False) -> None:
     """The renderers, and why one is unavailable."""
     from harness.renderer import registry
@@ -149,7 +180,7 @@ def list_renderers(renderer: RendererOption = None, as_json: JsonOption = False)
     terminal.show_renderers(registry.entries(tuple(renderer or ())), as_json)
 
 
-@app.command()
+@app.command(cls=Once)
 def doctor(
     as_json: JsonOption = False,
     cuda: Annotated[
@@ -182,7 +213,7 @@ def doctor(
     raise typer.Exit(terminal.show_kernels(rows, as_json))
 
 
-@app.command()
+@app.command(cls=Once)
 def check(
     path: Annotated[Path, typer.Argument(help="Folder of a renderer.")],
 ) -> None:
@@ -193,7 +224,7 @@ def check(
     raise typer.Exit(terminal.show_checks(checks.examine(path)))
 
 
-@app.command()
+@app.command(cls=Once)
 def experiments(
     name: Annotated[str, typer.Argument(help="The bundled experiment to copy. Without it, they are listed.")] = "",
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the copy.")] = Path(),
@@ -211,7 +242,7 @@ def experiments(
         terminal.show_experiments(bundled.names(), as_json)
 
 
-@app.command()
+@app.command(cls=Once)
 def generate(
     name: Annotated[str, typer.Argument(help="comparison, lattice, balls, tetra, knot or icosphere.")],
     spheres: Annotated[int | None, typer.Option(min=0, help="Of comparison. Default: 48.")] = None,
@@ -236,7 +267,7 @@ def generate(
         out.write_text(text, encoding="utf-8")
 
 
-@app.command()
+@app.command(cls=Once)
 def schema() -> None:
     """Print the JSON Schema of an experiment file (experiments/schema.json)."""
     import json

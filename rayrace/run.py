@@ -3,6 +3,7 @@
 import contextlib
 import math
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -21,7 +22,9 @@ def run(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Print the cells, what will not run, and the predicted time; and stop.")
     ] = False,
-    only: Annotated[str, typer.Option(help="Only these of its renderers, by commas.")] = "",
+    only: Annotated[
+        list[str] | None, typer.Option(help="Only these of its renderers, by commas or one by one.", metavar="NAME,..")
+    ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Put key=value over the file: image.depth=5.")
     ] = None,
@@ -54,10 +57,13 @@ def run(
     from rayrace import bundled, terminal
 
     experiment = bundled.experiment(experiment)
-    asked = experiments.load(experiment, tuple(settings or ()))
+    keys = Counter(setting.partition("=")[0].strip() for setting in settings or ())
+    if twice := [key for key, count in keys.items() if count > 1]:
+        raise UserError(f"--set {twice[0]}: is given {keys[twice[0]]} times", remedy="give each key once")
     folders = tuple(renderer or ())
     known = registry.entries(folders)
-    chosen = tuple(name.strip() for name in only.split(",") if name.strip())
+    asked = experiments.load(experiment, tuple(settings or ()), _taking_part(known, folders), known)
+    chosen = tuple(dict.fromkeys(name.strip() for text in only or () for name in text.split(",") if name.strip()))
     planned = plan.make(asked, experiment, known, chosen)
     budget = math.inf if max_minutes is None else 60 * max_minutes
     if resume and out:
@@ -75,7 +81,7 @@ def run(
     if dry_run:
         from harness.plan import forecast
 
-        made = forecast.make(planned, asked, Path("results"), None if before else resume)
+        made = forecast.make(planned, asked, _results(), None if before else resume)
         jobs = None
         if name != "local":
             batches = campaign.plan_batches(asked, planned, name, made.predictor)
@@ -98,12 +104,33 @@ def _new_folder(experiment: Path, out: Path | None) -> Path:
     from harness.race import race
 
     if out is None:
-        return race.new_folder(experiment.stem, Path("results"))
+        return race.new_folder(experiment.stem, _results(say=True))
     try:
         out.mkdir(parents=True)
     except FileExistsError:
         raise UserError(f"{out}: exists already; give --out another folder") from None
     return out
+
+
+def _taking_part(known, folders: tuple[Path, ...]) -> tuple[tuple[str, ...], ...]:
+    """The variants of each renderer that the command line names, without exhibits: they take part in the run."""
+    from harness.renderer import registry
+
+    return tuple(
+        tuple(name for name, entry in known.items() if entry.renderer.folder == folder and not entry.variant.exhibit)
+        for folder in registry.named(folders)
+    )
+
+
+def _results(say: bool = False) -> Path:
+    """The folder for new runs: results/ here, or beside the renderer's folder that this is, or is in."""
+    here = Path.cwd()
+    inside = [place for place in (here, *here.parents) if (place / "renderer.toml").is_file()]
+    if not inside:
+        return Path("results")
+    if say:
+        print(f"{inside[-1]} is a renderer's folder; the run goes to {inside[-1].parent / 'results'}", file=sys.stderr)
+    return inside[-1].parent / "results"
 
 
 def _here(asked, planned, known, folder: Path, resumed: bool, budget: float) -> tuple[list[dict], int]:
@@ -116,7 +143,7 @@ def _here(asked, planned, known, folder: Path, resumed: bool, budget: float) -> 
     stopping.heed()
     try:
         with terminal.progress() as tell:
-            earlier = predict.history(Path("results"), but=folder)
+            earlier = predict.history(_results(), but=folder)
             records = race.run(asked, planned, known, folder, tell, resumed, budget, earlier=earlier)
     except UserError:  # says itself what to do
         raise
@@ -156,7 +183,7 @@ def _on_cluster(front, only, renderers, resumed: bool, detach: bool) -> tuple[li
         if resumed:
             front.go_on()
         else:
-            predictor = predict.Predictor(predict.history(Path("results"), but=folder))
+            predictor = predict.Predictor(predict.history(_results(), but=folder))
             batches = campaign.plan_batches(front.experiment, front.plan, front.name, predictor)
             say(campaign.Forecast(front.table, batches).text)
             front.begin(batches, only, renderers)

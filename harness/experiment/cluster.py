@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from harness.duration import Seconds
-from harness.renderer.manifest import Strict
+from harness.toml import Strict
 
 Text = Annotated[str, Field(min_length=1)]
 WARNING = 60.0  # s

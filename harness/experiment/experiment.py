@@ -1,6 +1,8 @@
 """The experiment file: one TOML file, validated, with every default filled in."""
 
 import math
+from collections.abc import Collection, Iterator
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -9,10 +11,11 @@ from pydantic import BeforeValidator, Field, create_model, model_validator
 from harness.duration import Seconds, duration
 from harness.experiment import cluster
 from harness.experiment.image import Count, Image
+from harness.renderer import registry
 from harness.renderer.limits import Limits
-from harness.renderer.manifest import Strict, read_toml, validated
 from harness.scene.generate.generated import COUNTS
 from harness.setting import put
+from harness.toml import Place, Strict, read_toml, validated
 
 POINTS = 10**5  # of a sweep: as many rows as a run can be expected to have
 Processes = Annotated[int, Field(ge=1, le=10**4)]
@@ -179,23 +182,28 @@ class Experiment(Strict):
     dask: cluster.Dask | None = None
 
     @model_validator(mode="after")
-    def _sweep_known(self):
+    def _consistent(self):
+        """Every fault at once."""
+        if faults := [*self._sweep_faults(), *self._name_faults()]:
+            raise ValueError("\n".join(faults))
+        return self
+
+    def _sweep_faults(self) -> Iterator[str]:
         swept = set()
         for table in (self.sweep,) if isinstance(self.sweep, dict) else self.sweep:
             if swept & set(table):
-                raise ValueError(f"sweep: {', '.join(sorted(swept & set(table)))} is in two tables")
+                yield f"sweep: {', '.join(sorted(swept & set(table)))} is in two tables"
             swept |= set(table)
-            self._known("sweep", table)
+            yield from self._unknown("sweep", table)
             if not isinstance(self.sweep, dict) and len({len(values) for values in table.values()}) > 1:
-                raise ValueError(f"sweep: the lists of one [[sweep]] table are zipped, so of one length: {list(table)}")
+                yield f"sweep: the lists of one [[sweep]] table are zipped, so of one length: {list(table)}"
         points = {key for table in self.points for key in table}
         if swept & points:
-            raise ValueError(f"points: {', '.join(sorted(swept & points))} is swept too")
+            yield f"points: {', '.join(sorted(swept & points))} is swept too"
         for table in self.points:
-            self._known("points", table)
+            yield from self._unknown("points", table)
         if "side" in swept | points and {"width", "height"} & (swept | points):
-            raise ValueError("sweep: side is width and height at once; sweep the one or the others")
-        return self
+            yield "sweep: side is width and height at once; sweep the one or the others"
 
     @model_validator(mode="after")
     def _in_bounds(self):
@@ -215,43 +223,67 @@ class Experiment(Strict):
         """The scenes that are made for the run."""
         return self.generate if isinstance(self.generate, tuple) else (self.generate,) if self.generate else ()
 
-    def _known(self, name: str, table: dict) -> None:
+    def _unknown(self, name: str, table: dict) -> Iterator[str]:
         counts = dict.fromkeys(key for made in self.made() for key in COUNTS[made.scene])
         known = [*Image.model_fields, "side", *counts]
         for key, values in table.items():
             if key in {key for counts in COUNTS.values() for key in counts} - set(known):
-                raise ValueError(f"{name}.{key}: only of a scene that has it, in [generate]")
-            if key not in known:
-                raise ValueError(f"{name}.{key}: no such parameter; known: {', '.join(known)}")
-            if values == ():
-                raise ValueError(f"{name}.{key}: expected at least one value")
+                yield f"{name}.{key}: only of a scene that has it, in [generate]"
+            elif key not in known:
+                near = get_close_matches(key, known, n=1)
+                yield f"{name}.{key}: no such parameter; " + (
+                    f'did you mean "{near[0]}"?' if near else f"known: {', '.join(known)}"
+                )
+            elif values == ():
+                yield f"{name}.{key}: expected at least one value"
 
-    @model_validator(mode="after")
-    def _names_known(self):
+    def _name_faults(self) -> Iterator[str]:
         if [bool(self.scenes), bool(self.case), bool(self.generate), bool(self.stress)].count(True) != 1:
-            raise ValueError(
-                "scenes, [[case]], [generate] or [[stress]]: expected one of the four, with at least one scene"
-            )
+            yield "scenes, [[case]], [generate] or [[stress]]: expected one of the four, with at least one scene"
         for stress in self.stress:
-            self._known(f"stress.{stress.row}.sweep", stress.sweep)
+            yield from self._unknown(f"stress.{stress.row}.sweep", stress.sweep)
         if len({case.name for case in self.case}) != len(self.case):
-            raise ValueError("case: each needs a name of its own")
+            yield "case: each needs a name of its own"
         for name in self.override:
             if name not in self.renderers:
-                raise ValueError(f"override.{name}: not among the experiment's renderers")
+                yield f"override.{name}: not among the experiment's renderers"
         if self.measure.pair not in ("auto", "off", *self.renderers):
-            raise ValueError(
-                f'measure.pair: expected auto, off or a renderer of the experiment, found "{self.measure.pair}"'
-            )
+            yield f'measure.pair: expected auto, off or a renderer of the experiment, found "{self.measure.pair}"'
         if len(set(self.renderers)) != len(self.renderers) or len(set(self.scenes)) != len(self.scenes):
-            raise ValueError("scenes and renderers: each may be named once")
-        return self
+            yield "scenes and renderers: each may be named once"
 
 
-def load(path: Path, settings: tuple[str, ...] = ()) -> Experiment:
-    """The experiment in a TOML file, with `key=value` settings (values as in TOML, keys dotted) put over it."""
+def load(
+    path: Path,
+    settings: tuple[str, ...] = (),
+    more: tuple[tuple[str, ...], ...] = (),
+    known: Collection[str] | None = None,
+) -> Experiment:
+    """The experiment in a TOML file, with `key=value` settings (values as in TOML, keys dotted) put over it.
+
+    more: the variants of renderers that take part too, unless the file names one of them. UserError with every mistake
+    of the file: types, keys, and, if `known` names all renderers, unknown ones and scenes that are not there.
+    """
     path = Path(path)
     tables = read_toml(path)
     for setting in settings:
         put(tables, setting, "--set", "image.depth=5 or processes=3")
-    return validated(Experiment, tables, path)
+    if isinstance(tables.get("renderers"), list):
+        for names in more:
+            tables["renderers"] += names if not set(names) & set(map(str, tables["renderers"])) else ()
+
+    def check(tables: dict) -> Iterator[tuple[Place, str]]:
+        if known is None:
+            return
+        for number, name in enumerate(tables.get("renderers", ())):
+            if name not in known:
+                yield ("renderers", number), registry.unknown(name, known)
+        named = [(("scenes", number), scene) for number, scene in enumerate(tables.get("scenes", ()))]
+        cases = enumerate(tables.get("case", ()))
+        named += [(("case", number, "scene"), case["scene"]) for number, case in cases if "scene" in case]
+        for place, scene in named:
+            if not (path.parent / scene).exists():
+                yield place, f"no such file: {path.parent / scene}"
+
+    given = tuple(setting.partition("=")[0].strip() for setting in settings)
+    return validated(Experiment, tables, path, given, check)

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from harness.errors import UserError
-from harness.renderer.manifest import Strict
 from harness.renderer.parameters import NEEDS, Parameters
+from harness.toml import Strict
 
 BLOCK = 1024  # threads that a block of a GPU can have
 

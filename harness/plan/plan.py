@@ -5,6 +5,7 @@ import itertools
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import NamedTuple
 
@@ -129,9 +130,10 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
     two [[points]] tables hold.
     """
     chosen = [registry.find(name, known, file) for name in experiment.renderers]
-    for name in only:
-        if name not in experiment.renderers:
-            raise UserError(f"--only {name}: not among the experiment's renderers: {', '.join(experiment.renderers)}")
+    if unknown := [name for name in only if name not in experiment.renderers]:
+        near = get_close_matches(unknown[0], experiment.renderers, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else f"they are: {', '.join(experiment.renderers)}"
+        raise UserError(f"--only {', '.join(unknown)}: not among the experiment's renderers", remedy=hint)
     chosen = [entry for entry in chosen if not only or entry.name in only]
     constraints = sweep.Constraints(experiment.where, file)
     arrays: dict[str, dict] = {}

@@ -20,6 +20,7 @@ from harness.system import ownership
 
 CANDIDATES = {"c++": ("CXX", ("c++", "g++", "clang++")), "c": ("CC", ("cc", "gcc", "clang"))}
 MISSING = {"c++": "no C++ compiler (apt install g++)", "c": "no C compiler (apt install gcc)"}
+ASK = ("--version", "version", "-version", "-V")  # how compilers are asked for their version: gcc and rustc, go, ..
 DEFINES, OPTIONS = "{defines}", "{options}"  # words of a build command: what the job needs, and its methods
 TIMEOUT = 600  # s
 
@@ -47,18 +48,37 @@ def cache_folder(name: str) -> Path:
 
 
 def find_compiler(kind: str) -> str | None:
-    variable, names = CANDIDATES[kind]
+    """The path of a compiler of C++ or C, or of any other program by its name; None if there is none."""
+    variable, names = CANDIDATES.get(kind, ("", (kind,)))
     chosen = os.environ.get(variable)
     return shutil.which(chosen) if chosen else next(filter(None, map(shutil.which, names)), None)
 
 
+def missing(kind: str) -> str:
+    """The message where a compiler is not installed."""
+    return MISSING.get(kind) or f"no program {kind} on the PATH (install it, or put its folder on the PATH)"
+
+
 @cache
 def compiler_version(path: str) -> str:
-    try:
-        answer = subprocess.run([path, "--version"], capture_output=True, text=True, errors="replace", timeout=30)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        return f"unavailable: {error}"
-    return (answer.stdout or answer.stderr).partition("\n")[0].strip() or "unavailable: it does not tell"
+    """The first line that a compiler prints when it is asked for its version, in the first way that it takes."""
+    for word in ASK:
+        try:
+            answer = subprocess.run(
+                [path, word], capture_output=True, text=True, errors="replace", timeout=30, stdin=subprocess.DEVNULL
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return f"unavailable: {error}"
+        line = (answer.stdout or answer.stderr).strip().partition("\n")[0].strip()
+        if answer.returncode == 0 and line:
+            return line
+    return "unavailable: it does not tell"
+
+
+def _identity(path: str) -> str:
+    """A compiler as a file: another one, wherever its version is not told, has another size or time."""
+    state = os.stat(os.path.realpath(path))
+    return f"{os.path.realpath(path)} {state.st_size} {state.st_mtime_ns}"
 
 
 @cache
@@ -91,9 +111,10 @@ def make(name: str, content: str, folder: Path, kind: str, words: tuple[str, ...
     """
     compiler = find_compiler(kind)
     if compiler is None:
-        raise BuildError(MISSING[kind])
+        raise BuildError(missing(kind))
     version = compiler_version(compiler)
-    parts = (content, str(folder), *words, compiler, version, processor())
+    made_by = version if not version.startswith("unavailable") else _identity(compiler)
+    parts = (content, str(folder), *words, compiler, made_by, processor())
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
     home = cache_folder("builds")
     final = home / f"{name}-{key}"

@@ -4,8 +4,8 @@ import psutil
 from pydantic import Field
 
 from harness.duration import Bytes
-from harness.renderer.manifest import Strict
 from harness.system import cgroup
+from harness.toml import Strict
 
 FREE = 0.9  # of the memory that is free: with less, the system begins to swap, and kills whom it likes
 

@@ -1,10 +1,12 @@
 """Finds renderers: in the package, in $RAYRACE_RENDERERS and in folders given by --renderer."""
 
+import difflib
 import hashlib
 import importlib.resources
 import importlib.util
 import os
 import shutil
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +18,7 @@ from harness.system import cuda
 
 SEARCH_PATH = "RAYRACE_RENDERERS"
 NOT_SOURCES = {"__pycache__", "NOTES.md", "README.md"}
+RUN, REPORT = ("run.json", "repetitions.jsonl", ".lock"), ".rayrace-report"  # what a run and a report of one hold
 
 
 @dataclass(frozen=True)
@@ -28,11 +31,14 @@ class Renderer:
     def sources(self) -> list[str]:
         """The files that make up the renderer now, from its folder, sorted; at the end those that it shares."""
         found = []
-        for path in self.folder.rglob("*"):
-            parts = path.relative_to(self.folder).parts
-            hidden = any(part.startswith(".") for part in parts)
-            if path.is_file() and not hidden and not NOT_SOURCES & set(parts) and path.suffix != ".pyc":
-                found.append(str(path.relative_to(self.folder)))
+        for place, folders, names in os.walk(self.folder):
+            folders[:] = [name for name in folders if _may_hold_sources(Path(place, name))]
+            found += [
+                os.path.relpath(os.path.join(place, name), self.folder)
+                for name in names
+                if not (name.startswith(".") or name in NOT_SOURCES or name.endswith(".pyc"))
+                and os.path.isfile(os.path.join(place, name))
+            ]
         return [*sorted(found), *self.manifest.shares]
 
     @cached_property
@@ -71,7 +77,7 @@ class Renderer:
         if missing:
             return missing
         if self.manifest.build and builder.find_compiler(self.manifest.build.compiler) is None:
-            return builder.MISSING[self.manifest.build.compiler]
+            return builder.missing(self.manifest.build.compiler)
         return None
 
     def given(self, parameters: Parameters, needs: tuple[str, ...]) -> tuple[str, ...]:
@@ -150,6 +156,13 @@ class Entry:
         return 1 if self.variant.threads == 1 else usable_cores()
 
 
+def _may_hold_sources(folder: Path) -> bool:
+    """Is it neither hidden nor Python's cache, nor a folder of results: a run, or a report of one?"""
+    if folder.name.startswith(".") or folder.name in NOT_SOURCES or (folder / REPORT).is_file():
+        return False
+    return not all((folder / name).is_file() for name in RUN)
+
+
 def _mark(path: Path) -> tuple[int, ...]:
     """Returns a mark of a file that changes whenever it is written."""
     found = path.stat()
@@ -186,12 +199,17 @@ def folders(extra: tuple[Path, ...] = ()) -> list[Path]:
     """Folders of all known renderers, in the order of the three places."""
     home = Path(str(importlib.resources.files("renderers")))
     own = sorted(p.parent for p in home.resolve().glob("*/renderer.toml"))
-    named = [Path(p) for p in os.environ.get(SEARCH_PATH, "").split(os.pathsep) if p]
+    searched = [Path(p) for p in os.environ.get(SEARCH_PATH, "").split(os.pathsep) if p]
+    return [*own, *named((*searched, *extra))]
+
+
+def named(places: tuple[Path, ...]) -> list[Path]:
+    """The folders of the renderers in these places: each a renderer's folder, or one that holds such folders."""
     found = []
-    for place in (*named, *extra):
+    for place in places:
         below = sorted(p.parent for p in place.glob("*/renderer.toml"))
         found += [place] if (place / "renderer.toml").is_file() or not below else below
-    return [*own, *(p.resolve() for p in found)]
+    return [p.resolve() for p in found]
 
 
 def entries(extra: tuple[Path, ...] = ()) -> dict[str, Entry]:
@@ -211,8 +229,10 @@ def find(name: str, known: dict[str, Entry], file: Path | None = None) -> Entry:
     """The variant called `name`; UserError with the nearest names, and `file` as its place, if there is none."""
     if name in known:
         return known[name]
-    import difflib
+    raise UserError(unknown(name, known), file=file)
 
+
+def unknown(name: str, known: Collection[str]) -> str:
+    """The message for a name that no renderer has, with the nearest one."""
     near = difflib.get_close_matches(name, known, n=1)
-    hint = f'did you mean "{near[0]}"?' if near else "known: " + ", ".join(known)
-    raise UserError(f'no renderer "{name}"', file=file, remedy=hint)
+    return f'no renderer "{name}"; ' + (f'did you mean "{near[0]}"?' if near else f"known: {', '.join(known)}")

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from harness import executors, setting
+from harness import executors, setting, toml
 from harness.errors import UserError
 from harness.experiment import cluster
 from harness.picture import picture
 from harness.picture.grid import Grid
 from harness.process import repetition
-from harness.renderer import manifest, registry
+from harness.renderer import registry
 from harness.renderer.parameters import Parameters
 from harness.scene import load
 from harness.scene.flatten import flatten
@@ -47,7 +47,7 @@ def way(name: str, settings: tuple[str, ...], address: str) -> Way:
         tables = {}
         for each in settings:
             setting.put(tables, each, "--slurm", "partition=long or time='2 h'")
-        table = manifest.validated(cluster.Slurm, tables, Path("--slurm"))
+        table = toml.validated(cluster.Slurm, tables, Path("--slurm"))
         return Way(name, table, table.cells)
     if name == "dask":
         table = cluster.Dask(scheduler=address)

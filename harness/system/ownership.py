@@ -34,14 +34,17 @@ def held(folder: Path, name: str = "") -> Iterator[None]:
     """
     told = {"purpose": "a folder that rayrace made and may remove", "folder": _identity(folder.lstat()), **_process()}
     told |= {"name": name or folder.name, "time": time.strftime("%Y-%m-%dT%H:%M:%S%z")}
-    descriptor = os.open(folder / MARKER, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0), 0o600)
-    try:
-        with contextlib.suppress(OSError):  # a file system without locks
-            fcntl and fcntl.flock(descriptor, fcntl.LOCK_EX)
-        os.write(descriptor, json.dumps(told).encode() + b"\n")
+    with contextlib.ExitStack() as stack:
+        opened = [os.open(folder / MARKER, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)]
+        stack.callback(os.close, opened[0])
+        if fcntl:
+            opened.append(os.open(folder, os.O_RDONLY))  # version 0.1 removes folders that nobody has locked
+            stack.callback(os.close, opened[1])
+            with contextlib.suppress(OSError):  # a file system without locks
+                for descriptor in opened:
+                    fcntl.flock(descriptor, fcntl.LOCK_EX)
+        os.write(opened[0], json.dumps(told).encode() + b"\n")
         yield
-    finally:
-        os.close(descriptor)
 
 
 def make(folder: Path) -> None:

@@ -12,7 +12,7 @@ RAYS = "ox,oy,oz,dx,dy,dz\n"
 
 # name: the words of the command, and what the message must hold
 EXPERIMENTS = {
-    "unknown key": (GOOD + "procesess = 2\n", 'experiment.toml: procesess: unknown key; did you mean "processes"?'),
+    "unknown key": (GOOD + "procesess = 2\n", 'experiment.toml:4: procesess: unknown key; did you mean "processes"?'),
     "unknown key below": (GOOD + "[image]\nwidht = 2\n", 'image.widht: unknown key; did you mean "width"?'),
     "unknown key in override": (
         GOOD + "[override.python]\nframe = 2\n",
@@ -36,7 +36,7 @@ EXPERIMENTS = {
         GOOD.replace("scene.txt", "faulty.txt"),
         'faulty.txt:2:1: unknown keyword "SHPERE"; did you mean SPHERE?',
     ),
-    "sweep unknown": (GOOD + "[sweep]\ndeph = [1, 2]\n", "sweep.deph: no such parameter; known: width"),
+    "sweep unknown": (GOOD + "[sweep]\ndeph = [1, 2]\n", 'sweep.deph: no such parameter; did you mean "depth"?'),
     "sweep empty": (GOOD + "[sweep]\ndepth = []\n", "sweep.depth: expected at least one value"),
     "sweep out of range": (
         GOOD + "[sweep]\ndepth = [1, -1]\n",
@@ -127,7 +127,7 @@ def test_experiment(name, rayrace, place, write):
         (["run", "good.toml", "--set", "image.depth=deep"], "image.depth: Input should be a valid integer"),
         (["run", "good.toml", "--set", "title.x=1"], "--set title.x=1: title is no table"),
         (["run", "good.toml", "--set", "=1"], "--set =1: expected key=value"),
-        (["run", "good.toml", "--only", "cpp"], "--only cpp: not among the experiment's renderers: python"),
+        (["run", "good.toml", "--only", "cpp"], "--only cpp: not among the experiment's renderers; they are: python"),
         (["run", "good.toml", "--out", "."], ".: exists already; give --out another folder"),
         (["run", "good.toml", "--out", "scene.txt/run"], "scene.txt/run: Not a directory"),
         (
@@ -188,7 +188,7 @@ def test_words_that_typer_refuses(words, rayrace):
 def test_faulty_renderer_on_the_search_path(rayrace, write, tmp_path):
     write("renderer.toml", "contract = 2\n")
     done = rayrace("list", env={"RAYRACE_RENDERERS": str(tmp_path)})
-    assert_wrong_use(done, "renderer.toml: contract: Input should be 1")
+    assert_wrong_use(done, "renderer.toml:1: contract: Input should be 1")
     assert "name: Field required" in done.stderr
 
 

@@ -78,8 +78,8 @@ def test_every_fault_is_named_at_once(write):
     file = write("e.toml", BASE + 'frames = "x"\nprocesses = 0\n[image]\ndeph = 3\n')
     with pytest.raises(UserError) as fault:
         experiment.load(file)
-    assert [line.split(": ")[1] for line in str(fault.value).splitlines()] == ["processes", "frames", "image.deph"]
-    assert all(line.startswith(f"{file}: ") for line in str(fault.value).splitlines())
+    assert [line.split(": ")[1] for line in str(fault.value).splitlines()] == ["frames", "processes", "image.deph"]
+    assert all(line.startswith(f"{file}:") for line in str(fault.value).splitlines())
 
 
 MADE = BASE.replace('scenes = ["a.txt"]\n', "")
@@ -94,7 +94,7 @@ MADE = BASE.replace('scenes = ["a.txt"]\n', "")
         (MADE + '[generate]\nscene = "balls"\nlights = 2\n', "generate: lights is no count of balls; it has size"),
         (MADE + '[generate]\nscene = "balls"\n[sweep]\nobjects = [2]\n', "sweep.objects: only of a scene that has it"),
         (BASE + "[[points]]\nlights = [2]\n", "points.lights: only of a scene that has it, in [generate]"),
-        (BASE + "[[points]]\ndeph = [2]\n", "points.deph: no such parameter; known: width, height, "),
+        (BASE + "[[points]]\ndeph = [2]\n", 'points.deph: no such parameter; did you mean "depth"?'),
         (BASE + "[[points]]\ndepth = []\n", "points.depth: expected at least one value"),
         (BASE + "[sweep]\ndepth = [1]\n[[points]]\ndepth = [2]\n", "points: depth is swept too"),
         (BASE + "[sweep]\nside = [8]\nwidth = [8]\n", "side is width and height at once; sweep the one or the others"),

@@ -38,8 +38,8 @@ command = ["true"]
         ),
         (
             "[[variant]]",
-            '[build]\ncompiler = "rust"\ncommand = ["x"]\n[[variant]]',
-            "build.compiler: Input should be 'c++' or 'c'",
+            '[build]\ncompiler = ""\ncommand = ["x"]\n[[variant]]',
+            "build.compiler: String should have at least 1 character",
         ),
         (
             "[[variant]]",
@@ -54,8 +54,8 @@ command = ["true"]
             '["true"]\nrequires = { module = ["x"] }',
             'variant.0.requires.module: unknown key; did you mean "modules"?',
         ),
-        ('["sphere"]', '["sphere"]\nshares = ["../no.py"]', "shares: no such file: ../no.py"),
-        ('["sphere"]', '["sphere"]\nshares = [".."]', "shares: no such file: .."),
+        ('["sphere"]', '["sphere"]\nshares = ["../no.py"]', "shares.0: no such file: ../no.py"),
+        ('["sphere"]', '["sphere"]\nshares = [".."]', "shares.0: no such file: .."),
         ("contract = 1", "contract = ", "Invalid value (at line 1"),
         (GOOD, "\udcff", "not a text file (UTF-8)"),
     ],

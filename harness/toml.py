@@ -1,0 +1,206 @@
+"""Reads TOML files into models, and reports every mistake of a file with its line and what was probably meant."""
+
+import re
+import tomllib
+from collections.abc import Callable, Iterator
+from difflib import get_close_matches
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from harness.errors import UserError
+
+DOTS = 10**7  # of a file: sum of their squares by line, as of a list of 3000 numbers in one line
+FAULTS = 100  # of a file that are looked into
+ROUNDS = 20  # of validation, each without the faulty values of those before
+
+# A step of a place in a file: a key, or the number of a table or value.
+Place = tuple[str | int, ...]
+_HEADING = re.compile(r"\s*\[(\[?)([^\[\]]+)\]\]?\s*(#.*)?$")
+_KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
+_PART = re.compile(r"""[\w-]+|"[^"]*"|'[^']*'""")
+
+
+class Strict(BaseModel):
+    """A table: no unknown keys, no conversions."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def read_toml(path: Path) -> dict:
+    """The tables of a TOML file; UserError with file, line and column if it is not one."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        # A key of n parts takes tomllib time and memory of n * n.
+        if sum(line.count(".") ** 2 for line in text.splitlines()) > DOTS:
+            raise UserError(f"{path}: a line with too many dots", remedy="write tables under headings, lists in lines")
+        return tomllib.loads(text)
+    except OSError as error:
+        raise UserError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise UserError(f"{path}: not a text file (UTF-8)") from None
+    except ValueError as error:  # also of a number of too many digits
+        raise UserError(f"{path}: {error}") from None
+    except RecursionError:
+        raise _too_deep(path) from None
+
+
+def _too_deep(path: Path) -> UserError:
+    return UserError(f"{path}: lists or tables are nested too deep", remedy="no key takes more than a few levels")
+
+
+def validated(
+    model: type[BaseModel],
+    tables: dict,
+    path: Path,
+    given: tuple[str, ...] = (),
+    check: Callable[[dict], Iterator[tuple[Place, str]]] = lambda _: iter(()),
+) -> BaseModel:
+    """`tables` as a `model`; UserError with a line for each mistake: file, line, key, what was meant.
+
+    A value that is faulty is set aside, so that mistakes of other kinds are found too. given: dotted keys that are not
+    from the file but from the command line. check: finds more mistakes in the tables without the faulty values.
+    """
+    try:
+        tables = _frozen(tables)
+        found, faults, rest = None, {}, tables
+        for _ in range(ROUNDS):
+            try:
+                found = model.model_validate(rest)
+                break
+            except ValidationError as error:
+                new = _faults(error, rest, model)
+                aside = {place if is_value else place[:-1] for place, (_, is_value) in new.items()} - {()}
+                if faults and () in new:  # what is only wrong because a value was set aside is none
+                    gone = {str(place[0]) for place in faults if place}
+                    texts = [text for line in new.pop(())[0] for text in line.split("\n")]
+                    kept = [text for text in texts if not gone & set(re.findall(r"\w+", text.partition(":")[0]))]
+                    new |= {(): (["\n".join(kept)], False)} if kept else {}
+                faults = {place: texts for place, (texts, _) in new.items()} | faults
+                if not aside or error.error_count() > FAULTS:
+                    break
+                for place in sorted(aside, key=lambda one: (len(one), str(one)), reverse=True):
+                    rest = _without(rest, place)
+        for place, text in check(rest):
+            faults.setdefault(place, []).append(text)
+    except RecursionError:
+        raise _too_deep(path) from None
+    if not faults:
+        return found
+    lines = _Lines(path)
+    told = []
+    for place, texts in faults.items():
+        key = ".".join(map(str, place))
+        for text in " or: ".join(texts).split("\n"):
+            named = key or text.partition(":")[0]
+            if any(named == one or named.startswith(f"{one}.") for one in given):
+                told.append((0, f"--set {key}: {text}" if key else f"--set {text}"))
+                continue
+            line = lines.of(place or named)
+            where = f"{path}:{line}" if line else f"{path}"
+            told.append((line or 0, f"{where}: {key}: {text}" if key else f"{where}: {text}"))
+    raise UserError("\n".join(text for _, text in sorted(told, key=lambda one: one[0])))
+
+
+def _faults(error: ValidationError, tables: dict, model: type[BaseModel]) -> dict[Place, tuple[list[str], bool]]:
+    """The messages of each place, and whether it is a value, which can be set aside, or a key that is missing."""
+    found: dict[Place, tuple[list[str], bool]] = {}
+    for fault in error.errors(include_url=False)[:FAULTS]:
+        place = _place(fault, tables)
+        texts, _ = found.setdefault(place, ([], bool(place) and fault["type"] != "missing"))
+        texts.append(_message(fault, model, place))  # a value that may be of several types has a fault for each
+    return found
+
+
+def _frozen(value):
+    """`value` with tuples for its lists, which is what strict models take."""
+    if isinstance(value, dict):
+        return {key: _frozen(item) for key, item in value.items()}
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
+
+
+def _without(value, place: Place):
+    """`value` without what is at the place in it."""
+    step, *more = place
+    if isinstance(value, dict):
+        if not more:
+            return {key: item for key, item in value.items() if key != step}
+        return {key: _without(item, tuple(more)) if key == step else item for key, item in value.items()}
+    if not more:
+        return value[:step] + value[step + 1 :]
+    return tuple(_without(item, tuple(more)) if number == step else item for number, item in enumerate(value))
+
+
+def _place(error: dict, tables: dict) -> Place:
+    """The place of a fault, without the names of types that pydantic puts between."""
+    steps, value = [], tables
+    for step in error["loc"]:
+        if (isinstance(value, dict) and step in value) or (isinstance(value, tuple) and step in range(len(value))):
+            value = value[step]
+            steps.append(step)
+    if error["type"] == "missing":
+        steps.append(error["loc"][-1])
+    return tuple(steps)
+
+
+def _message(error: dict, model: type[BaseModel], place: Place) -> str:
+    if error["type"] != "extra_forbidden":
+        text = error["msg"].removeprefix("Value error, ")
+        return text.replace("tuple", "list").replace("Tuple", "List")  # as TOML has it
+    key = str(error["loc"][-1])
+    known = list(_keys_at(model, error["loc"][:-1]))
+    near = get_close_matches(key, known, n=1)
+    below = [f"{name}.{inner}" for name, inner in _below(model) if inner == key and name not in map(str, place[:-1])]
+    meant = " or ".join(f'"{name}"' for name in (below or near))
+    return "unknown key; " + (f"did you mean {meant}?" if meant else f"known keys: {', '.join(known)}")
+
+
+def _below(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
+    """Names of the tables of a model, each with each of its keys."""
+    for name in model.model_fields:
+        for inner in _keys_at(model, (name,)) if name not in ("case", "override") else ():
+            yield name, inner
+
+
+def _keys_at(model, place):
+    """Names of the fields of the model found by following `place` down from `model`."""
+    for step in place:
+        if isinstance(step, str) and step in getattr(model, "model_fields", {}):
+            model = model.model_fields[step].annotation
+        inner = [a for a in getattr(model, "__args__", ()) if isinstance(a, type) and issubclass(a, BaseModel)]
+        model = inner[0] if inner else model
+    return getattr(model, "model_fields", {})
+
+
+class _Lines:
+    """The lines of a TOML file by the place of what they say. Keys within inline tables have the line of the table."""
+
+    def __init__(self, path: Path):
+        self.known: dict[Place, int] = {}
+        try:
+            lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+        except OSError:
+            return
+        table: Place = ()
+        counts: dict[Place, int] = {}
+        for number, line in enumerate(lines, 1):
+            if heading := _HEADING.match(line):
+                table = _parts(heading[2])
+                if heading[1]:
+                    counts[table] = counts.get(table, -1) + 1
+                    table = (*table, counts[table])
+                else:  # a table below the last of an array of tables
+                    table = next(((*table[:n], counts[table[:n]], *table[n:]) for n in range(len(table), 0, -1)
+                                  if table[:n] in counts), table)  # fmt: skip
+                self.known.setdefault(table, number)
+            elif key := _KEY.match(line):
+                self.known.setdefault((*table, *_parts(key[1])), number)
+
+    def of(self, place: Place | str) -> int | None:
+        """The line of a place, or of the nearest thing around it; None if there is none. A text: its dotted key."""
+        steps = _parts(place) if isinstance(place, str) else place
+        return next((self.known[steps[:n]] for n in range(len(steps), 0, -1) if steps[:n] in self.known), None)
+
+
+def _parts(key: str) -> Place:
+    return tuple(part.strip("\"'") for part in _PART.findall(key))

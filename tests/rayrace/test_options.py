@@ -1,0 +1,197 @@
+"""Options of the command line: each adds up or is refused when given twice, and renderers named there take part."""
+
+import json
+import re
+import shutil
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+import typer
+
+from harness.errors import UserError
+from harness.experiment import experiment
+from harness.renderer import builder, registry
+from harness.store import store
+from rayrace import main
+
+ROOT = Path(__file__).parents[2]
+C = ROOT / "tests" / "harness" / "c_renderer"
+COMMANDS = typer.main.get_command(main.app).commands
+OPTIONS = [
+    (name, option)
+    for name, command in COMMANDS.items()
+    for option in command.params
+    if option.param_type_name == "option" and option.name != "help"
+]
+
+
+@pytest.mark.parametrize(("name", "option"), OPTIONS, ids=lambda one: getattr(one, "name", one))
+def test_an_option_that_is_given_twice_adds_up_or_is_refused(name, option):
+    words = [option.opts[0]] if option.is_flag else [option.opts[0], "1"]
+    command = COMMANDS[name]
+    if option.multiple:
+        found = command.make_context(name, [*words, *words], resilient_parsing=True).params[option.name]
+        assert len(found) == 2
+    else:
+        with pytest.raises(UserError, match=r"is given 2 times; rayrace .* takes it once"):
+            command.make_context(name, [*words, *words], resilient_parsing=True)
+
+
+def planned(rayrace, *words):
+    told = json.loads(rayrace("run", *words, "--dry-run", "--json", code=0).stdout)
+    return {cell["variant"] for cell in told["cells"]}
+
+
+@pytest.mark.parametrize("only", [["--only", "cpp", "--only", "numba"], ["--only", "cpp, numba"]])
+def test_only_adds_up(rayrace, only):
+    assert planned(rayrace, "smoke", *only) == {"cpp", "numba"}
+
+
+def test_a_key_that_is_set_twice(rayrace):
+    done = rayrace("run", "smoke", "--set", "frames=1", "--set", "frames = 2", "--dry-run", code=2)
+    assert "--set frames: is given 2 times; give each key once" in done.stderr
+
+
+def test_a_renderer_of_the_command_line_takes_part(rayrace):
+    smoke = planned(rayrace, "smoke")
+    assert planned(rayrace, "smoke", "--renderer", C) == {*smoke, "flat"}
+    assert planned(rayrace, "smoke", "--renderer", C, "--only", "flat") == {"flat"}
+    done = rayrace("run", "smoke", "--renderer", C, "--only", "flatt", "--dry-run", code=2)
+    assert 'did you mean "flat"?' in done.stderr
+
+
+def test_exhibits_of_the_command_line_do_not_take_part(rayrace, tmp_path):
+    shutil.copytree(C, tmp_path / "flat")
+    manifest = tmp_path / "flat" / "renderer.toml"
+    text = manifest.read_text()
+    exhibit = text[text.index("[[variant]]") :].replace('"flat"', '"flat-wrong"') + '\nexhibit = "made to be wrong"\n'
+    manifest.write_text(f"{text}\n{exhibit}")
+    found = planned(rayrace, "smoke", "--renderer", tmp_path)
+    assert "flat" in found and "flat-wrong" not in found
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_page_with_a_program_in_c(rayrace, tmp_path):
+    """docs/adding-a-renderer.md, typed as it stands."""
+    page = (ROOT / "docs" / "adding-a-renderer.md").read_text("utf-8")
+    (block,) = [text for text in re.findall(r"^```\n(.*?)^```$", page, re.DOTALL | re.MULTILINE) if "rayrace " in text]
+    shutil.copytree(C, tmp_path / "mine")
+    lines = [line.partition("#")[0].split() for line in block.splitlines()]
+    assert [words[1] for words in lines] == ["check", "run"]
+    rayrace(*["mine" if word == "FOLDER" else word for word in lines[0][1:]], cwd=tmp_path, code=0)
+    few = ("--only", "flat,numpy", "--out", "run")
+    words = ["mine" if word == "FOLDER" else word for word in lines[1][1:]]
+    rayrace(*words, *few, cwd=tmp_path, code=0)
+    assert {row["variant"] for row in store.read(tmp_path / "run")[1]} == {"flat", "numpy"}
+
+
+def test_any_program_may_be_the_compiler(tmp_path, monkeypatch):
+    monkeypatch.setenv("RAYRACE_CACHE", str(tmp_path / "cache"))
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    (folder / "main.sh").write_text("#!/bin/sh\n")
+    head = 'contract = 1\nname = "mine"\ntechnology = "sh"\ndescription = "d"\nfeatures = []\n'
+    tail = '[[variant]]\nname = "mine"\ncommand = ["{build}/main"]\n'
+
+    def entry(compiler):
+        command = '["{compiler}", "{folder}/main.sh", "{build}/main"]'
+        build = f'[build]\ncompiler = "{compiler}"\ncommand = {command}\n'
+        (folder / "renderer.toml").write_text(head + build + tail)
+        return registry.entries((folder,))["mine"]
+
+    assert entry("cp").unavailable is None
+    assert (entry("cp").renderer.build().folder / "main").read_text() == "#!/bin/sh\n"
+    lacking = entry("no-such-compiler")
+    assert "no program no-such-compiler on the PATH" in lacking.unavailable
+    with pytest.raises(builder.BuildError, match="no program no-such-compiler"):
+        lacking.renderer.build()
+
+
+def test_a_compiler_that_does_not_tell_its_version(tmp_path):
+    """It is another one when its file is."""
+    program = tmp_path / "quiet"
+    program.write_text("#!/bin/sh\nexit 1\n")
+    program.chmod(0o755)
+    assert builder.compiler_version(str(program)) == "unavailable: it does not tell"
+    before = builder._identity(str(program))
+    program.write_text("#!/bin/sh\nexit 1 # another\n")
+    assert builder._identity(str(program)) != before
+    asked = tmp_path / "like-go"
+    asked.write_text('#!/bin/sh\n[ "$1" = version ] && echo "like go 1.2" && exit 0\nexit 2\n')
+    asked.chmod(0o755)
+    assert builder.compiler_version(str(asked)) == "like go 1.2"
+
+
+def test_a_run_in_a_renderers_folder_is_no_edit_of_it(rayrace, tmp_path):
+    shutil.copytree(C, tmp_path / "mine")
+    small = ("--set", "processes=2", "--set", "frames=0", "--only", "flat,python", "--set", "image.width=8")
+    words = ("run", "smoke", "--renderer", tmp_path / "mine", *small)
+    rayrace(*words, "--out", tmp_path / "mine" / "my-run", "--report", code=0)
+    done = rayrace(*words, cwd=tmp_path / "mine", code=0)
+    assert f"is a renderer's folder; the run goes to {tmp_path / 'results'}" in done.stderr
+    assert len(list((tmp_path / "results").iterdir())) == 1 and not (tmp_path / "mine" / "results").exists()
+    runs = [tmp_path / "mine" / "my-run", *(tmp_path / "results").iterdir()]
+    rows = [row for run in runs for row in store.read(run)[1] if row["variant"] == "flat"]
+    assert len({row["renderer_version"] for row in rows}) == 1
+
+
+@pytest.mark.parametrize("name", ["flat.c", "below/more.h", "run.json", "results/table.csv", "new.txt"])
+def test_an_edit_of_a_source_is_seen(tmp_path, name):
+    folder = tmp_path / "mine"
+    shutil.copytree(C, folder)
+    for known in ("below/more.h", "run.json", "results/table.csv"):
+        (folder / known).parent.mkdir(exist_ok=True)
+        (folder / known).write_text("1")
+    renderer = registry.entries((folder,))["flat"].renderer
+    assert renderer.version and renderer.changed() == []
+    with open(folder / name, "a") as file:
+        file.write("/* 2 */")
+    assert renderer.changed() == [name]
+
+
+def test_every_mistake_of_a_file_at_once(write):
+    file = write("e.toml", """title = "t"
+scenes = ["nowhere.txt"]
+renderers = ["cpp", "nunpy"]
+proceses = 3
+
+depth = 4
+[image]
+width = "wide"
+[sweep]
+dept = [1]
+[[case]]
+name = "a"
+scen = "x"
+""")
+    with pytest.raises(UserError) as fault:
+        experiment.load(file, ("height=3",), known=registry.entries())
+    told = str(fault.value).splitlines()
+    wanted = [
+        '--set height: unknown key; did you mean "image.height"?',
+        f"{file}:2: scenes.0: no such file: {file.parent / 'nowhere.txt'}",
+        f'{file}:3: renderers.1: no renderer "nunpy"; did you mean "numpy"?',
+        f'{file}:4: proceses: unknown key; did you mean "processes"?',
+        f'{file}:6: depth: unknown key; did you mean "image.depth" or "reference.depth"?',
+        f"{file}:8: image.width: Input should be a valid integer",
+        f'{file}:10: sweep.dept: no such parameter; did you mean "depth"?',
+        f'{file}:13: case.0.scen: unknown key; did you mean "scene"?',
+    ]
+    assert [line for line in told if line not in wanted] in ([], [f"{file}:11: case.0.scene: Field required"])
+    assert set(wanted) <= set(told), told
+
+
+@pytest.mark.parametrize(("text", "value"), [("5", 5), ("5%", 5), ("2.5 %", 2.5), (" 0", 0)])
+def test_per_cent(text, value):
+    assert main.percent(text) == value
+
+
+@pytest.mark.parametrize("text", ["", "%", "5 percent", "-1", "nan", "inf", "5%%"])
+def test_no_per_cent(text):
+    with pytest.raises(typer.BadParameter, match="expected a number of per cent, such as 5 or 5%"):
+        main.percent(text)
+
+
+def test_the_version(rayrace):
+    assert rayrace("--version", code=0).stdout == f"rayrace {version('rayrace')}\n"
