@@ -15,6 +15,7 @@ from contextlib import contextmanager  # noqa: E402
 
 CONTRACT = 1
 UNSUPPORTED = 3
+APART = 4
 COLD = 10  # times as long as a later frame is the first at most
 
 
@@ -80,6 +81,54 @@ class Job:
 
     def output(self, name):
         return os.path.join(self.out, name)
+
+
+class Apart(Exception):
+    """This process cannot do a job of a list, as it is made for another one; a fresh process may."""
+
+
+def serve(main, arguments):
+    """Call `main(flags)` for the job of the command line or, with `--jobs=FILE`, for each job of a list.
+
+    arguments: the words of the command line. A job that fails, or is refused, leaves the rest of a list as it is.
+    """
+    listed = [word.partition("=")[2] for word in arguments if word.startswith("--jobs=")]
+    if not listed:
+        return main(arguments)
+    with open(listed[-1], encoding="utf-8") as lines:
+        for flags in _jobs(lines):
+            say("end", status=_status_of(main, flags))
+
+
+def _jobs(lines):
+    """The flags of one job after the other. A job is read when it is asked for: `lines` may come from a pipe."""
+    global _phase_start
+    flags = []
+    for line in lines:
+        if line != "\n":
+            flags.append(line.rstrip("\n"))
+        elif flags:
+            _phase_start = time.monotonic()
+            yield flags
+            flags = []
+
+
+def _status_of(main, flags):
+    """The exit status that a process with this job alone would have; or APART."""
+    try:
+        main(flags)
+    except SystemExit as refusal:
+        return refusal.code or 0
+    except Apart as reason:
+        say("error", reason=str(reason))
+        return APART
+    except Exception as error:
+        import traceback
+
+        traceback.print_exc()
+        say("error", reason=f"{type(error).__name__}: {error}")
+        return 1
+    return 0
 
 
 def say(event, **values):

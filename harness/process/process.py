@@ -63,72 +63,98 @@ def _packages() -> list[str]:
     return list(dict.fromkeys([*given, str(Path(__file__).parents[2]), *installed]))
 
 
-def run(
-    command: list[str],
-    folder: Path,
-    stdout: Path,
-    stderr: Path,
-    timeout: float,
-    series: Path | None = None,
-    interval: float = 0.05,
-    limits: Limits = DEFAULT,
-    cache: Path | None = None,
-) -> Outcome:
-    """Run `command` in `folder`; with `series`, watch it every `interval` seconds into that CSV file.
+class Process:
+    """A renderer's process, started, with its launcher and its measurer. Close it whatever happens (a context)."""
 
-    What it writes beside `folder`, which is alone there with what else it is given, and into `cache` is limited.
-    """
-    environment = {name: os.environ[name] for name in KEPT if name in os.environ}
-    environment["PYTHONPATH"] = os.pathsep.join(_packages())
-    environment["CUDA_DEVICE_ORDER"] = "PCI_BUS_ID"  # NVML's: the device that runs is the one that is watched
-    own = folder.parent / f"{folder.name}.tmp"  # goes with the rest; and no other process has it in its environment
-    own.mkdir(exist_ok=True)
-    environment["TMPDIR"] = str(own)
-    most = limits.now()
-    spec = folder.parent / f"{folder.name}.launch.json"
-    spec.write_text(
-        json.dumps(
-            {
-                "command": command,
-                "folder": str(folder),
-                "environment": environment,
-                "stdout": str(stdout),
-                "stderr": str(stderr),
-                "timeout": timeout,
-                "limits": most,
-                "places": [str(place) for place in (folder.parent, cache) if place],
-            }
+    def __init__(
+        self,
+        command: list[str],
+        folder: Path,
+        stdout: Path,
+        stderr: Path,
+        timeout: float,
+        series: Path | None = None,
+        interval: float = 0.05,
+        limits: Limits = DEFAULT,
+        cache: Path | None = None,
+    ):
+        """Start `command` in `folder`; with `series`, watch it every `interval` seconds into that CSV file.
+
+        What it writes beside `folder`, which is alone there with what else it is given, and into `cache` is limited.
+        """
+        self.timeout, self.limits, self.most = timeout, limits, limits.now()
+        environment = {name: os.environ[name] for name in KEPT if name in os.environ}
+        environment["PYTHONPATH"] = os.pathsep.join(_packages())
+        environment["CUDA_DEVICE_ORDER"] = "PCI_BUS_ID"  # NVML's: the device that runs is the one that is watched
+        self.own = (
+            folder.parent / f"{folder.name}.tmp"
+        )  # goes with the rest; no other process has it in its environment
+        self.own.mkdir(exist_ok=True)
+        environment["TMPDIR"] = str(self.own)
+        self.spec = folder.parent / f"{folder.name}.launch.json"
+        self.spec.write_text(
+            json.dumps(
+                {
+                    "command": command,
+                    "folder": str(folder),
+                    "environment": environment,
+                    "stdout": str(stdout),
+                    "stderr": str(stderr),
+                    "timeout": timeout,
+                    "limits": self.most,
+                    "places": [str(place) for place in (folder.parent, cache) if place],
+                }
+            )
         )
-    )
-    # -P: the current folder may hold modules of the same names
-    watch = [sys.executable, "-P", "-m", "harness.process.measurer", str(series), str(interval)]
-    measurer = _start(watch) if series else None
-    if measurer:
-        _word(measurer, START)  # ready: its imports must not run beside the renderer
-    launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(spec)])
-    try:
-        started = _hear(launcher, 0.0)
-        if started is DIED:
-            end_marked(own)
-        if "failed" in started:
-            return Outcome(started["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
-        if measurer:
-            _tell(measurer, {**started, "launcher": launcher.pid})
-        end = _hear(launcher, timeout)
+        # -P: the current folder may hold modules of the same names
+        watch = [sys.executable, "-P", "-m", "harness.process.measurer", str(series), str(interval)]
+        self.measurer = _start(watch) if series else None
+        if self.measurer:
+            _word(self.measurer, START)  # ready: its imports must not run beside the renderer
+        self.launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(self.spec)])
+
+    def __enter__(self) -> "Process":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def begin(self) -> str | None:
+        """Wait until it has started; None, or why it could not be."""
+        self.started = _hear(self.launcher, 0.0)
+        if self.started is DIED:
+            end_marked(self.own)
+        if "failed" not in self.started and self.measurer:
+            _tell(self.measurer, {**self.started, "launcher": self.launcher.pid})
+        return self.started.get("failed")
+
+    def ended(self, seconds: float) -> bool:
+        """Wait up to `seconds` for its end; has it ended?"""
+        return bool(select.select([self.launcher.stdout], [], [], seconds)[0])
+
+    def stop(self) -> None:
+        """Have the launcher end it now."""
+        with contextlib.suppress(BrokenPipeError):
+            self.launcher.stdin.close()
+
+    def end(self) -> Outcome:
+        """Wait for its end, at most its timeout; the Outcome."""
+        audit, end = None, _hear(self.launcher, self.timeout)
         if "failed" not in end:
-            audit = _last_words(measurer, end) if measurer else None
-            _tell(launcher, {})  # it may reap
-            end |= _hear(launcher, 0.0)
+            audit = _last_words(self.measurer, end) if self.measurer else None
+            _tell(self.launcher, {})  # it may reap
+            end |= _hear(self.launcher, 0.0)
         if "failed" in end:
-            launcher_module.kill_group(started["pid"], signal.SIGKILL)
-            end_marked(own)
-            return Outcome(end["failed"], 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
+            launcher_module.kill_group(self.started["pid"], signal.SIGKILL)
+            end_marked(self.own)
+            return could_not_start(end["failed"])
         if end["over"]:
             name, used = end["over"]
-            end["over"] = name, limits.told(name, used, most[name])
-        return Outcome(failed=None, spawned=started["spawned"], measurer=audit, **end)
-    finally:
-        for process in (launcher, measurer):
+            end["over"] = name, self.limits.told(name, used, self.most[name])
+        return Outcome(failed=None, spawned=self.started["spawned"], measurer=audit, **end)
+
+    def close(self) -> None:
+        for process in (self.launcher, self.measurer):
             if process:
                 with contextlib.suppress(BrokenPipeError):  # it died before it read all
                     process.stdin.close()
@@ -137,9 +163,21 @@ def run(
                 if process.returncode is None:
                     process.kill()
                     process.wait()
-                    end_marked(own)
+                    end_marked(self.own)
                 process.stdout.close()
-        spec.unlink(missing_ok=True)
+        self.spec.unlink(missing_ok=True)
+
+
+def could_not_start(reason: str) -> Outcome:
+    """The Outcome of a process that is not there."""
+    return Outcome(reason, 0.0, 0.0, None, None, False, 0.0, 0.0, 0, 0, None)
+
+
+def run(*arguments, **options) -> Outcome:
+    """Run a Process, with its arguments, to its end; the Outcome."""
+    with Process(*arguments, **options) as process:
+        failed = process.begin()
+        return could_not_start(failed) if failed else process.end()
 
 
 def _hear(launcher: subprocess.Popen, seconds: float) -> dict:
@@ -183,7 +221,7 @@ def _start(command: list[str]) -> subprocess.Popen:
 
 
 def _tell(process: subprocess.Popen, message: dict) -> None:
-    with contextlib.suppress(BrokenPipeError):
+    with contextlib.suppress(BrokenPipeError, ValueError):  # ValueError: closed, to end it
         process.stdin.write(json.dumps(message).encode() + b"\n")
 
 

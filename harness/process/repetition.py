@@ -13,7 +13,7 @@ import numpy as np
 from harness.process import process
 from harness.process.scratch import must_have_room, remove, scratch
 from harness.renderer import events, job
-from harness.renderer.builder import BuildError, fill
+from harness.renderer.builder import BuildError, Built, fill
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
@@ -95,34 +95,25 @@ def start(
     except BuildError as error:
         return Result("failed", f"its build failed: {error}")
     with scratch() as here:
-        # A renderer that finds the disk full fails, and its row would say so for ever.
-        must_have_room(here, 8 * math.prod(parameters.shape()) if parameters.kind == "image" else 0)
-        given = entry.renderer.given(parameters, needs)
-        job.write(here / "job", arrays, parameters, given)
+        given = write_job(entry, here, arrays, parameters, needs)
         sealed = job.seal(here / "job")
-        for name in ("out", "neutral"):
-            (here / name).mkdir()
         own = cache or here / "cache"
         ownership.make(own)
-        places = {"folder": str(entry.renderer.folder), "python": sys.executable}
-        if built:
-            places["build"] = str(built.folder)
-        command = [fill(word, places) for word in entry.variant.command]
+        command = command_of(entry, built)
         command += job.flags(here / "job", here / "out", entry.name, own, parameters, given)
         stdout, stderr = here / "stdout", here / "stderr"
+        (here / "neutral").mkdir()
         outcome = process.run(command, here / "neutral", stdout, stderr, timeout, series, interval, limits, cache)
         if outcome.failed:
             return Result("failed", outcome.failed)
         if outcome.over and outcome.over[0] == "disk" and ownership.is_ours(own):
             remove(own)  # the next repetition would find no room in it
         gone = [path for path in (stdout, stderr) if not _is_file(path)]
-        touched = job.changed(here / "job", sealed)
-        fault = f"changed its job: {events.words(', '.join(touched))}" if touched else None
+        fault = tampered(here, sealed)
         if gone:
             fault = f"removed or replaced the file of its {gone[0].name}"
-        said, text = events.read(_unless(gone, stdout)), _end(_unless(gone, stderr))
-        rays = len(arrays["rays"]) if parameters.kind == "rays" else 0
-        result = _collect(outcome, said, text, fault, here / "out", parameters, needs, rays)
+        said, text = events.read(_unless(gone, stdout)), end_of(_unless(gone, stderr))
+        result = collect(outcome, said, text, fault, here / "out", parameters, needs, arrays)
         if log:
             for path in (stdout, stderr):
                 with open(_unless(gone, path), "rb") as source, open(f"{log}.{path.name}", "wb") as target:
@@ -130,14 +121,38 @@ def start(
     return result
 
 
+def write_job(entry: Entry, here: Path, arrays: dict[str, np.ndarray], parameters: Parameters, needs) -> tuple:
+    """Write the job into `here / "job"`, and an empty `here / "out"`; the needs as the renderer is given them."""
+    # A renderer that finds the disk full fails, and its row would say so for ever.
+    must_have_room(here, 8 * math.prod(parameters.shape()) if parameters.kind == "image" else 0)
+    given = entry.renderer.given(parameters, needs)
+    job.write(here / "job", arrays, parameters, given)
+    (here / "out").mkdir()
+    return given
+
+
+def command_of(entry: Entry, built: Built | None) -> list[str]:
+    """The command of a variant, without the flags of a job."""
+    places = {"folder": str(entry.renderer.folder), "python": sys.executable}
+    if built:
+        places["build"] = str(built.folder)
+    return [fill(word, places) for word in entry.variant.command]
+
+
+def tampered(here: Path, sealed: dict[str, tuple]) -> str | None:
+    """None, or what a renderer changed of its job, which was as `sealed`."""
+    touched = job.changed(here / "job", sealed)
+    return f"changed its job: {events.words(', '.join(touched))}" if touched else None
+
+
 def _unless(gone: list[Path], path: Path) -> Path:
     return Path(os.devnull) if path in gone else path
 
 
-def _end(path: Path) -> str:
-    """The last words in a file."""
+def end_of(path: Path, start: int = 0) -> str:
+    """The last words in a file, of those after its first `start` bytes."""
     with open(path, "rb") as file:
-        file.seek(max(0, path.stat().st_size - 2**16))
+        file.seek(max(start, path.stat().st_size - 2**16))
         return file.read(2**16).decode("utf-8", errors="replace").strip()
 
 
@@ -148,9 +163,14 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def _collect(outcome, said: events.Said, text: str, fault: str | None, out: Path, parameters, needs, rays) -> Result:
-    """What came of a process that ended: `fault` is what is already known to be wrong with what it left, if it left it
-    as it should."""
+def collect(
+    outcome: process.Outcome, said: events.Said, text: str, fault: str | None, out: Path, parameters, needs, arrays
+) -> Result:
+    """The Result of a job that ended, with `text` as the end of its standard error; its arrays are in the folder `out`.
+
+    fault: None, or what is already known to be wrong.
+    """
+    rays = len(arrays["rays"]) if parameters.kind == "rays" else 0
     events.tidy(said, outcome.spawned, outcome.exited)
     result = Result("ok", "", outcome, said, None, text)
     last_line = text.splitlines()[-1] if text else ""

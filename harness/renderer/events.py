@@ -44,6 +44,7 @@ class Said:
     output: str | None = None
     dropped: str | None = None
     error: str | None = None
+    end: int | None = None  # status of a job of a list
     faults: list[str] = field(default_factory=list)
 
 
@@ -58,18 +59,23 @@ def read(path: Path) -> Said:
                 break
             if not line:
                 break
-            if not line.strip():
-                continue
-            try:
-                event = json.loads(line)
-                kind = event.pop("event")
-                _take(said, kind, event)
-            except (ValueError, OverflowError, KeyError, TypeError, AttributeError, RecursionError):
-                start = line[:80].decode("utf-8", errors="replace").rstrip()
-                said.faults.append(f"line {number} of its output is no event of the contract: {start!r}")
-                if len(said.faults) == FAULTS:
-                    break
+            take(said, line, number)
+            if len(said.faults) == FAULTS:
+                break
     return said
+
+
+def take(said: Said, line: bytes, number: int) -> None:
+    """Add the event in line `number` of a renderer's output to `said`. Never raises for what is in it."""
+    if not line.strip():
+        return
+    try:
+        event = json.loads(line)
+        kind = event.pop("event")
+        _take(said, kind, event)
+    except (ValueError, OverflowError, KeyError, TypeError, AttributeError, RecursionError):
+        start = line[:80].decode("utf-8", errors="replace").rstrip()
+        said.faults.append(f"line {number} of its output is no event of the contract: {start!r}")
 
 
 def words(value) -> str:
@@ -114,6 +120,8 @@ def _take(said: Said, kind: str, event: dict) -> None:
         said.dropped = None if event.get("dropped") is None else words(event["dropped"])
     elif kind == "error":
         said.error = words(event["reason"])
+    elif kind == "end":
+        said.end = _count(event["status"])
     else:
         raise ValueError("unknown event")
 

@@ -64,7 +64,7 @@ class Manifest(Strict):
     """One `renderer.toml`. The first value of a method is its default.
 
     external: it starts a program that is not ours, so its picture is judged to EXTERNAL_TOLERANCE and its rays are not.
-    shares: files outside its folder that are part of it, from there.
+    shares: files outside its folder that are part of it, from there. jobs: it takes a list of jobs (--jobs=FILE).
     """
 
     contract: Literal[1]
@@ -74,6 +74,7 @@ class Manifest(Strict):
     features: tuple[str, ...]
     methods: dict[str, tuple[str, ...]] = {}
     external: bool = False
+    jobs: bool = False
     shares: tuple[str, ...] = ()
     requires: Requires = Requires()
     build: Build | None = None

@@ -20,10 +20,9 @@ struct Unsupported : std::runtime_error {
 
 class Flags {
 public:
-    Flags(int argc, char** argv)
+    explicit Flags(const std::vector<std::string>& words)
     {
-        for (int i = 1; i < argc; i++) {
-            const std::string flag = argv[i];
+        for (const std::string& flag : words) {
             const std::size_t equals = flag.find('=');
             if (flag.compare(0, 2, "--") == 0 && equals != std::string::npos)
                 values.emplace_back(flag.substr(2, equals - 2), flag.substr(equals + 1));

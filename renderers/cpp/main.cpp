@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <cfloat>
+#include <fstream>
 
 #ifdef __FAST_MATH__
 constexpr bool fast_math = true;
@@ -301,9 +302,10 @@ void run(const Job& job)
             answer_rays<Real>(job);
 }
 
-int main(int argc, char** argv)
+// Does one job; returns its exit status.
+int attempt(const Flags& flags)
 try {
-    const Job job(Flags(argc, argv));
+    const Job job(flags);
     say_phase("import");
     if (job.precision == Precision::float32)
         run<float, needs::float32>(job);
@@ -319,4 +321,24 @@ catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     say("error", {{"reason", json(error.what())}});
     return 1;
+}
+
+int main(int argc, char** argv)
+{
+    const Flags flags({argv + 1, argv + argc});
+    const std::string jobs = flags.text("jobs");
+    if (jobs.empty())
+        return attempt(flags);
+    std::ifstream list(jobs);
+    std::vector<std::string> words;
+    for (std::string line; std::getline(list, line);) {
+        if (!line.empty()) {
+            words.push_back(line);
+            continue;
+        }
+        phase_start = now();
+        say("end", {{"status", json(attempt(Flags(words)))}});
+        words.clear();
+    }
+    return 0;
 }

@@ -43,6 +43,7 @@ LANE_METHODS = {
     "accel": ("auto", "none"),
     "vector": ("on",),
 }
+held = {}  # the kernel of this process, once a job has asked for one
 FAULTS = {"numba-cuda-index-fault": "index", "numba-cuda-barrier-fault": "barrier"}
 
 
@@ -142,12 +143,20 @@ def on_gpu(job, walk, tree, in_shared):
     }
 
 
+def must_share(job):
+    """Put a job of a list off whose kernel or threads are not those that this process has."""
+    asked = job.kind, job.variant, job.precision, job.threads, job.cache, needs.constants()
+    if held.setdefault("kernel", asked) != asked:
+        raise worker.Apart("this process has compiled another kernel")
+
+
 def main(arguments):
     job = worker.Job(arguments)
     if os.environ.get("RAYRACE_CUDASIM") == "1":
         os.environ["NUMBA_ENABLE_CUDASIM"] = "1"  # before Numba is imported
     with worker.importing():
         prepare(job)
+        must_share(job)
         if needs.TARGET == "cuda":
             from .gpu.run import run
         else:
@@ -156,4 +165,4 @@ def main(arguments):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    worker.serve(main, sys.argv[1:])

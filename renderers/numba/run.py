@@ -64,7 +64,7 @@ def run(job):
             build(loaded, real)
     scene = loaded if needs.VECTOR else scene_of(loaded)
     with worker.phase("compile"):
-        if cached:
+        if cached and not entry.signatures:
             numba.config.CACHE_DIR = cache_folder(job)
             entry.enable_caching()
         entry(scene, *questions[0], 0, threads, *(answer[:0] for answer in answers))

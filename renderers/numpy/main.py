@@ -1,5 +1,8 @@
 """Runs one job: a picture, or the first hits of a list of rays."""
 
+import os
+import sys
+
 from renderers import worker
 
 FEATURES = [
@@ -28,18 +31,16 @@ USED_WITH = {  # methods by the features, of which one makes a job depend on the
 }
 
 
-def main():
-    import os
-    import sys
-
-    job = worker.Job(sys.argv[1:])
+def main(arguments):
+    job = worker.Job(arguments)
     worker.require(job, FEATURES)
     for method, choices in METHODS.items():
         choice = getattr(job, method)
         if choice not in choices:
             worker.refuse(f'no {method} "{choice}": ' + " or ".join(choices))
     for library in ("OPENBLAS", "MKL", "OMP"):  # read when NumPy is imported
-        os.environ[library + "_NUM_THREADS"] = str(job.threads)
+        if os.environ.setdefault(library + "_NUM_THREADS", str(job.threads)) != str(job.threads):
+            raise worker.Apart("NumPy was imported for another number of threads")
     with worker.importing():
         import numpy as np
 
@@ -81,4 +82,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    worker.serve(main, sys.argv[1:])

@@ -147,4 +147,4 @@ def main(arguments):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    worker.serve(main, sys.argv[1:])
