@@ -10,6 +10,7 @@ import pytest
 from fixtures import bad_folder, environment, experiment, generate, rayrace, rows, write  # noqa: F401
 
 from harness.process import repetition
+from harness.process.session import Sessions
 from harness.renderer import registry
 from harness.renderer.parameters import Parameters
 from harness.scene import text
@@ -145,8 +146,12 @@ class Bench:
 
     sharing = staticmethod(sharing)
 
-    def __init__(self, known, caches):
-        self.known, self.caches = known, caches
+    def __init__(self, known, caches, sessions):
+        self.known, self.caches, self.sessions = known, caches, sessions
+
+    def run(self, entry, arrays, parameters, needs):
+        """The Result of a job, in a process that does other jobs of the tests too."""
+        return self.sessions.run(entry, arrays, parameters, needs, cache=self.caches / entry.name)
 
     def entry(self, variant):
         entry = self.known[variant]
@@ -172,7 +177,7 @@ class Bench:
         reason = repetition.unsupported(entry, wanted, needed)
         if reason:
             pytest.skip(f"{variant} {reason}")
-        result = repetition.run(entry, flatten(scene), wanted, needed, cache=self.caches / variant)
+        result = self.run(entry, flatten(scene), wanted, needed)
         assert result.status == "ok", f"{variant}: {result.status}: {result.reason}\n{result.stderr}"
         return result
 
@@ -186,7 +191,7 @@ class Bench:
         wanted = Parameters(kind="rays", precision=precision, **{**blocks(entry), **methods})
         wanted = sharing(entry, wanted, shapes(scene))
         arrays = {**flatten(scene), "rays": np.asarray(rays, dtype=np.float64).reshape(-1, 6)}
-        result = repetition.run(entry, arrays, wanted, shapes(scene), cache=self.caches / variant)
+        result = self.run(entry, arrays, wanted, shapes(scene))
         if result.status == "unsupported":
             pytest.skip(f"{variant} {result.reason}")
         assert result.status == "ok", f"{variant}: {result.status}: {result.reason}\n{result.stderr}"
@@ -195,7 +200,8 @@ class Bench:
 
 @pytest.fixture(scope="session")
 def bench(known, request):
-    return Bench(known, request.config.cache.mkdir("rayrace-compiled"))  # as the builds
+    with Sessions() as sessions:
+        yield Bench(known, request.config.cache.mkdir("rayrace-compiled"), sessions)  # as the builds
 
 
 @pytest.fixture(params=VARIANTS)

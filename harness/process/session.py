@@ -34,7 +34,7 @@ class Session:
     """A process of one variant and one build that does a job at a time, until it is closed."""
 
     def __init__(self, entry: Entry, built: Built | None, cache: Path | None, limits: Limits):
-        self.entry, self.cache = entry, cache
+        self.entry, self.cache, self.limits = entry, cache, limits
         self.jobs = self.read = self.lines = 0
         self.stack = contextlib.ExitStack()
         try:
@@ -71,16 +71,21 @@ class Session:
         own = self.cache or self.here / "cache"
         ownership.make(own)
         words = job.flags(here / "job", here / "out", self.entry.name, own, parameters, given)
-        errors = self.stderr.stat().st_size
-        start = time.monotonic()
+        read, errors = self.read, self.stderr.stat().st_size
+        start = time.monotonic() if self.jobs > 1 else self.process.started["spawned"]  # its import is of the first
+        deadline = time.monotonic() + timeout
         os.write(self.pipe, "".join(f"{word}\n" for word in [*words, ""]).encode())
-        said, outcome = self._wait(start, start + timeout)
+        said, outcome = self._wait(start, deadline)
         if outcome is None and said.end == APART:
             result = None
         else:
             outcome = outcome or _outcome(start, time.monotonic(), said.end)
             fault, text = repetition.tampered(here, sealed), repetition.end_of(self.stderr, errors)
             result = repetition.collect(outcome, said, text, fault, here / "out", parameters, needs, arrays)
+            printed = self.read - read + self.stderr.stat().st_size - errors
+            if printed > self.limits.output:  # the launcher looks now and then
+                why = self.limits.told("output", printed, self.limits.output)
+                result = Result("failed", why, outcome, said)
         remove(here)
         return result
 

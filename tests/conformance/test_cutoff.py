@@ -148,7 +148,7 @@ def test_walks_that_know_no_weight_refuse(bench, scenes, serial, walk):
     reason = repetition.unsupported(entry, wanted, needed)
     if reason:
         pytest.skip(f"{serial} {reason}")
-    result = repetition.run(entry, flatten(scene), wanted, needed, cache=bench.caches / serial)
+    result = bench.run(entry, flatten(scene), wanted, needed)
     assert result.status == "unsupported", (result.status, result.reason, result.stderr)
     assert "cutoff" in result.reason or "cut-off" in result.reason
 

@@ -136,7 +136,7 @@ def refused(bench, known, variant, source, **parameters):
     needed = needs(scene, wanted)
     if repetition.unsupported(entry, wanted, needed):
         pytest.skip("the manifest says so already")
-    result = repetition.run(entry, flatten(scene), wanted, needed, cache=bench.caches / variant)
+    result = bench.run(entry, flatten(scene), wanted, needed)
     assert result.status == "unsupported", (result.status, result.reason, result.stderr)
     return result.reason
 

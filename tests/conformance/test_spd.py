@@ -28,7 +28,7 @@ def counts(bench, variant, text, **parameters):
     needed = needs(scene, wanted)
     if repetition.unsupported(entry, wanted, needed):
         pytest.skip("its manifest does not have it")
-    result = repetition.run(entry, flatten(scene), wanted, needed, cache=bench.caches / variant)
+    result = bench.run(entry, flatten(scene), wanted, needed)
     assert result.status == "ok", (result.reason, result.stderr)
     return result.said.rays
 

@@ -8,7 +8,6 @@ from random_scenes import MATERIAL, random_material, random_scene, random_stage,
 from tessellate import ball, obj
 
 from harness.judge import judge, reference
-from harness.process import repetition
 from harness.renderer import registry
 from harness.renderer.parameters import Parameters
 from harness.scene import text
@@ -175,7 +174,7 @@ def attempt(bench, variant, source, **parameters):
     wanted = Parameters(**{**SIZE, "vector": "on", **parameters})
     needed = needs(read, wanted)
     wanted = bench.sharing(entry, wanted, needed)
-    return repetition.run(entry, flatten(read), wanted, needed, cache=bench.caches / variant)
+    return bench.run(entry, flatten(read), wanted, needed)
 
 
 @pytest.mark.parametrize(
@@ -229,9 +228,7 @@ def test_hits_of_a_hierarchy_in_lanes_change_no_byte(bench, laned, tmp_path, pre
     entry, found = bench.entry(laned), {}
     for vector in ("on", "off"):
         wanted = Parameters(kind="rays", precision=precision, vector=vector, accel="bvh")
-        result = repetition.run(
-            entry, {**flatten(read), "rays": rays}, wanted, shapes(read), cache=bench.caches / laned
-        )
+        result = bench.run(entry, {**flatten(read), "rays": rays}, wanted, shapes(read))
         if result.status == "unsupported":
             pytest.skip(result.reason)
         assert result.status == "ok", result.reason

@@ -151,7 +151,9 @@ def test_an_edit_of_a_source_is_seen(tmp_path, name):
 
 
 def test_every_mistake_of_a_file_at_once(write):
-    file = write("e.toml", """title = "t"
+    file = write(
+        "e.toml",
+        """title = "t"
 scenes = ["nowhere.txt"]
 renderers = ["cpp", "nunpy"]
 proceses = 3
@@ -164,7 +166,8 @@ dept = [1]
 [[case]]
 name = "a"
 scen = "x"
-""")
+""",
+    )
     with pytest.raises(UserError) as fault:
         experiment.load(file, ("height=3",), known=registry.entries())
     told = str(fault.value).splitlines()

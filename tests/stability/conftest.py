@@ -29,7 +29,7 @@ def strain(bench):
         of_kernel = stress.rows()[row].method == "walk" or not entry.renderer.manifest.build
         if parameters.kind == "rays" or not of_kernel:
             parameters = bench.sharing(entry, parameters, needs)
-        result = repetition.run(entry, arrays, parameters, needs, cache=bench.caches / variant)
+        result = bench.run(entry, arrays, parameters, needs)
         assert result.status == "ok", f"{variant}: {result.status}: {result.reason}\n{result.stderr}"
         finding = wanted.trial.judge(result)
         print(f"{variant}: {finding.failures} of {finding.count} wrong, errors {finding.record()}")
