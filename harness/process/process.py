@@ -38,10 +38,10 @@ class Outcome:
     code: int | None
     signal: int | None
     timed_out: bool
-    user_s: float  # of it, its descendants that were waited for, and its orphans
-    system_s: float
-    wait4_peak_bytes: int
-    wait4_floor_bytes: int
+    user_s: float | None  # of it, its descendants that were waited for, and its orphans; None of one job of several
+    system_s: float | None
+    wait4_peak_bytes: int | None
+    wait4_floor_bytes: int | None
     measurer: dict | None  # the measurer's words about itself; None if it was not asked to watch
     orphans: int | None = None  # descendants that nobody waited for; None if the system does not give them to us
     orphans_s: float | None = None  # their CPU time, which is in user_s and system_s
@@ -51,6 +51,11 @@ class Outcome:
     @property
     def wall_s(self) -> float:
         return self.exited - self.spawned
+
+    @property
+    def alone(self) -> bool:
+        """Did the process do this job alone, so that its processor time and memory are the job's?"""
+        return self.user_s is not None
 
 
 def _packages() -> list[str]:

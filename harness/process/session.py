@@ -58,8 +58,15 @@ class Session:
         """End the process, and remove its folder."""
         self.stack.close()
 
-    def run(self, arrays: dict[str, np.ndarray], parameters: Parameters, needs: tuple[str, ...], timeout: float):
-        """The Result of one job; None if the renderer wants a process of its own for it. `alive` is then up to date.
+    def run(
+        self,
+        arrays: dict[str, np.ndarray],
+        parameters: Parameters,
+        needs: tuple[str, ...],
+        timeout: float,
+        log: Path | None,
+    ) -> Result | None:
+        """The Result of one job; None if the renderer wants another process for it. `failed` is set if this one ended.
 
         Its Outcome has the times of the job and no processor time or memory, which are those of all jobs together.
         """
@@ -86,6 +93,10 @@ class Session:
             if printed > self.limits.output:  # the launcher looks now and then
                 why = self.limits.told("output", printed, self.limits.output)
                 result = Result("failed", why, outcome, said)
+            for path, first in ((self.stdout, read), (self.stderr, errors)) if log else ():
+                with open(path, "rb") as source, open(f"{log}.{path.name}", "wb") as target:
+                    source.seek(first)
+                    target.write(source.read(self.limits.output))
         remove(here)
         return result
 
@@ -151,24 +162,23 @@ class Sessions:
         needs: tuple[str, ...],
         timeout: float = 600.0,
         cache: Path | None = None,
+        log: Path | None = None,
         limits: Limits = DEFAULT,
     ) -> Result:
         """The Result of a job, as of repetition.run; without processor time and memory where its process did others."""
         if entry.unavailable or repetition.unsupported(entry, parameters, needs):
             return repetition.run(entry, arrays, parameters, needs)
-        return self.start(entry, arrays, parameters, needs, timeout, cache, limits)
+        return self.start(entry, arrays, parameters, needs, timeout, cache, log, limits)
 
-    def start(self, entry, arrays, parameters, needs, timeout=600.0, cache=None, limits=DEFAULT) -> Result:
+    def start(self, entry, arrays, parameters, needs, timeout=600.0, cache=None, log=None, limits=DEFAULT) -> Result:
         """`run` without asking the manifest first whether the renderer can do the job."""
-        result = None
+        job, result = (arrays, parameters, needs, timeout), None
         if entry.renderer.manifest.jobs and hasattr(os, "mkfifo"):
             with contextlib.suppress(BuildError):  # which repetition.start reports
                 built = entry.renderer.build(parameters, needs)
                 key = entry.renderer.folder, entry.name, built and built.folder, cache, repr(limits)
-                result = self._kept(
-                    key, lambda: Session(entry, built, cache, limits), arrays, parameters, needs, timeout
-                )
-        return result or repetition.start(entry, arrays, parameters, needs, timeout, cache=cache, limits=limits)
+                result = self._kept(key, lambda: Session(entry, built, cache, limits), *job, log)
+        return result or repetition.start(entry, *job, cache=cache, log=log, limits=limits)
 
     def _kept(self, key: tuple, make: Callable[[], Session], *job) -> Result | None:
         """The Result of a job in a process that is kept, or that `make` starts; None if it must have one of its own.

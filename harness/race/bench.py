@@ -9,6 +9,7 @@ import numpy as np
 from harness.judge import judge
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
+from harness.process.session import Sessions
 from harness.race import gpu_use, row
 from harness.race.host import Host
 from harness.race.judging import Judging
@@ -32,10 +33,12 @@ class Bench:
         caches: Path,
         interval: float,
         host: Host,
+        untimed: Sessions,
     ):
+        """untimed: of host.untimed(), runs what is put under stress and the pictures that others are judged by."""
         self.plan, self.store = plan, run_store
-        self.caches, self.interval, self.host = caches, interval, host
-        self.judging = Judging(plan, known, run_store.folder, caches, host)
+        self.caches, self.interval, self.host, self.untimed = caches, interval, host, untimed
+        self.judging = Judging(plan, known, run_store.folder, caches, host, untimed)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
 
     def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
@@ -48,18 +51,13 @@ class Bench:
         arrays = self.plan.arrays[cell.scene_version]
         # Cells under stress are many, and how long they compile is not asked.
         cache = self.caches / (f"{cell.entry.name}.stress" if cell.stressed else cell.key)
-        result = self.host.run(
-            cell.entry,
-            arrays,
-            cell.parameters,
-            cell.needs,
-            timeout=cell.timeout,
-            limits=cell.limits,
-            series=series,
-            interval=self.interval,
-            cache=None if kind == "cold" else cache,
-            log=self.store.folder / "logs" / stem,
-        )
+        job_of_cell = cell.entry, arrays, cell.parameters, cell.needs
+        held = {"timeout": cell.timeout, "limits": cell.limits, "cache": None if kind == "cold" else cache}
+        held["log"] = self.store.folder / "logs" / stem
+        if cell.stressed:
+            result = self.untimed.run(*job_of_cell, **held)
+        else:
+            result = self.host.run(*job_of_cell, **held, series=series, interval=self.interval)
         disturbed = trouble.between(before, self.host.look())
         record = {
             "host": self.store.host,

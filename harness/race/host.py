@@ -13,6 +13,7 @@ from filelock import FileLock, Timeout
 
 from harness.process import calibration, repetition, scratch
 from harness.process.repetition import Result
+from harness.process.session import Sessions
 from harness.renderer.builder import cache_folder
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
@@ -54,6 +55,9 @@ class Host(Protocol):
     ) -> Result:
         """One repetition, as repetition.run says."""
 
+    def untimed(self) -> AbstractContextManager:
+        """A context whose `run` and `close` are those of Sessions: for jobs whose times do not count."""
+
 
 def host_lock() -> FileLock:
     """Held while measuring: two timed processes on one host disturb each other."""
@@ -67,6 +71,7 @@ class ThisHost:
     look = staticmethod(trouble.look)
     peaks = staticmethod(calibration.peaks)
     run = staticmethod(repetition.run)
+    untimed = staticmethod(Sessions)
 
     @property
     def references(self) -> Path:

@@ -16,6 +16,7 @@ from harness.judge.truth import Truth
 from harness.picture import perception
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
+from harness.process.session import Sessions
 from harness.race.host import Host
 from harness.renderer import job
 from harness.renderer.registry import Entry
@@ -25,10 +26,10 @@ OFF = Wanted(spots=0)
 
 
 class Judging:
-    """Judges the pictures of a run. caches: folder for compiled code."""
+    """Judges the pictures of a run. caches: folder for compiled code. untimed: runs what they are judged by."""
 
-    def __init__(self, plan: Plan, known: dict[str, Entry], folder: Path, caches: Path, host: Host):
-        self.plan, self.known, self.folder, self.caches, self.host = plan, known, folder, caches, host
+    def __init__(self, plan: Plan, known: dict[str, Entry], folder: Path, caches: Path, host: Host, untimed: Sessions):
+        self.plan, self.known, self.folder, self.caches, self.untimed = plan, known, folder, caches, untimed
         self.kept = Kept(host.references)
         self.wanted = plan.truths.wanted or OFF
         self.made: dict[str, tuple] = {}  # what was made, and its files, by content
@@ -132,7 +133,7 @@ class Judging:
         def make():
             arrays, cache = self.plan.arrays[cell.scene_version], self.caches / f"{maker.name}.reference"
             way = hits if cell.parameters.kind == "rays" else reference
-            return way.make(maker, arrays, cell.parameters, needs, cache, self.host.run)
+            return way.make(maker, arrays, cell.parameters, needs, cache, self.untimed.run)
 
         key = reference.key(maker, cell.scene_version, cell.parameters)
         return self._once(key, make, Reference.stored, Reference.restored)
@@ -150,7 +151,7 @@ class Judging:
 
         def make():
             try:
-                return truth.make(told, maker, arrays, self.caches / f"{maker.name}.reference", self.host.run)
+                return truth.make(told, maker, arrays, self.caches / f"{maker.name}.reference", self.untimed.run)
             except LookupError as error:
                 return NoReference(str(error))
 
@@ -203,7 +204,10 @@ class Judging:
         if key in self.made:
             return self.made[key]
         kept = self.kept.get(key)
-        found = unpack(*kept) if kept else make()
+        try:
+            found = unpack(*kept) if kept else make()
+        finally:
+            self.untimed.close()  # nothing is there while others are measured
         files = {}
         if not isinstance(found, NoReference):
             facts, arrays = pack(found)

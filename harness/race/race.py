@@ -13,6 +13,7 @@ from harness.machine import environment
 from harness.plan import resume
 from harness.plan.plan import Cell, Plan, Turn
 from harness.plan.predict import Predictor
+from harness.process.repetition import METHODS
 from harness.process.scratch import scratch
 from harness.race import load_pass, stopping
 from harness.race.bench import Bench, timestamp
@@ -80,8 +81,8 @@ def _run(experiment, plan, known, folder, tell, resumed, budget, host, earlier, 
     run_store = store.Run(folder)
     try:
         run_store.describe(**facts)
-        with scratch() as caches:
-            bench = Bench(plan, known, run_store, caches, experiment.measure.interval, host)
+        with scratch() as caches, host.untimed() as untimed:
+            bench = Bench(plan, known, run_store, caches, experiment.measure.interval, host, untimed)
             _Loop(experiment, plan, bench, records, tell, host.clock() + budget, earlier, elsewhere).run()
         state = environment.capture()
         run_store.describe(**facts, ended={"at": timestamp(), **{name: state[name] for name in STATE}})
@@ -113,6 +114,8 @@ class _Loop:
             turn for turn in plan.order(experiment.seed, experiment.order)
             if (turn.cell.key, turn.number, turn.kind) not in self.there
         ]  # fmt: skip
+        # Nothing is timed under stress: jobs that can share a process come one after the other.
+        self.due.sort(key=lambda turn: _kernel(turn.cell) if turn.cell.stressed else ())
         self.left = Counter(turn.cell.key for turn in self.due)
         self.total = len(records) + len(self.due)
         self.idle = {cell.key for cell in plan.cells if cell.refused}
@@ -175,6 +178,12 @@ class _Loop:
         begun = (cell.key, 0, "timed") in self.there
         first = later if begun else self.predictor.seconds(cell, first=True) or later
         return first.seconds + (count - 1) * later.seconds
+
+
+def _kernel(cell: Cell) -> tuple:
+    """What a compiled kernel of a cell depends on, in an order for sorting."""
+    methods = [str(getattr(cell.parameters, name)) for name in ("kind", *METHODS)]
+    return cell.entry.name, *methods, cell.needs
 
 
 def _must_be_unchanged(cell: Cell) -> None:

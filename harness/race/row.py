@@ -55,8 +55,8 @@ def measured(result: repetition.Result, series: Path) -> dict:
         "frames_s": [(frame["end"] - frame["start"]) / frame["renders"] for frame in said.frames],
         "frame_renders": [frame["renders"] for frame in said.frames],
         "frame_parts": [frame["parts"] for frame in said.frames],
-        "cpu": cpu(outcome, series),
-        "memory": memory(said, outcome),
+        "cpu": cpu(outcome, series) if outcome.alone else None,
+        "memory": memory(said, outcome) if outcome.alone else None,
         "rays": said.rays,
         "used": said.used,
         "versions": said.versions,
@@ -68,7 +68,7 @@ def measured(result: repetition.Result, series: Path) -> dict:
         used = outcome.user_s + outcome.system_s
         record["measurer"] = {**outcome.measurer, "integral_s": record["cpu"]["series_s"], "wait4_s": used}
     missing = 1 - sum(end - start for _, start, end in phases) / outcome.wall_s
-    if result.status == "ok" and abs(missing) > PHASE_TOLERANCE:
+    if result.status == "ok" and outcome.alone and abs(missing) > PHASE_TOLERANCE:
         record["warnings"].append(f"its phases leave {missing:.1%} of the wall time uncovered")
     render = sum(end - start for name, start, end in phases if name == "render")
     framed = sum(frame["end"] - frame["start"] for frame in said.frames)
@@ -76,7 +76,7 @@ def measured(result: repetition.Result, series: Path) -> dict:
         record["warnings"].append(f"its frames cover {framed / render:.1%} of its phase render")
     if record["series"] and outcome.measurer is None:
         record["warnings"].append("its measurer gave no account of itself: the series may not be whole")
-    doubt = cpu_doubt(record["cpu"], outcome)
+    doubt = outcome.alone and cpu_doubt(record["cpu"], outcome)
     if doubt:
         record["warnings"].append(doubt)
     return record

@@ -75,7 +75,8 @@ def take(said: Said, line: bytes, number: int) -> None:
         _take(said, kind, event)
     except (ValueError, OverflowError, KeyError, TypeError, AttributeError, RecursionError):
         start = line[:80].decode("utf-8", errors="replace").rstrip()
-        said.faults.append(f"line {number} of its output is no event of the contract: {start!r}")
+        if len(said.faults) < FAULTS:
+            said.faults.append(f"line {number} of its output is no event of the contract: {start!r}")
 
 
 def words(value) -> str:

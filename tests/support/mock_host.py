@@ -88,6 +88,12 @@ class Mock:
             frames.append({"index": index, "start": start, "end": self.now, "parts": None, "renders": 1})
         return Result("ok", "", self._outcome(spawned), self._said(frames, spawned), _picture(parameters))
 
+    def untimed(self):
+        return contextlib.nullcontext(self)
+
+    def close(self):
+        pass
+
     def _pass(self, seconds: float) -> None:
         self.now += seconds * (1 + self.drift * self.now / 60)
 

@@ -5,6 +5,7 @@ import pytest
 from harness.experiment import experiment as experiments
 from harness.plan import plan
 from harness.process import calibration
+from harness.process.session import Sessions
 from harness.race.bench import Bench
 from harness.race.host import ThisHost
 from harness.store.store import Run
@@ -76,7 +77,7 @@ def test_when_they_are_measured(peaks, tmp_path, known):
     file.write_text(EXPERIMENT.format(peaks=peaks))
     made = plan.make(experiments.load(file), file, known)
     host = Told()
-    bench = Bench(made, known, Run(tmp_path / "run"), tmp_path / "caches", 0.05, host)
+    bench = Bench(made, known, Run(tmp_path / "run"), tmp_path / "caches", 0.05, host, Sessions())
     records = {}
     for cell in made.cells:
         for kind in ("timed", "cold"):
