@@ -10,6 +10,7 @@ import typer
 
 from rayrace import picture
 from rayrace import run as cli_run
+from rayrace import stress as cli_stress
 from rayrace.once import Once
 from rayrace.picture import JsonOption, RendererOption
 
@@ -45,6 +46,7 @@ def _end(text: str) -> None:
 
 app.command(cls=Once)(cli_run.run)
 app.command(cls=Once)(cli_run.status)
+app.command(cls=Once)(cli_stress.stress)
 app.command(cls=Once)(picture.render)
 app.command(cls=Once)(picture.trace)
 

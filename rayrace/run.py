@@ -90,16 +90,17 @@ def run(
         return
     if as_json:
         raise UserError("--json: only with --dry-run")
-    folder = resume or _new_folder(experiment, out)
+    folder = resume or new_run(experiment, out)
     if name == "local":
-        records, left = _here(asked, planned, known, folder, resume is not None, budget)
+        records, left = here(asked, planned, known, folder, resume is not None, budget)
     else:
         front = campaign.Campaign(folder, asked, experiment, planned, name)
         records, left = _on_cluster(front, chosen, folders, resume is not None, detach)
     _finish(folder, records, left, report)
 
 
-def _new_folder(experiment: Path, out: Path | None) -> Path:
+def new_run(experiment: Path, out: Path | None) -> Path:
+    """A new folder for a run of an experiment: `out`, or one in results/. UserError if `out` exists."""
     from harness.errors import UserError
     from harness.race import race
 
@@ -133,7 +134,7 @@ def _results(say: bool = False) -> Path:
     return inside[-1].parent / "results"
 
 
-def _here(asked, planned, known, folder: Path, resumed: bool, budget: float) -> tuple[list[dict], int]:
+def here(asked, planned, known, folder: Path, resumed: bool, budget: float) -> tuple[list[dict], int]:
     """Run it in this process; its rows, and how many repetitions are left."""
     from harness.errors import UserError, of_system
     from harness.plan import predict

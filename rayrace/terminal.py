@@ -172,6 +172,8 @@ def _line(cell, record, done, total, left_s) -> str:
     place = f"[{done}/{total}{left and ', '}{left}] {cell.label}"
     if record["status"] != "ok":
         return f"{place}: {_verdict(record)}: {record['reason']}"
+    if record["stability"]:
+        return f"{place}: {record['stability']['failures']} of {record['stability']['count']} answers are wrong"
     frames = record["frames_s"]
     steady = f"{statistics.median(frames[1:]):.4g} s a frame" if len(frames) > 1 else "no steady frame"
     worst, off = ((record[name] or {}).get(key) for name, key in (("accuracy", "max_outside"), ("error", "rmse")))
@@ -204,6 +206,61 @@ def show_summary(records: list[dict]) -> None:
             seen.setdefault((record["variant"], "warning", warning), record)
     for variant, status, reason in seen:
         print(f"  {variant}: {status}: {reason}")
+
+
+def show_rows(rows: dict, as_json: bool) -> None:
+    """The rows of the catalogue of failures: name, code, what fails, what grows."""
+    if as_json:
+        print(json.dumps({name: row.facts() for name, row in rows.items()}, indent=1))
+        return
+    table = Table("row", "code", "what fails", "under a growing")
+    for name, row in rows.items():
+        table.add_row(*map(escape, (name, row.code, row.title, row.stress)))
+    console.print(table)
+    print("rayrace stress ROW runs one; rayrace run stability runs all of them")
+
+
+def show_row(row, as_json: bool) -> None:
+    """The share of wrong answers of each method of a row (reports.stability), level by level."""
+    curves = [
+        {
+            "variant": curve.variant,
+            "precision": curve.precision,
+            "method": curve.way.name,
+            "naive": curve.way.naive,
+            "points": [
+                {
+                    "level": point.level,
+                    "share": point.share if point.known else None,
+                    "unavailable": None if point.known else str(point.told),
+                }
+                for point in curve.points
+            ],
+        }
+        for curve in row.curves
+    ]
+    if as_json:
+        print(json.dumps({**row.facts, "row": row.name, "curves": curves}, indent=1))
+        return
+    table = Table(title=f"{row.label}: {row.facts['title']}; share of wrong answers", title_justify="left")
+    table.add_column(row.facts["stress"], justify="right")
+    for curve in curves:
+        table.add_column(f"{curve['variant']} {curve['precision']}\n{curve['method']}", justify="right")
+    told = [{point["level"]: point for point in curve["points"]} for curve in curves]
+    for level in row.levels:
+        cells = [points.get(level) for points in told]
+        shown = [
+            "" if cell is None else "unavailable" if cell["unavailable"] else _share(cell["share"]) for cell in cells
+        ]
+        table.add_row(f"{level:g}", *shown)
+    console.print(table)
+    for reason in dict.fromkeys(point["unavailable"] for points in told for point in points.values()):
+        if reason:
+            print(f"unavailable: {reason}")
+
+
+def _share(share: float) -> str:
+    return "0" if share == 0 else f"{share:.1%}" if share >= 0.001 else f"{share:.1e}"
 
 
 def show_status(status, as_json: bool) -> None:

@@ -26,9 +26,14 @@ from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.statistics.statistics import LEAST
 from harness.stress.job import Stressed
+from harness.stress.row import ROUNDOFF
 
 PAIRED = ("cpp", "numba", "cpp-threads", "numpy")  # whose cell is run twice: the first of them that can
 PROCESSES = 10**6  # of a run
+
+
+class NoCells(UserError):
+    """The constraints of an experiment leave nothing to run."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +153,7 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
             arrays.setdefault(cell.scene_version, picture.source.flat(picture.image.arithmetic)[1])
     cells = tuple(cell for cell, _ in seen.values())
     if not cells:
-        raise UserError("every cell is left out by where", file=file)
+        raise NoCells("every cell is left out by where", file=file)
     if (asked := sum(cell.processes for cell in cells)) > PROCESSES:
         raise UserError(f"{len(cells)} cells are {asked} processes, {PROCESSES} at most", file=file)
     pair, reason = pair_of(cells, experiment.measure.pair)
@@ -275,6 +280,9 @@ def _stressed(experiment: Experiment, file: Path) -> Iterator[_Picture]:
             swept = {**common, **dict(own)}
             for level in asked.levels or row.levels:
                 precision = swept.get("precision", image["precision"])
+                if precision not in ROUNDOFF:
+                    why = f'stress: {row.name} has no precision "{precision}"'
+                    raise UserError(why, file=file, remedy=f"known: {', '.join(ROUNDOFF)}")
                 key = row.name, level, precision
                 source = made.setdefault(key, Stressed(row, level, precision, experiment.seed))
                 point = {"stress": row.name, "level": level, **swept}

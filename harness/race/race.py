@@ -5,6 +5,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from harness.errors import UserError
@@ -18,7 +19,7 @@ from harness.process.scratch import scratch
 from harness.race import load_pass, stopping
 from harness.race.bench import Bench, timestamp
 from harness.race.host import Host, ThisHost
-from harness.renderer.registry import Entry
+from harness.renderer.registry import Entry, usable_cores
 from harness.store import store
 from harness.store.alone import only_one
 
@@ -127,6 +128,7 @@ class _Loop:
 
     def run(self) -> None:
         """Each turn, stored as it ends; then the load pass, if the budget has let all have their turn."""
+        _build([turn.cell for turn in self.due if turn.cell.stressed and turn.cell.refused is None])
         for turn in self.due:
             if not self._fits(turn):
                 return
@@ -178,6 +180,17 @@ class _Loop:
         begun = (cell.key, 0, "timed") in self.there
         first = later if begun else self.predictor.seconds(cell, first=True) or later
         return first.seconds + (count - 1) * later.seconds
+
+
+def _build(cells: list[Cell]) -> None:
+    """Build all that cells under stress need, on all cores, as nothing is timed: a build that fails fails each cell."""
+    with ThreadPoolExecutor(usable_cores()) as pool:
+        try:
+            for cell in {_kernel(cell): cell for cell in cells if cell.entry.renderer.manifest.build}.values():
+                pool.submit(cell.entry.renderer.build, cell.parameters, cell.needs)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def _kernel(cell: Cell) -> tuple:

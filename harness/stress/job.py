@@ -54,7 +54,7 @@ class Stressed:
 
     def record(self, result, parameters: Parameters) -> dict:
         """`stability` of a record (store.py): what a picture or list of hits is worth."""
-        told, u = parameters.values(), ROUNDOFF.get(parameters.precision, ROUNDOFF["float64"])
+        told, u = parameters.values(), ROUNDOFF[parameters.precision]
         return {
             "row": self.row.name,
             "level": self.level,
