@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.process import process
+from harness.process import crash, process
 from harness.process.scratch import must_have_room, remove, scratch
 from harness.renderer import events, job
 from harness.renderer.builder import BuildError, Built, fill
@@ -173,8 +173,7 @@ def collect(
     rays = len(arrays["rays"]) if parameters.kind == "rays" else 0
     events.tidy(said, outcome.spawned, outcome.exited)
     result = Result("ok", "", outcome, said, None, text)
-    last_line = text.splitlines()[-1] if text else ""
-    why = said.error or events.words(last_line) or "it did not say why"
+    why = said.error or events.words(crash.reason(text)) or "it did not say why"
     if outcome.timed_out:
         stopped = ", in which it was stopped by a signal" if outcome.stopped else ""
         result.status, result.reason = "timeout", f"killed after {outcome.wall_s:.3g} s{stopped}"

@@ -160,6 +160,11 @@ def chatter():
     sys.exit(1)
 
 
+def panic():
+    sys.stderr.write("thread 'main' panicked at src/main.rs:3:5:\nno scene today\nnote: run with `RUST_BACKTRACE=1`\n")
+    sys.exit(101)
+
+
 def pickled():
     good(data=npy([], (1,), "|O") + b"cos\nsystem\n(S'true'\ntR.")
 
@@ -209,6 +214,7 @@ MISDEEDS = {
     "bad-exit": lambda: fail(1),
     "bad-exit-silent": lambda: os._exit(7),
     "bad-exit-stderr": lambda: fail(2, say_why=False),
+    "bad-panic": panic,
     "bad-chatter": chatter,
     "bad-refuse": lambda: fail(3),
     "bad-segv": lambda: end_by(signal.SIGSEGV),

@@ -30,6 +30,7 @@ EXPECTED = {
     "bad-exit": ("failed", "exit 1: no scene today"),
     "bad-exit-silent": ("failed", "exit 7: it did not say why"),
     "bad-exit-stderr": ("failed", "exit 2: It broke here"),
+    "bad-panic": ("failed", "exit 101: panicked at src/main.rs:3:5: no scene today"),
     "bad-chatter": ("failed", "exit 1: the last word"),
     "bad-refuse": ("unsupported", "no scene today"),
     "bad-segv": ("failed", "ended by SIGSEGV"),
