@@ -91,11 +91,16 @@ def run(
     if as_json:
         raise UserError("--json: only with --dry-run")
     folder = resume or new_run(experiment, out)
-    if name == "local":
-        records, left = here(asked, planned, known, folder, resume is not None, budget)
-    else:
-        front = campaign.Campaign(folder, asked, experiment, planned, name)
-        records, left = _on_cluster(front, chosen, folders, resume is not None, detach)
+    try:
+        if name == "local":
+            records, left = here(asked, planned, known, folder, resume is not None, budget)
+        else:
+            front = campaign.Campaign(folder, asked, experiment, planned, name)
+            records, left = _on_cluster(front, chosen, folders, resume is not None, detach)
+    except BaseException:
+        if not resume:
+            _remove_unless_begun(folder)
+        raise
     _finish(folder, records, left, report)
 
 
@@ -111,6 +116,16 @@ def new_run(experiment: Path, out: Path | None) -> Path:
     except FileExistsError:
         raise UserError(f"{out}: exists already; give --out another folder") from None
     return out
+
+
+def _remove_unless_begun(folder: Path) -> None:
+    """Remove the folder that was made for a run which then did not begin, as long as nothing is in it."""
+    from harness.store import alone
+
+    if {path.name for path in folder.glob("*")} <= {alone.NAME}:
+        with contextlib.suppress(OSError):
+            (folder / alone.NAME).unlink(missing_ok=True)
+            folder.rmdir()
 
 
 def _taking_part(known, folders: tuple[Path, ...]) -> tuple[tuple[str, ...], ...]:
@@ -164,6 +179,8 @@ def _come_back(folder: Path) -> str:
     begun = (folder / "run.json").exists()
     if not folder.is_dir() or (begun and not (folder / "repetitions.jsonl").exists()):
         return f"{folder} is gone, and what had finished with it"
+    if not begun:
+        return "nothing was measured"
     return f"what had finished is in {folder}; go on with --resume {folder}"
 
 

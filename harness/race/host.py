@@ -18,7 +18,8 @@ from harness.renderer.builder import cache_folder
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
-from harness.system import trouble
+from harness.store import alone
+from harness.system import holder, trouble
 
 
 class Host(Protocol):
@@ -64,6 +65,15 @@ def host_lock() -> FileLock:
     return FileLock(Path(tempfile.gettempdir()) / "rayrace-measuring.lock")
 
 
+def _who(lock: Path) -> str:
+    """The process that holds the lock of measuring, and the folder of its run."""
+    found = holder.find(lock)
+    if found is None:
+        return "process unavailable (the system does not tell)"
+    folders = [file.parent for file in found.files if file.name == alone.NAME]
+    return f"process {found.pid}, {folders[0] if folders else 'folder unavailable'}"
+
+
 class ThisHost:
     """The Host that this process is on."""
 
@@ -83,7 +93,8 @@ class ThisHost:
         try:
             lock.acquire(timeout=0)
         except Timeout:
-            print("another rayrace is measuring on this machine; waiting for it to end", file=sys.stderr)
+            who = _who(Path(lock.lock_file))
+            print(f"another rayrace is measuring on this machine, {who}; waiting for it to end", file=sys.stderr)
             lock.acquire()
         try:
             scratch.remove_left()

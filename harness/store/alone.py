@@ -7,6 +7,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from harness.errors import UserError
+from harness.system import holder
 
 NAME = ".lock"  # in the folder of a run. It stays there, and is held by nobody who is dead
 
@@ -20,8 +21,10 @@ def only_one(folder: Path) -> Iterator[None]:
     try:
         lock.acquire(timeout=0)
     except Timeout:
+        found = holder.find(Path(folder) / NAME)
+        who = f", process {found.pid}" if found else ""
         remedy = f"let it end, or look with: rayrace status {folder}"
-        raise UserError(f"{folder}: another rayrace is at work on this run", remedy=remedy) from None
+        raise UserError(f"{folder}: another rayrace is at work on this run{who}", remedy=remedy) from None
     try:
         yield
     finally:

@@ -94,31 +94,54 @@ def parent(pid):
         return None
 
 
-def test_the_lock_of_measuring(environment, tmp_path):
-    """While one rayrace measures, another one waits."""
-    source = (
-        "import sys, time; from harness.race import host\n"
-        "lock = host.host_lock(); lock.acquire(timeout=0); print('held', flush=True); sys.stdin.read()"
-    )
+HOLDER = """import pathlib, sys
+from harness.race import host
+from harness.store import alone
+folder = pathlib.Path(sys.argv[1])
+folder.mkdir()
+with alone.only_one(folder), host.ThisHost().exclusive():
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+def start_waiting(environment, tmp_path, measuring):
+    """A process that measures, in a folder, and a `rayrace run` that waits for it; the line that the latter says."""
     holder = subprocess.Popen(
-        [sys.executable, "-c", source], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", HOLDER, measuring],
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     )
     assert holder.stdout.readline() == "held\n"
     (tmp_path / "scene.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\n")
     (tmp_path / "e.toml").write_text('title = "t"\nscenes = ["scene.txt"]\nrenderers = ["python"]\nprocesses = 1\n'
                                      "[image]\nwidth = 4\nheight = 4\n")  # fmt: skip
     program = Path(sys.executable).with_name("rayrace")
-    waiting = subprocess.Popen(
-        [program, "run", tmp_path / "e.toml", "--out", tmp_path / "run"],
-        env=environment,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert "another rayrace is measuring on this machine; waiting" in waiting.stderr.readline()
+    words = [program, "run", tmp_path / "e.toml", "--out", tmp_path / "run"]
+    waiting = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True)
+    return holder, waiting, waiting.stderr.readline()
+
+
+def test_the_lock_of_measuring(environment, tmp_path):
+    """While one rayrace measures, another one waits, and says for which."""
+    holder, waiting, said = start_waiting(environment, tmp_path, tmp_path / "a folder")
+    who = f"process {holder.pid}, {tmp_path / 'a folder'}"
+    assert said == f"another rayrace is measuring on this machine, {who}; waiting for it to end\n"
     assert not (tmp_path / "run" / "run.json").exists()
     holder.communicate()
     waiting.communicate(timeout=120)
     assert waiting.returncode == 0
+
+
+def test_ctrl_c_while_waiting_claims_no_run(environment, tmp_path):
+    holder, waiting, _ = start_waiting(environment, tmp_path, tmp_path / "other")
+    waiting.send_signal(signal.SIGINT)
+    _, said = waiting.communicate(timeout=60)
+    assert said.splitlines()[0] == "stopped; nothing was measured" and "--resume" not in said and "run:" not in said
+    assert waiting.returncode == 130 and not (tmp_path / "run").exists()
+    holder.communicate()
 
 
 DROPPED = """import os, signal
