@@ -62,7 +62,9 @@ def render(scene, variant, out, asked, most, given, frames, timeout, folders, as
     found = advice.choose(Path("results"), wanted, limit, able)
     chosen, entry = job(found.parameters), known[found.variant]
     needs = needs_of(read, chosen)
+    warned = single.warn(read)
     result, facts = single.make(entry, arrays, chosen, needs, out, timeout)
+    facts["warnings"] = warned
     got = error(result.array, read, arrays, entry, known, chosen, found.depth)
     expected = {"rmse": found.error, "like": found.like, "run": str(found.run)}
     if as_json:
@@ -112,7 +114,7 @@ def _best(read, parameters: Parameters) -> Parameters:
 
 def _told(got: dict) -> str:
     if "unavailable" in got:
-        return f"error unavailable: {got['unavailable']}"
+        return f"error: not measured; {got['unavailable']}"
     noise = f", whose own error is {got['standard_error']:.2g}" if got["standard_error"] else ""
     return (
         f"RMSE {got['rmse']:.2g} against the truth by {got['truth']}{noise}; largest error {got['max']:.2g},"

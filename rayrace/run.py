@@ -65,6 +65,8 @@ def run(
     asked = experiments.load(experiment, tuple(settings or ()), _taking_part(known, folders), known)
     chosen = tuple(dict.fromkeys(name.strip() for text in only or () for name in text.split(",") if name.strip()))
     planned = plan.make(asked, experiment, known, chosen)
+    for warning in planned.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
     budget = math.inf if max_minutes is None else 60 * max_minutes
     if resume and out:
         raise UserError("--resume goes on in the run's own folder; leave --out out")

@@ -101,6 +101,7 @@ class Forecast:
             "sources": self.sources,
             "unknown": self.unknown,
             "left_out": [{"constraint": constraint, "cells": count} for constraint, count in plan.left_out],
+            "warnings": list(plan.warnings),
             "pair": {"cell": plan.pair.key, "label": plan.pair.label}
             if plan.pair
             else {"unavailable": plan.pair_reason},

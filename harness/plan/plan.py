@@ -24,6 +24,7 @@ from harness.renderer import registry
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
+from harness.scene import warnings
 from harness.statistics.statistics import LEAST
 from harness.stress.job import Stressed
 from harness.stress.row import ROUNDOFF
@@ -107,6 +108,7 @@ class Plan:
     truths: "Truths | None" = None
     cold: bool = False  # is every cell also run without a cache, once a round?
     peaks: bool = False  # is the machine calibrated before every timed repetition?
+    warnings: tuple[str, ...] = ()  # of its scenes
 
     def order(self, seed: int, how: str = "interleaved") -> list[Turn]:
         """Every process of the plan in turn.
@@ -159,7 +161,10 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
     pair, reason = pair_of(cells, experiment.measure.pair)
     truths = Truths(cells, sources, experiment.reference)
     left_out = tuple(constraints.left_out.items())
-    return Plan(cells, arrays, pair, reason, left_out, truths, experiment.measure.cold, experiment.measure.peaks)
+    cold, peaks = experiment.measure.cold, experiment.measure.peaks
+    shown = (source.scene for source in sources.values() if isinstance(source, Source))
+    doubts = tuple(dict.fromkeys(text for scene in shown for text in warnings(scene)))
+    return Plan(cells, arrays, pair, reason, left_out, truths, cold, peaks, doubts)
 
 
 class Truths:

@@ -69,6 +69,7 @@ def describe(experiment: Experiment, plan: Plan) -> dict:
         "order": experiment.order,
         "pair": {"cell": plan.pair.key, "label": plan.pair.label} if plan.pair else {"unavailable": plan.pair_reason},
         "left_out": [{"constraint": constraint, "cells": count} for constraint, count in plan.left_out],
+        "warnings": list(plan.warnings),
         "stability": {cell.stressed.row.name: cell.stressed.row.facts() for cell in plan.cells if cell.stressed},
         "cells": [cell.facts() for cell in plan.cells],
     }

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from harness.errors import UserError
-from harness.scene import nff, text
+from harness.scene import check, nff, text
 from harness.scene.tokens import read_text
 
 READERS = {".txt": text.read, ".nff": nff.read}
@@ -17,3 +17,14 @@ def load(path):
         supported = f"supported: {', '.join(READERS)}"
         raise UserError(f'unknown kind of scene file "{path.suffix}"', file=path, remedy=supported)
     return read_text(path) if read is None else read(read_text(path), path)
+
+
+def warnings(scene) -> list[str]:
+    """What is valid in a `Scene` and seldom meant, each with its place."""
+    camera = scene.camera
+    angle = check.slant(camera.u, camera.v, camera.e)
+    if not angle:
+        return []
+    what = f"the eye is {angle:.3g} degrees off the normal of the screen, so the perspective is oblique"
+    remedy = "to have it straight, write the distance of the eye in place of e"
+    return [str(UserError(what, file=scene.file, line=camera.line or None, remedy=remedy))]

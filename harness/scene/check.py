@@ -52,6 +52,13 @@ def eye(u, v, e):
     return None
 
 
+def slant(u, v, e):
+    """Angle in degrees between the camera's `e` and the normal of its screen, on either side; 0 within SLACK."""
+    normal = cross(u, v)
+    angle = math.atan2(length(cross(normal, e)), abs(dot(normal, e)))
+    return math.degrees(angle) if angle > SLACK else 0.0
+
+
 def box(edges):
     """Three edges: none zero, together a volume."""
     return _frame(edges, "edge", "edges")

@@ -16,12 +16,16 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """Centre of the screen, its half-extents `u` and `v`, and the eye at `centre + e` (CAM-1)."""
+    """Centre of the screen, its half-extents `u` and `v`, and the eye at `centre + e` (CAM-1).
+
+    `line` is that of `e` in the file, from 1; 0 if it came from no file.
+    """
 
     centre: Vector
     u: Vector
     v: Vector
     e: Vector
+    line: int = field(default=0, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)

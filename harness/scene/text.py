@@ -97,7 +97,7 @@ class _Reader(Fields):
             distance = self.number("the distance of the eye (or a vector for e)")
             e = tuple(distance * n for n in check.unit(check.cross(u, v)))
         self.blame(check.eye(u, v, e), [place])
-        return Camera(centre, u, v, e)
+        return Camera(centre, u, v, e, line=place.line)
 
     def light(self):
         return Light(self.vector("the position"), self.colour(), self.number("the radius", NOT_NEGATIVE))

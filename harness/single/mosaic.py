@@ -24,7 +24,7 @@ from harness.scene.needs import needs as needs_of
 from harness.single import single, tiles
 from harness.single.following import Following, Tell
 
-NOT_JUDGED = "a picture in tiles is compared with no reference"
+NOT_JUDGED = "not measured; a picture in tiles is compared with no reference"
 SHARED = "corners on the edge of two tiles are counted in both (SAM-5)"
 
 
@@ -75,6 +75,7 @@ def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json
     if way.name == "local" and entry.unavailable:  # elsewhere there may be what is missing here
         raise UserError(f"{entry.name} is unavailable: {entry.unavailable}")
     now = tiles.describe(entry, flatten(read, parameters.arithmetic), parameters, side)
+    warned = single.warn(read)
     del read
 
     place = tiles.Folder(out.with_name(out.name + ".tiles"))
@@ -105,6 +106,7 @@ def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json
             raise
         following.wait()
         place.remove()
+    found["warnings"] = warned
     found["took_s"] = time.monotonic() - begun
     print(json.dumps(found)) if as_json else tell_people(found, parameters)
 
@@ -214,4 +216,4 @@ def tell_people(found: dict, parameters: Parameters) -> None:
     single.tell_doubts(found)
     if found["processors"] > 1:
         print("note: hosts with different processors made it: last digits may differ", file=sys.stderr)
-    print(f"error unavailable: {NOT_JUDGED}")
+    print(f"error: {NOT_JUDGED}")

@@ -19,12 +19,13 @@ from harness.renderer import registry
 from harness.renderer.builder import cache_folder
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
-from harness.scene import load
+from harness.scene import load, warnings
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.scene.needs import shapes
 from harness.single import export
 
+NOT_MEASURED = "not measured; `rayrace run` measures it, with an experiment that has this scene and these options"
 FASTEST = ("cpp-threads", "numba-parallel", "numpy", "python")
 
 
@@ -62,7 +63,9 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     if exporter:
         if variant:
             raise UserError(f"-r {variant}: {out.name} is a scene, which nobody renders; leave -r out")
-        _export(load(scene), out, exporter, image, timeout, as_json)
+        read = load(scene)
+        warn(read)
+        _export(read, out, exporter, image, timeout, as_json)
         return
     picture.check_suffix(out)
     read = load(scene)
@@ -71,7 +74,9 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     entry = pick(variant, registry.entries(folders), parameters, needs)
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
     arrays = flatten(read, parameters.arithmetic)
+    warned = warn(read)
     result, facts = make(entry, arrays, parameters, needs, out, timeout)
+    facts["warnings"] = warned
     facts["accuracy"] = _accuracy(entry, registry.entries(folders), arrays, parameters, result)
     if as_json:
         print(json.dumps(facts))
@@ -85,7 +90,7 @@ def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.R
     kept = Kept(cache_folder("references"))
     found = reference.find(kept, entry, known, fingerprint(arrays), parameters)
     if found is None:
-        return {"unavailable": "no run here has made a reference of this picture by another renderer: `rayrace run`"}
+        return {"unavailable": NOT_MEASURED}
     limit = 0.0 if result.dropped is None else bound.bound(arrays, parameters.depth, result.dropped)
     external = entry.renderer.manifest.external
     verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external, limit)
@@ -95,7 +100,7 @@ def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.R
 def _told(accuracy: dict) -> str:
     """The error for people."""
     if "unavailable" in accuracy:
-        return f"error unavailable: {accuracy['unavailable']}"
+        return f"error: {accuracy['unavailable']}"
     if accuracy["rmse"] is None:
         return f"wrong: {accuracy['wrong']}"
     outside, share = accuracy["max_outside"], accuracy["mask_fraction"]
@@ -127,6 +132,14 @@ def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Res
         "device": result.said.device,
         "unranked": row.unranked(entry, result.said),
     }
+
+
+def warn(scene) -> list[str]:
+    """Print the warnings of a scene; returns them."""
+    found = warnings(scene)
+    for text in found:
+        print(f"warning: {text}", file=sys.stderr)
+    return found
 
 
 def tell(facts: dict, parameters: Parameters) -> None:

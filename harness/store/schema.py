@@ -128,6 +128,7 @@ Facts = _some(
     pair=Pair,
     cells=list[Cell],
     ended=_some("Ended", at=Required[str]),
+    warnings=list[str],
     left_out=list[_some("LeftOut", constraint=Required[str], cells=Required[Count])],
     stability=dict[str, dict[str, Any]] | None,
     executor=_some("Executor", name=str, batches=list[Batch]),

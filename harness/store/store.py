@@ -2,8 +2,8 @@
 
     run.json            the experiment, the plan's cells, the environment, when and by what command; `order` of its
                         repetitions; `pair`: the cell that was run twice in each round (A/A), or why none; `left_out`:
-                        cells by constraint; `resumed`: each time that it was taken up again; `ended`: when the harness
-                        had done what it could, and the state of the machine then
+                        cells by constraint; `warnings` of its scenes; `resumed`: each time that it was taken up again;
+                        `ended`: when the harness had done what it could, and the state of the machine then
     repetitions.jsonl   one line per repetition, appended and synced when it ends: nothing finished is lost
     pictures/KEY.npy    the picture of each cell, linear float; KEY.flip.npy and KEY.error.flip.npy, its FLIP maps
                         beside its reference and the truth; KEY.dropped.npy, weights that were cut off (CUT-2);

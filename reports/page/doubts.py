@@ -1,4 +1,4 @@
-"""The section on doubts: warnings of repetitions, and processes that waited."""
+"""The section on doubts: warnings of scenes and repetitions, and processes that waited."""
 
 import re
 from pathlib import Path
@@ -13,8 +13,8 @@ SHORTEST = 0.2  # s of a process, of which starting is then a small part
 
 def write(results: Results, _: Path | None = None) -> str:
     """The section of the report."""
-    found = _warnings(results)
-    return f"## Doubtful\n\n{markdown.bullets(found) if found else 'No repetition has a warning.'}"
+    found = [*map(markdown.escape, results.facts.get("warnings", [])), *_warnings(results)]
+    return f"## Doubtful\n\n{markdown.bullets(found) if found else 'No scene and no repetition has a warning.'}"
 
 
 def _warnings(results: Results) -> list[str]:

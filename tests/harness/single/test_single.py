@@ -2,6 +2,7 @@
 
 import csv
 import json
+from itertools import pairwise
 
 import numpy as np
 import OpenEXR
@@ -50,7 +51,9 @@ def test_render_tells_its_error_once_a_run_has_made_a_reference(rayrace, experim
     words += ("--no-shadows", "-o", tmp_path / "a.npy")
     mine = {"RAYRACE_CACHE": str(tmp_path / "cache")}
     before = rayrace(*words, env=mine, code=0).stdout
-    assert "error unavailable: no run here has made a reference of this picture" in before
+    assert before.splitlines()[-1].startswith("error: not measured; `rayrace run` measures it, ")
+    before = json.loads(rayrace(*words, "--json", env=mine, code=0).stdout)["accuracy"]
+    assert list(before) == ["unavailable"] and before["unavailable"].startswith("not measured; ")
     rayrace("run", file, "--out", tmp_path / "run", env=mine, code=0)
     told = json.loads(rayrace(*words, "--json", env=mine, code=0).stdout)["accuracy"]
     (right,) = (tmp_path / "run" / "pictures").glob("*.reference.npy")
@@ -58,8 +61,8 @@ def test_render_tells_its_error_once_a_run_has_made_a_reference(rayrace, experim
     assert told["reference"] != "python" and told["wrong"] is None
     assert told["rmse"] == pytest.approx(np.sqrt((off**2).mean())) and told["max_outside"] <= off.max()
     assert f"error against the reference by {told['reference']}: at most " in rayrace(*words, env=mine, code=0).stdout
-    other = rayrace(*words, "--depth", 2, env=mine, code=0).stdout
-    assert "error unavailable" in other
+    other = [2 if before == "--depth" else word for before, word in pairwise(("", *words))]
+    assert "error: not measured" in rayrace(*other, env=mine, code=0).stdout
 
 
 def test_render_a_region(rayrace, scene, tmp_path):
