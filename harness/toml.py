@@ -2,11 +2,12 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
 from harness.errors import UserError
 
@@ -63,18 +64,20 @@ def validated(
     """
     try:
         tables = _frozen(tables)
-        found, faults, rest = None, {}, tables
+        found, faults, rest, kind = None, {}, tables, model
         for _ in range(ROUNDS):
             try:
-                found = model.model_validate(rest)
+                found = kind.model_validate(rest)
                 break
             except ValidationError as error:
-                new = _faults(error, rest, model)
+                if lacking := [name for name in _lacking(error) if (name,) in faults]:
+                    kind = _with_blanks(kind, lacking)
+                    continue
+                new = _faults(error, rest, model, faults)
                 aside = {place if is_value else place[:-1] for place, (_, is_value) in new.items()} - {()}
                 if faults and () in new:  # what is only wrong because a value was set aside is none
-                    gone = {str(place[0]) for place in faults if place}
                     texts = [text for line in new.pop(())[0] for text in line.split("\n")]
-                    kept = [text for text in texts if not gone & set(re.findall(r"\w+", text.partition(":")[0]))]
+                    kept = [text for text in texts if not _follows(text, faults)]
                     new |= {(): (["\n".join(kept)], False)} if kept else {}
                 faults = {place: texts for place, (texts, _) in new.items()} | faults
                 if not aside or error.error_count() > FAULTS:
@@ -102,11 +105,42 @@ def validated(
     raise UserError("\n".join(text for _, text in sorted(told, key=lambda one: one[0])))
 
 
-def _faults(error: ValidationError, tables: dict, model: type[BaseModel]) -> dict[Place, tuple[list[str], bool]]:
-    """The messages of each place, and whether it is a value, which can be set aside, or a key that is missing."""
+def _follows(text: str, faults: Iterable[Place]) -> bool:
+    """May a message about the whole file be due to a value that was set aside? It begins with a key, or names some."""
+    places = [tuple(step for step in place if isinstance(step, str)) for place in faults]
+    key = text.partition(":")[0].partition('"')[0].strip()
+    if "." not in key:
+        return bool({place[0] for place in places if place} & set(re.findall(r"\w+", key)))
+    steps = _parts(key)
+    return any(all(a == b for a, b in zip(place, steps, strict=False)) for place in places if place)
+
+
+def _lacking(error: ValidationError) -> list[str]:
+    """Names of required fields of the file itself that are not there."""
+    return [fault["loc"][0] for fault in error.errors() if fault["type"] == "missing" and len(fault["loc"]) == 1]
+
+
+def _with_blanks(model: type[BaseModel], names: list[str]) -> type[BaseModel]:
+    """The model with blank values, "" or (), for required fields that were set aside: the others can be looked at."""
+    kinds = {name: get_origin(kind := model.model_fields[name].annotation) or kind for name in names}
+    return create_model(model.__name__, __base__=model, **{name: (Any, kind()) for name, kind in kinds.items()})
+
+
+def _faults(
+    error: ValidationError, tables: dict, model: type[BaseModel], before: Iterable[Place]
+) -> dict[Place, tuple[list[str], bool]]:
+    """The messages of each place, and whether it is a value, which can be set aside, or a key that is missing.
+
+    before: places that are known to be faulty. What only follows from a fault further down is left out: that a list
+    without its faulty values is too short, or that the value is of no other type either.
+    """
     found: dict[Place, tuple[list[str], bool]] = {}
-    for fault in error.errors(include_url=False)[:FAULTS]:
-        place = _place(fault, tables)
+    errors = error.errors(include_url=False)[:FAULTS]
+    places = [_place(fault, tables) for fault in errors]
+    above = {place[:n] for place in (*before, *places) for n in range(1, len(place))}
+    for fault, place in zip(errors, places, strict=True):
+        if place in above and fault["type"] != "value_error":
+            continue
         texts, _ = found.setdefault(place, ([], bool(place) and fault["type"] != "missing"))
         texts.append(_message(fault, model, place))  # a value that may be of several types has a fault for each
     return found
@@ -146,7 +180,7 @@ def _place(error: dict, tables: dict) -> Place:
 def _message(error: dict, model: type[BaseModel], place: Place) -> str:
     if error["type"] != "extra_forbidden":
         text = error["msg"].removeprefix("Value error, ")
-        return text.replace("tuple", "list").replace("Tuple", "List")  # as TOML has it
+        return text.replace("tuple", "list").replace("Tuple", "List").replace("dictionary", "table")  # as TOML has it
     key = str(error["loc"][-1])
     known = list(_keys_at(model, error["loc"][:-1]))
     near = get_close_matches(key, known, n=1)
@@ -199,7 +233,11 @@ class _Lines:
     def of(self, place: Place | str) -> int | None:
         """The line of a place, or of the nearest thing around it; None if there is none. A text: its dotted key."""
         steps = _parts(place) if isinstance(place, str) else place
-        return next((self.known[steps[:n]] for n in range(len(steps), 0, -1) if steps[:n] in self.known), None)
+        first: dict[Place, int] = {}  # of several tables of a name
+        for each, line in self.known.items():
+            first.setdefault(tuple(step for step in each if isinstance(step, str)), line)
+        known = first | self.known
+        return next((known[steps[:n]] for n in range(len(steps), 0, -1) if steps[:n] in known), None)
 
 
 def _parts(key: str) -> Place:

@@ -6,10 +6,10 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, create_model, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, create_model, model_validator
 
 from harness.duration import Seconds, duration
-from harness.experiment import cluster
+from harness.experiment import cluster, where
 from harness.experiment.image import Count, Image
 from harness.renderer import registry
 from harness.renderer.limits import Limits
@@ -184,7 +184,7 @@ class Experiment(Strict):
     @model_validator(mode="after")
     def _consistent(self):
         """Every fault at once."""
-        if faults := [*self._sweep_faults(), *self._name_faults()]:
+        if faults := [*self._sweep_faults(), *self._where_faults(), *self._name_faults()]:
             raise ValueError("\n".join(faults))
         return self
 
@@ -196,7 +196,8 @@ class Experiment(Strict):
             swept |= set(table)
             yield from self._unknown("sweep", table)
             if not isinstance(self.sweep, dict) and len({len(values) for values in table.values()}) > 1:
-                yield f"sweep: the lists of one [[sweep]] table are zipped, so of one length: {list(table)}"
+                names = list(table)
+                yield f"sweep.{names[0]}: the lists of one [[sweep]] table are zipped, so of one length: {names}"
         points = {key for table in self.points for key in table}
         if swept & points:
             yield f"points: {', '.join(sorted(swept & points))} is swept too"
@@ -204,6 +205,13 @@ class Experiment(Strict):
             yield from self._unknown("points", table)
         if "side" in swept | points and {"width", "height"} & (swept | points):
             yield "sweep: side is width and height at once; sweep the one or the others"
+
+    def _where_faults(self) -> Iterator[str]:
+        for text in self.where:
+            try:
+                where.parse(text)
+            except ValueError as fault:
+                yield f'where "{text}": {fault}'
 
     @model_validator(mode="after")
     def _in_bounds(self):
@@ -236,6 +244,8 @@ class Experiment(Strict):
                 )
             elif values == ():
                 yield f"{name}.{key}: expected at least one value"
+            elif key not in counts:
+                yield from (f"{name}.{key}: {fault}" for fault in _value_faults(key, values))
 
     def _name_faults(self) -> Iterator[str]:
         if [bool(self.scenes), bool(self.case), bool(self.generate), bool(self.stress)].count(True) != 1:
@@ -245,12 +255,24 @@ class Experiment(Strict):
         if len({case.name for case in self.case}) != len(self.case):
             yield "case: each needs a name of its own"
         for name in self.override:
-            if name not in self.renderers:
+            if self.renderers and name not in self.renderers:
                 yield f"override.{name}: not among the experiment's renderers"
-        if self.measure.pair not in ("auto", "off", *self.renderers):
+        if self.renderers and self.measure.pair not in ("auto", "off", *self.renderers):
             yield f'measure.pair: expected auto, off or a renderer of the experiment, found "{self.measure.pair}"'
         if len(set(self.renderers)) != len(self.renderers) or len(set(self.scenes)) != len(self.scenes):
             yield "scenes and renderers: each may be named once"
+
+
+def _value_faults(key: str, values: Any) -> Iterator[str]:
+    """What is wrong with swept values, each for itself: a list, or in [[points]] a single one."""
+    field = "width" if key == "side" else key
+    for value in values if isinstance(values, tuple) else (values,):
+        try:
+            Image.model_validate({field: value})
+        except ValidationError as error:  # one of no place is of this value and others
+            found = [fault["msg"].removeprefix("Value error, ") for fault in error.errors() if fault["loc"]]
+            if found:
+                yield f"{value!r}: {' or: '.join(found)}"
 
 
 def load(

@@ -16,6 +16,7 @@ from harness.errors import UserError
 from harness.experiment import sweep
 from harness.experiment.experiment import Experiment, Reference
 from harness.experiment.image import Image
+from harness.experiment.where import Constraints
 from harness.judge import truth
 from harness.judge.hits import Aimed
 from harness.plan.source import Source, Sources
@@ -142,7 +143,7 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
         hint = f'did you mean "{near[0]}"?' if near else f"they are: {', '.join(experiment.renderers)}"
         raise UserError(f"--only {', '.join(unknown)}: not among the experiment's renderers", remedy=hint)
     chosen = [entry for entry in chosen if not only or entry.name in only]
-    constraints = sweep.Constraints(experiment.where, file)
+    constraints = Constraints(experiment.where, file)
     arrays: dict[str, dict] = {}
     seen: dict[str, tuple[Cell, int]] = {}
     sources: dict[str, Source] = {}
@@ -192,7 +193,7 @@ class _Picture:
     point: dict
     table: int
 
-    def cells(self, experiment: Experiment, chosen: list[Entry], constraints: sweep.Constraints) -> Iterator[Cell]:
+    def cells(self, experiment: Experiment, chosen: list[Entry], constraints: Constraints) -> Iterator[Cell]:
         for entry in chosen:
             override = experiment.override.get(entry.name)
             frames = experiment.frames if override is None or override.frames is None else override.frames
@@ -220,7 +221,7 @@ class _Picture:
             )
 
     def _names(self, entry: Entry, threads: int, frames: int, processes: int) -> dict:
-        """The values of sweep.NAMES."""
+        """The values of where.NAMES."""
         objects, lights = self.source.counts
         image = self.image
         return {

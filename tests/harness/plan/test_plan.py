@@ -116,9 +116,10 @@ def test_each_cell_has_needs_of_its_own(make):
 @pytest.mark.parametrize(
     ("expression", "message"),
     [
-        ("depth <", 'experiment.toml: where "depth <": expected an expression such as depth <= 4'),
-        ("deph < 3", 'where "deph < 3": no parameter deph; known: renderer, scene, case, stress, level, objects'),
-        ("renderer == 'numpy' or sides < 3", "no parameter sides; known: "),
+        ("depth <", 'experiment.toml:4: where "depth <": expected an expression such as depth <= 4'),
+        ("deph < 3", 'where "deph < 3": no parameter deph; did you mean "depth"?'),
+        ("xyz < 3", 'where "xyz < 3": no parameter xyz; known: renderer, scene, case, stress, level, objects'),
+        ("renderer == 'numpy' or sides < 3", 'no parameter sides; did you mean "side"?'),
         ("depth * lights", "expected true or false, such as objects * lights <= 200, found 0"),
         ("size > 3", "cannot be worked out for size = None: '>' not supported"),
         ("depth / lights > 1", "cannot be worked out for depth = 10, lights = 0: division by zero"),
