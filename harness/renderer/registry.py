@@ -5,8 +5,9 @@ import hashlib
 import importlib.resources
 import importlib.util
 import os
+import re
 import shutil
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +19,9 @@ from harness.system import cuda
 
 SEARCH_PATH = "RAYRACE_RENDERERS"
 NOT_SOURCES = {"__pycache__", "NOTES.md", "README.md"}
-RUN, REPORT = ("run.json", "repetitions.jsonl", ".lock"), ".rayrace-report"  # what a run and a report of one hold
+MADE = re.compile(r"\..*|#.*#|.*(~|\.pyc|\.o)")  # hidden, an editor's copy, or compiled
+RUN, REPORT = ("run.json", "repetitions.jsonl"), ".rayrace-report"  # what a run and a report of one hold
+CACHE = "CACHEDIR.TAG"  # in a folder that can be made again, as cargo's target/ (bford.info/cachedir)
 
 
 @dataclass(frozen=True)
@@ -29,17 +32,28 @@ class Renderer:
     manifest: manifest.Manifest
 
     def sources(self) -> list[str]:
-        """The files that make up the renderer now, from its folder, sorted; at the end those that it shares."""
+        """The files that make up the renderer now, from its folder, sorted; at the end those that it shares.
+
+        What editors, compilers and rayrace leave there is not part of it, unless the manifest names it.
+        """
         found = []
         for place, folders, names in os.walk(self.folder):
             folders[:] = [name for name in folders if _may_hold_sources(Path(place, name))]
             found += [
                 os.path.relpath(os.path.join(place, name), self.folder)
                 for name in names
-                if not (name.startswith(".") or name in NOT_SOURCES or name.endswith(".pyc"))
-                and os.path.isfile(os.path.join(place, name))
+                if not (MADE.fullmatch(name) or name in NOT_SOURCES) and os.path.isfile(os.path.join(place, name))
             ]
-        return [*sorted(found), *self.manifest.shares]
+        return [*sorted({*found, *self._named()}), *self.manifest.shares]
+
+    def _named(self) -> Iterator[str]:
+        """Files in its folder that a command of the manifest starts or passes on."""
+        told = self.manifest
+        parts = (*told.variant, told.build, told.export, told.inspect, told.spots)
+        for word in (word for part in parts if part for word in part.command):
+            before, given, name = word.partition("{folder}/")
+            if given and not before and (self.folder / name).is_file():
+                yield os.path.normpath(name)
 
     @cached_property
     def version(self) -> str:
@@ -157,8 +171,10 @@ class Entry:
 
 
 def _may_hold_sources(folder: Path) -> bool:
-    """Is it neither hidden nor Python's cache, nor a folder of results: a run, or a report of one?"""
-    if folder.name.startswith(".") or folder.name in NOT_SOURCES or (folder / REPORT).is_file():
+    """Is it neither hidden nor a cache, nor a folder of results: a run, or a report of one?"""
+    if folder.name.startswith(".") or folder.name in NOT_SOURCES:
+        return False
+    if any((folder / name).is_file() for name in (REPORT, CACHE)):
         return False
     return not all((folder / name).is_file() for name in RUN)
 

@@ -138,6 +138,7 @@ def test_a_run_in_a_renderers_folder_is_no_edit_of_it(rayrace, tmp_path):
 
 @pytest.mark.parametrize("name", ["flat.c", "below/more.h", "run.json", "results/table.csv", "new.txt"])
 def test_an_edit_of_a_source_is_seen(tmp_path, name):
+    """Also of a file that has only one of the names that a run has."""
     folder = tmp_path / "mine"
     shutil.copytree(C, folder)
     for known in ("below/more.h", "run.json", "results/table.csv"):
@@ -148,6 +149,43 @@ def test_an_edit_of_a_source_is_seen(tmp_path, name):
     with open(folder / name, "a") as file:
         file.write("/* 2 */")
     assert renderer.changed() == [name]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("flat.c~", "#flat.c#", ".flat.c.swp", ".#flat.c", "flat.o", "below/flat.o", "__pycache__/a.py", "b/a.pyc"),
+        *("target/CACHEDIR.TAG", "target/release/flat", "run/run.json", "run/pictures/a.npy", "old/table.csv"),
+    ],
+)
+def test_what_editors_compilers_and_rayrace_leave_is_no_edit(tmp_path, name):
+    folder = tmp_path / "mine"
+    shutil.copytree(C, folder)
+    for known in ("target/CACHEDIR.TAG", "run/run.json", "run/repetitions.jsonl", "old/.rayrace-report"):
+        (folder / known).parent.mkdir(exist_ok=True)
+        (folder / known).write_text("1")
+    renderer = registry.entries((folder,))["flat"].renderer
+    assert renderer.version and renderer.changed() == []
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    with open(folder / name, "a") as file:
+        file.write("/* 2 */")
+    assert renderer.changed() == []
+
+
+def test_a_program_that_the_manifest_names_is_a_source_wherever_it_lies(tmp_path):
+    folder = tmp_path / "mine"
+    shutil.copytree(C, folder)
+    text = (folder / "renderer.toml").read_text()
+    program = folder / "target" / "release" / "flat.o"
+    program.parent.mkdir(parents=True)
+    (folder / "target" / "CACHEDIR.TAG").touch()
+    program.write_text("1")
+    text = text.replace('"{build}/flat"', '"{folder}/target/release/flat.o"')
+    (folder / "renderer.toml").write_text(text)
+    renderer = registry.entries((folder,))["flat"].renderer
+    assert renderer.version and renderer.changed() == []
+    program.write_text("2")
+    assert renderer.changed() == ["target/release/flat.o"]
 
 
 MISTAKES = """title = 5
