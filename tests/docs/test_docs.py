@@ -1,9 +1,13 @@
 """What the documentation tells to type does what it says."""
 
+import json
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
+
+from harness.store import store
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -14,13 +18,26 @@ def blocks(page, language=""):
 
 
 @pytest.mark.slow
-def test_the_smallest_renderer_keeps_the_contract(tmp_path, rayrace):
-    (manifest,), (program,) = (blocks("adding-a-renderer.md", language) for language in ("toml", "python"))
-    (tmp_path / "flat").mkdir()
-    (tmp_path / "flat" / "renderer.toml").write_text(manifest)
-    (tmp_path / "flat" / "flat.py").write_text(program)
-    done = rayrace("check", tmp_path / "flat", code=0)
-    assert done.stdout.endswith("all checks passed\n")
+@pytest.mark.parametrize(("language", "file"), [("c", "flat.c"), ("python", "flat.py")])
+def test_the_smallest_renderer(language, file, tmp_path, rayrace):
+    """The page on adding a renderer, word for word: its files, and its commands with these files."""
+    manifest = blocks("adding-a-renderer.md", "toml")[["python", "c"].index(language)]
+    (program,) = blocks("adding-a-renderer.md", language)
+    name = tomllib.loads(manifest)["variant"][0]["name"]
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "renderer.toml").write_text(manifest)
+    (tmp_path / "mine" / file).write_text(program)
+    (block,) = [text for text in blocks("adding-a-renderer.md") if text.startswith("rayrace ")]
+    lines = [line.partition("#")[0].replace("FOLDER", "mine").replace("NAME", name) for line in block.splitlines()]
+    check, every, few = (line.split()[1:] for line in lines)
+    assert rayrace(*check, cwd=tmp_path, code=0).stdout.endswith("all checks passed\n")
+    told = json.loads(rayrace(*every, "--dry-run", "--json", cwd=tmp_path, code=0).stdout)
+    assert {name, "cpp", "numba"} < {cell["variant"] for cell in told["cells"]}
+    rayrace(*few, cwd=tmp_path, code=0)
+    (run,) = (tmp_path / "results").iterdir()
+    rows = store.read(run)[1]
+    assert {row["variant"] for row in rows} == {name, "python"}
+    assert {row["status"] for row in rows} <= {"ok", "unsupported"}
 
 
 @pytest.mark.slow

@@ -1,7 +1,6 @@
 """Options of the command line: each adds up or is refused when given twice, and renderers named there take part."""
 
 import json
-import re
 import shutil
 from importlib.metadata import version
 from pathlib import Path
@@ -69,21 +68,6 @@ def test_exhibits_of_the_command_line_do_not_take_part(rayrace, tmp_path):
     manifest.write_text(f"{text}\n{exhibit}")
     found = planned(rayrace, "smoke", "--renderer", tmp_path)
     assert "flat" in found and "flat-wrong" not in found
-
-
-@pytest.mark.slow
-def test_the_commands_of_the_page_with_a_program_in_c(rayrace, tmp_path):
-    """docs/adding-a-renderer.md, typed as it stands."""
-    page = (ROOT / "docs" / "adding-a-renderer.md").read_text("utf-8")
-    (block,) = [text for text in re.findall(r"^```\n(.*?)^```$", page, re.DOTALL | re.MULTILINE) if "rayrace " in text]
-    shutil.copytree(C, tmp_path / "mine")
-    lines = [line.partition("#")[0].split() for line in block.splitlines()]
-    assert [words[1] for words in lines] == ["check", "run"]
-    rayrace(*["mine" if word == "FOLDER" else word for word in lines[0][1:]], cwd=tmp_path, code=0)
-    few = ("--only", "flat,numpy", "--out", "run")
-    words = ["mine" if word == "FOLDER" else word for word in lines[1][1:]]
-    rayrace(*words, *few, cwd=tmp_path, code=0)
-    assert {row["variant"] for row in store.read(tmp_path / "run")[1]} == {"flat", "numpy"}
 
 
 def test_any_program_may_be_the_compiler(tmp_path, monkeypatch):
