@@ -133,6 +133,7 @@ def compare(
     from reports.compare import text as compare_text
 
     with packed.opened(run_a) as a, packed.opened(run_b) as b:
+        _must_have(host, a, b)
         found = comparisons.compare(a, b, host)
     if as_json:
         print(compare_text.as_json(found))
@@ -146,6 +147,16 @@ def compare(
     for row in found.broken:
         print(f"no longer ok: {row.name}: {row.reason}", file=sys.stderr)
     raise typer.Exit(1 if slower or found.broken else 0)
+
+
+def _must_have(host: str, *folders: Path) -> None:
+    """UserError if a host is named that none of the runs in the folders has."""
+    from harness.errors import UserError
+    from harness.store import store
+
+    known = {name: told["host"] for folder in folders if host for name, told in store.hosts(folder).items()}
+    if host and host not in {*known, *known.values()}:
+        raise UserError(f"--host {host}: there are rows of {', '.join(known)}")
 
 
 @app.command(cls=Once)
@@ -164,10 +175,16 @@ def export(
     host: HostOption = "",
 ) -> None:
     """Write a run in the format of another tool, or in one file, which `report`, `compare` and `export` read too."""
+    from harness.errors import UserError
     from harness.store import packed
     from reports import exporters
 
+    if form != "packed" and not pictures:
+        raise UserError("--no-pictures: only with --format packed; no other format has pictures")
+    if form == "packed" and host:
+        raise UserError("--host: not with --format packed, which has the rows of all hosts")
     with packed.opened(run) as folder:
+        _must_have(host, folder)
         left_out = exporters.write(folder, form, None if out == "-" else Path(out), pictures, host)
     for line in left_out:
         print(f"left out: {line}", file=sys.stderr)
@@ -201,8 +218,8 @@ def doctor(
     from rayrace import terminal
 
     if not cuda:
-        if scene or target:
-            raise UserError("--scene, --target: only with --cuda")
+        if scene or target or renderer:
+            raise UserError("--scene, --target, --renderer: only with --cuda")
         terminal.show_findings(doctors.examine(scratch.doubtful()), as_json)
         return
     from harness.contract import compile_report
@@ -229,16 +246,19 @@ def check(
 @app.command(cls=Once)
 def experiments(
     name: Annotated[str, typer.Argument(help="The bundled experiment to copy. Without it, they are listed.")] = "",
-    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the copy.")] = Path(),
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder for the copy. Default: this one.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """List the bundled experiments, or copy one with its scenes into a folder, to edit and run it."""
     import json
 
+    from harness.errors import UserError
     from rayrace import bundled, terminal
 
+    if out and not name:
+        raise UserError("-o: only with the name of an experiment, which is then copied")
     if name:
-        copied = bundled.copy(name, out)
+        copied = bundled.copy(name, out or Path())
         print(json.dumps([str(file) for file in copied]) if as_json else "\n".join(map(str, copied)))
     else:
         terminal.show_experiments(bundled.names(), as_json)

@@ -78,6 +78,8 @@ def run(
         raise UserError(f"--executor {name}: known: {', '.join(executors.NAMES)}")
     if name == "local" and detach:
         raise UserError("--detach: only of jobs on a cluster, with --executor")
+    if detach and report:
+        raise UserError("--report: not with --detach; write it with `rayrace report RUN` when the jobs have ended")
     if name != "local" and max_minutes is not None:
         raise UserError("--max-minutes: of a run here; jobs have the time of the experiment's [slurm]")
     if dry_run:

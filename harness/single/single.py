@@ -63,6 +63,8 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     if exporter:
         if variant:
             raise UserError(f"-r {variant}: {out.name} is a scene, which nobody renders; leave -r out")
+        if frames:
+            raise UserError(f"--frames: {out.name} is a scene, which nobody renders; leave --frames out")
         read = load(scene)
         warn(read)
         _export(read, out, exporter, image, timeout, as_json)

@@ -255,3 +255,40 @@ def test_no_per_cent(text):
 
 def test_the_version(rayrace):
     assert rayrace("--version", code=0).stdout == f"rayrace {version('rayrace')}\n"
+
+
+@pytest.fixture(scope="module")
+def stored(rayrace, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("stored")
+    (folder / "scene.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) 3\n")
+    head = 'title = "t"\nscenes = ["scene.txt"]\nrenderers = ["python"]\nprocesses = 1\nframes = 1\n'
+    (folder / "e.toml").write_text(head + "[image]\nwidth = 4\nheight = 4\n")
+    rayrace("run", "e.toml", "--out", "run", cwd=folder, code=0)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["export", "run", "--format", "pyperf", "--no-pictures"], "--no-pictures: only with --format packed"),
+        (["export", "run", "--format", "packed", "-o", "a.tar.xz", "--host", "x"], "--host: not with --format packed"),
+        (["export", "run", "--format", "pyperf", "--host", "nobody"], "--host nobody: there are rows of "),
+        (["compare", "run", "run", "--host", "nobody"], "--host nobody: there are rows of "),
+        (["doctor", "--renderer", "."], "--scene, --target, --renderer: only with --cuda"),
+        (["experiments", "-o", "there"], "-o: only with the name of an experiment"),
+        (
+            ["run", "e.toml", "--executor", "slurm", "--detach", "--report"],
+            "--report: not with --detach; write it with `rayrace report RUN`",
+        ),
+        (["render", "scene.txt", "-o", "a.pov", "--frames", "2"], "--frames: a.pov is a scene, which nobody renders"),
+    ],
+)
+def test_an_option_that_would_be_dropped_is_refused(words, message, stored, rayrace):
+    before = sorted(stored.iterdir())
+    assert rayrace(*words, cwd=stored, code=2).stderr.startswith(f"error: {message}")
+    assert sorted(stored.iterdir()) == before
+
+
+def test_the_host_of_a_run_may_be_named(stored, rayrace):
+    (host,) = store.hosts(stored / "run")
+    rayrace("export", "run", "--format", "pyperf", "--host", host, cwd=stored, code=0)
