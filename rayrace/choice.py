@@ -15,7 +15,7 @@ from harness.process import repetition
 from harness.renderer import registry
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
-from harness.scene import load
+from harness.scene import load, warnings
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.single import single
@@ -62,9 +62,8 @@ def render(scene, variant, out, asked, most, given, frames, timeout, folders, as
     found = advice.choose(Path("results"), wanted, limit, able)
     chosen, entry = job(found.parameters), known[found.variant]
     needs = needs_of(read, chosen)
-    warned = single.warn(read)
     result, facts = single.make(entry, arrays, chosen, needs, out, timeout)
-    facts["warnings"] = warned
+    facts["warnings"] = single.warn(warnings(read))
     got = error(result.array, read, arrays, entry, known, chosen, found.depth)
     expected = {"rmse": found.error, "like": found.like, "run": str(found.run)}
     if as_json:

@@ -18,7 +18,7 @@ from harness.picture.grid import Grid
 from harness.process import repetition
 from harness.renderer import registry
 from harness.renderer.parameters import Parameters
-from harness.scene import load
+from harness.scene import load, warnings
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.single import single, tiles
@@ -75,7 +75,7 @@ def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json
     if way.name == "local" and entry.unavailable:  # elsewhere there may be what is missing here
         raise UserError(f"{entry.name} is unavailable: {entry.unavailable}")
     now = tiles.describe(entry, flatten(read, parameters.arithmetic), parameters, side)
-    warned = single.warn(read)
+    doubts = warnings(read)
     del read
 
     place = tiles.Folder(out.with_name(out.name + ".tiles"))
@@ -106,7 +106,7 @@ def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json
             raise
         following.wait()
         place.remove()
-    found["warnings"] = warned
+    found["warnings"] = single.warn(doubts)
     found["took_s"] = time.monotonic() - begun
     print(json.dumps(found)) if as_json else tell_people(found, parameters)
 

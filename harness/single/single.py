@@ -66,8 +66,8 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
         if frames:
             raise UserError(f"--frames: {out.name} is a scene, which nobody renders; leave --frames out")
         read = load(scene)
-        warn(read)
         _export(read, out, exporter, image, timeout, as_json)
+        warn(warnings(read))
         return
     picture.check_suffix(out)
     read = load(scene)
@@ -76,9 +76,8 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     entry = pick(variant, registry.entries(folders), parameters, needs)
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
     arrays = flatten(read, parameters.arithmetic)
-    warned = warn(read)
     result, facts = make(entry, arrays, parameters, needs, out, timeout)
-    facts["warnings"] = warned
+    facts["warnings"] = warn(warnings(read))
     facts["accuracy"] = _accuracy(entry, registry.entries(folders), arrays, parameters, result)
     if as_json:
         print(json.dumps(facts))
@@ -136,9 +135,8 @@ def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Res
     }
 
 
-def warn(scene) -> list[str]:
-    """Print the warnings of a scene; returns them."""
-    found = warnings(scene)
+def warn(found: list[str]) -> list[str]:
+    """Print the warnings of a scene whose picture is there; returns them."""
     for text in found:
         print(f"warning: {text}", file=sys.stderr)
     return found

@@ -142,7 +142,7 @@ def test_by_the_command_line(rayrace, scene, tmp_path):
     assert done.stdout.splitlines()[1] == "error: not measured; a picture in tiles is compared with no reference"
     lines = done.stderr.splitlines()
     assert [line.split(": ")[0] for line in lines] == [
-        "[1/4] 1,2,7,8", "[2/4] 7,2,12,8", "[3/4] 1,8,7,9", "[4/4] 7,8,12,9",
+        "[1/4] 1,2,7,8", "[2/4] 7,2,12,8", "[3/4] 1,8,7,9", "[4/4] 7,8,12,9", "warning",
     ]  # fmt: skip
     assert sorted(path.name for path in tmp_path.iterdir()) == ["many.tif", "one.tif", "scene.txt"]
 
@@ -218,7 +218,8 @@ def test_the_same_command_goes_on(how, rayrace, scene, environment, tmp_path):
     done = rayrace(*words, "--json", code=0)
     told = json.loads(done.stdout)
     assert told["kept"] == len(kept) and told["tiles"] == 30
-    first, *lines = done.stderr.splitlines()
+    first, *lines, last = done.stderr.splitlines()
+    assert last.startswith(f"warning: {scene}:1: the eye is ")
     assert first == f"{len(kept)} of 30 tiles are in {out}.tiles" and len(lines) == 30 - len(kept)
     rayrace(*words[:-2], "--json", "-o", tmp_path / "one.tif", code=0)
     assert out.read_bytes() == (tmp_path / "one.tif").read_bytes()
