@@ -1,0 +1,180 @@
+"""Times that cannot be: what the marks, the phases and the processor contradict is found, and nothing else is."""
+
+from dataclasses import replace
+
+import liars
+import pytest
+from nightly import by_night
+
+from harness.process import measurer, process, repetition
+from harness.process.repetition import Result
+from harness.race import contradiction
+from harness.renderer import registry
+from harness.renderer.events import Said
+from harness.renderer.parameters import Parameters
+from harness.scene import text
+from harness.scene.flatten import flatten
+
+SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n"
+MARKS = "its marks contradict "
+ARRAYS = flatten(text.read(SCENE))
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory):
+    return registry.entries((liars.folder(tmp_path_factory.mktemp("liars") / "liars", *liars.HONEST, *liars.LIES),))
+
+
+@pytest.fixture
+def found(known, tmp_path):
+    """found(variant) is what a repetition of it contradicts."""
+
+    def run(variant, **more):
+        entry, series = known[f"liar-{variant}"], tmp_path / "series.csv"
+        threads = 2 if entry.variant.threads == "all" else 1
+        wanted = Parameters(width=32, height=32, frames=2, threads=threads, **more)
+        result = repetition.run(entry, ARRAYS, wanted, (), series=series)
+        assert result.status == "ok", result.reason
+        told = contradiction.found(
+            result, series, entry, wanted, contradiction.Blanks(), lambda one: repetition.run(entry, ARRAYS, one, ())
+        )
+        print(variant, told)
+        return told
+
+    return run
+
+
+@pytest.mark.parametrize("variant", by_night(liars.LIES, *set(liars.LIES) - {"asleep", "child", "load", "save"}))
+def test_false(variant, found):
+    assert found(variant).startswith("its marks contradict " + liars.LIES[variant])
+
+
+@pytest.mark.parametrize("variant", by_night(liars.HONEST, "cold", "threads"))
+def test_true(variant, found):
+    assert found(variant) is None
+    assert variant != "batches" or found(variant, least_frame=0.02) is None
+
+
+def made_up(frames, phases, cpu=0.0, exited=None, readings=(), renders=1, resolution=0.02):
+    """A Result by stamps, and the text of its series, by readings of time and CPU time."""
+    told = [
+        {"index": index, "start": start, "end": end, "parts": None, "renders": renders if index else 1}
+        for index, (start, end) in enumerate(frames)
+    ]
+    phases = [{"name": name, "start": start, "end": end} for name, start, end in phases]
+    exited = phases[-1]["end"] if exited is None else exited
+    outcome = process.Outcome(
+        failed=None, spawned=0.0, exited=exited, code=0, signal=None, timed_out=False, user_s=cpu, system_s=0.0,
+        wait4_peak_bytes=0, wait4_floor_bytes=0, measurer={"resolution_s": resolution},
+    )  # fmt: skip
+    lines = [",".join(measurer.COLUMNS[:2]), *(f"{t},{used}" for t, used in readings)]
+    return Result("ok", "", outcome, Said(phases=phases, frames=told)), "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def marks(tmp_path):
+    def read(*what, threads=1, **more):
+        result, lines = made_up(*what, **more)
+        (tmp_path / "series.csv").write_text(lines)
+        return contradiction.marks(result, tmp_path / "series.csv", threads)
+
+    return read
+
+
+def test_frames_and_their_phase_by_hand(marks):
+    phases = [("load", 0, 1), ("render", 1, 3)]
+    assert marks([(1, 2), (2, 3)], phases) is None
+    assert marks([(1, 2), (2, 2.85)], phases) is None
+    assert marks([(1, 1.5), (2.1, 3)], phases) == f"{MARKS}its phases: its frames cover 1.4 s of 2 s of phase render"
+
+
+def test_the_later_frames_are_looked_at_alone(marks):
+    told = marks([(0, 9), (9.2, 9.201), (9.4, 9.401), (9.6, 9.601)], [("render", 0, 9.601)])
+    assert told == f"{MARKS}its phases: its frames after the first cover 0.003 s of 0.601 s of phase render"
+
+
+def test_what_is_short_is_not_told(marks):
+    assert marks([(0, 1e-6), (0.049, 0.0490001)], [("render", 0, 0.0495)]) is None
+    assert marks([(0, 1e-6), (0.051, 0.0510001)], [("render", 0, 0.0515)]) is not None
+
+
+def test_a_search_for_batches_is_no_contradiction(marks):
+    """Frames of 20 ms; the search took 7 times as long."""
+    frames, phases = [(0, 0.001), (0.141, 0.161)], [("render", 0, 0.161)]
+    assert marks(frames, phases, renders=64) is None
+    assert marks(frames, phases) is not None
+
+
+def readings(rate, until=4.0):
+    return [(0.05 * tick, rate * 0.05 * tick) for tick in range(round(until / 0.05) + 1)]
+
+
+def test_processors_and_threads(marks):
+    frames, phases = [(1, 2), (2, 3)], [("load", 0, 1), ("render", 1, 3), ("save", 3, 4)]
+    for rate, threads in ((0.01, 1), (1, 1), (1, 4), (2, 2), (3.9, 4)):  # the first as if a GPU did it
+        assert marks(frames, phases, readings=readings(rate), threads=threads) is None
+    told = marks(frames, phases, readings=readings(1.5))
+    assert told.startswith(f"{MARKS}the processor: its frames cover 2 s of phase render, which used 2.") and (
+        told.endswith(" s of CPU time on 1 thread")
+    )
+    assert marks(frames, phases, readings=readings(1.5), threads=None) is None
+    assert marks(frames, phases) is None  # there is no series
+
+
+def test_a_reading_counts_from_when_it_has_been_made():
+    """The last but one is stamped before the end, and made after it."""
+    rows = [{"t": "0.9", "cpu_s": "0"}, {"t": "1.0", "cpu_s": "1"}, {"t": "1.5", "cpu_s": "2"}]
+    rows += [{"t": "1.9", "cpu_s": "9"}, {"t": "2.1", "cpu_s": "9"}]
+    assert contradiction._cpu_within(rows, 1.0, 2.0) == 1.0
+
+
+def test_phases_that_cover_little(marks):
+    told = marks([(0.1, 0.2)], [("load", 0, 0.1), ("render", 0.1, 0.2), ("save", 2, 2.1)])
+    assert told == f"{MARKS}the clock: its phases cover 0.3 s of its life of 2.1 s"
+
+
+def test_no_phase_render(marks):
+    assert marks([(0, 1)], [("load", 0, 1)]).startswith(f"{MARKS}its phases: it has 1 frames and no phase render")
+
+
+@pytest.mark.parametrize(
+    ("cpu", "blanks", "contradicted"),
+    [
+        (2.05, [], False),  # so little more than the frames that no blank is asked for
+        (3.0, [0.8], False),
+        (3.0, [0.4], True),
+        (3.0, [0.4, 0.8], False),  # the machine is slower than when the first was run
+    ],
+)
+def test_blanks(cpu, blanks, contradicted):
+    frames, phases = [(0, 1), (1, 2)], [("render", 0, 2)]
+    result, _ = made_up(frames, phases, cpu=cpu)
+    parameters, known = Parameters(width=32, height=32, frames=1), contradiction.Blanks()
+    made = [made_up([(0, 0)], [("render", 0, 0)], cpu=blank)[0] for blank in blanks]
+    told = None
+    while made:
+        told = known.contradiction("key", result, parameters, lambda: made.pop(0))
+    assert bool(told) == contradicted
+    if not blanks:
+        assert known.contradiction("key", result, parameters, lambda: pytest.fail("it was asked for")) is None
+
+
+def test_a_blank_that_fails_says_nothing():
+    result, _ = made_up([(0, 1), (1, 2)], [("render", 0, 2)], cpu=9.0)
+    failed = Result("failed", "no")
+    assert contradiction.Blanks().contradiction("", result, Parameters(frames=1), lambda: failed) is None
+
+
+def test_a_first_frame_counts_as_ten_others():
+    wanted = Parameters(width=1, height=1, frames=2)
+    for first, explained in ((0.5, 0.7), (1.0, 1.2), (3.0, 1.2)):
+        frames = [(0, first), (first, first + 0.1), (first + 0.1, first + 0.2)]
+        result, _ = made_up(frames, [("render", 0, first + 0.2)], cpu=5.0)
+        assert contradiction.unframed_cpu(result, wanted) == pytest.approx(5.0 - explained)
+
+
+def test_a_blank_is_one_pixel():
+    whole = Parameters(width=640, height=480, frames=5, least_frame=1e-3, depth=3)
+    one = contradiction.blank(whole, has_region=True)
+    assert one.shape()[:2] == (1, 1) and (one.width, one.height, one.depth, one.frames) == (640, 480, 3, 0)
+    assert contradiction.blank(replace(whole, region=(1, 1, 9, 9)), has_region=False).shape()[:2] == (1, 1)
