@@ -29,6 +29,7 @@ UNFRAMED = 0.2  # of a phase render, in no frame
 SHORT = 0.05  # s that may be so anyway
 CPU_MORE = 0.1  # more CPU time than the threads have, which a clock of ticks may tell
 SEARCH = 8  # later frames: each size of batch up to theirs, twice, and again for one that was interrupted
+PAUSES = 0.2  # s in it while other programs have the processors
 COLD = 10  # times as long as a later frame is the first at most, with cold caches (worker.py)
 BLANK_MORE = 0.5  # of the CPU time of a blank, which differs as other programs use the caches and the clock
 BLANK_SHORT = 0.1  # s
@@ -45,15 +46,16 @@ def found(
     same renderer and scene once more, the Result. key: on what the CPU time of a blank depends, within `blanks`.
     """
     on_cpu = entry.variant.device == "cpu"  # what a GPU does takes no CPU time, and its driver has threads of its own
-    contradicted = marks(result, series, parameters.threads if on_cpu else None)
+    contradicted = marks(result, series, parameters.threads if on_cpu else None, parameters.least_frame)
     if contradicted or not on_cpu or blanks is None or parameters.kind == "rays" or result.outcome.measurer is None:
         return contradicted
     one = blank(parameters, "region" in entry.renderer.manifest.features)
     return blanks.contradiction(key, result, parameters, lambda: run(one))
 
 
-def marks(result: Result, series: Path, threads: int | None) -> str | None:
-    """None, or what the marks contradict. threads: that the renderer may use; None: CPU time tells nothing of it."""
+def marks(result: Result, series: Path, threads: int | None, least_frame: float = 0.0) -> str | None:
+    """None, or what the marks contradict. threads: that the renderer may use; None: CPU time tells nothing of it.
+    least_frame: of the job, s."""
     said, outcome = result.said, result.outcome
     wall = outcome.wall_s
     covered = sum(end - start for _, start, end in cover(said, outcome.spawned, outcome.exited))
@@ -65,7 +67,7 @@ def marks(result: Result, series: Path, threads: int | None) -> str | None:
     resolution = (outcome.measurer or {}).get("resolution_s") or 0.0
     for what, frames, windows in _parts(said):
         framed, length = _seconds(frames), sum(end - start for start, end in windows)
-        allowed = framed + _search(said)
+        allowed = framed + _search(said, least_frame)
         if length - allowed > max(SHORT, UNFRAMED * length):
             return f"{CONTRADICTED}its phases: {what} {framed:.3g} s of {length:.3g} s of phase render"
         used = sum(_cpu_within(rows, start - outcome.spawned, end - outcome.spawned) for start, end in windows)
@@ -95,10 +97,14 @@ def _longest(frames: list[dict]) -> float:
     return max((frame["end"] - frame["start"] for frame in frames), default=0.0)
 
 
-def _search(said: events.Said) -> float:
-    """Seconds that the search for the number of renders of a batch may take."""
-    later = said.frames[1:]
-    return SEARCH * _longest(later) if later and later[0]["renders"] > 1 else 0.0
+def _search(said: events.Said, least_frame: float) -> float:
+    """Seconds that the search for the number of renders of a batch may have taken between the first two frames."""
+    if not said.frames[1:]:
+        return 0.0
+    first, second, *_ = said.frames
+    if second["renders"] == 1 and _seconds([first]) >= COLD * least_frame:  # it was long enough
+        return 0.0
+    return min(max(0.0, second["start"] - first["end"]), SEARCH * _longest(said.frames[1:]) + PAUSES)
 
 
 def _cpu_within(rows: list[dict], start: float, end: float) -> float:
@@ -154,7 +160,7 @@ def unframed_cpu(result: Result, parameters: Parameters) -> float:
     first, *later = result.said.frames
     longest = _longest(later)
     begun = min(_seconds([first]), COLD * longest) if later else _seconds([first])
-    framed = parameters.threads * (begun + _seconds(later) + _search(result.said))
+    framed = parameters.threads * (begun + _seconds(later) + _search(result.said, parameters.least_frame))
     x0, y0, x1, y1 = parameters.bounds()
     writing = sum(phase["end"] - phase["start"] for phase in result.said.phases if phase["name"] in WRITING)
     return _cpu(result) - framed - min(writing, PER_PIXEL * (x1 - x0) * (y1 - y0))

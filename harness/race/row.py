@@ -21,7 +21,7 @@ SIMULATED = "ran in the CUDA simulator: its times say nothing about a GPU"
 
 
 def unranked(entry: Entry, said: events.Said) -> str | None:
-    """None, or why the row takes no part in any comparison."""
+    """None, or why the row takes no part in any comparison, whatever its times are (contradiction.py)."""
     if entry.variant.exhibit:
         return EXHIBIT + entry.variant.exhibit
     return SIMULATED if simulated(entry, said) else None

@@ -34,8 +34,8 @@ RAYS = {"primary": 1, "reflected": 0, "transmitted": 0, "shadow": 0, "non_finite
 class Behaviour:
     """Times in s. noise: relative standard deviation of a process; frame_noise: of its frames. outliers: the share of
     frames that take 2 to 10 times as long; process_outliers: of processes, likewise. warmup: frames at the start that
-    take `warmup_factor` times as long. fails: the status of every process. false: so many processes, the first, say that
-    each frame took 1 us."""
+    take `warmup_factor` times as long. fails: the status of every process. false: so many of its first
+    processes say that each frame took 1 us."""
 
     frame: float
     start: float = 0.05

@@ -73,10 +73,10 @@ def made_up(frames, phases, cpu=0.0, exited=None, readings=(), renders=1, resolu
 
 @pytest.fixture
 def marks(tmp_path):
-    def read(*what, threads=1, **more):
+    def read(*what, threads=1, least_frame=0.0, **more):
         result, lines = made_up(*what, **more)
         (tmp_path / "series.csv").write_text(lines)
-        return contradiction.marks(result, tmp_path / "series.csv", threads)
+        return contradiction.marks(result, tmp_path / "series.csv", threads, least_frame)
 
     return read
 
@@ -99,10 +99,16 @@ def test_what_is_short_is_not_told(marks):
 
 
 def test_a_search_for_batches_is_no_contradiction(marks):
-    """Frames of 20 ms; the search took 7 times as long."""
-    frames, phases = [(0, 0.001), (0.141, 0.161)], [("render", 0, 0.161)]
-    assert marks(frames, phases, renders=64) is None
-    assert marks(frames, phases) is not None
+    """It is found between the first two frames, of what would be too short; other programs may make it longer."""
+    for searched, batch, renders, least_frame, is_one in (
+        *((0.14, 0.02, 64, 0.02, True), (0.14, 0.02, 1, 0.02, True), (0.14, 0.02, 1, 0.0, False)),
+        *((0.23, 0.001, 64, 0.001, True), (0.3, 0.001, 64, 0.001, False), (2.0, 0.3, 64, 0.3, True)),
+    ):
+        frames = [(0, 0.001), (0.001 + searched, 0.001 + searched + batch)]
+        told = marks(frames, [("render", 0, frames[1][1])], renders=renders, least_frame=least_frame)
+        assert (told is None) == is_one, (searched, batch, renders)
+    after = [(0, 0.001), (0.001, 0.021), (0.161, 0.181)]
+    assert marks(after, [("render", 0, 0.181)], renders=64, least_frame=0.02) is not None
 
 
 def readings(rate, until=4.0):
