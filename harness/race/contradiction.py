@@ -26,13 +26,12 @@ from harness.store.record import CONTRADICTED
 
 UNCOVERED = 0.5  # of the wall time, in no phase at all
 UNFRAMED = 0.2  # of a phase render, in no frame
-SHORT = 0.05  # s that may be so anyway
+SHORT = 0.1  # s that may be so anyway, as while other programs have the processors
 CPU_MORE = 0.1  # more CPU time than the threads have, which a clock of ticks may tell
 SEARCH = 8  # later frames: each size of batch up to theirs, twice, and again for one that was interrupted
 PAUSES = 0.2  # s in it while other programs have the processors
 COLD = 10  # times as long as a later frame is the first at most, with cold caches (worker.py)
 BLANK_MORE = 0.5  # of the CPU time of a blank, which differs as other programs use the caches and the clock
-BLANK_SHORT = 0.1  # s
 PER_PIXEL = 2e-6  # s that an interpreter takes to pack and write one, in the phases that do so
 WRITING = "download", "save"
 
@@ -171,4 +170,4 @@ def _cpu(result: Result) -> float:
 
 
 def _most(blank: float) -> float:
-    return BLANK_SHORT + (1 + BLANK_MORE) * blank
+    return SHORT + (1 + BLANK_MORE) * blank

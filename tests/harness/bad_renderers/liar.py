@@ -8,7 +8,7 @@ import os
 import time
 from threading import Thread
 
-from main import BATCHES, FRAMES, GOOD_RAYS, HEIGHT, STARTED, WIDTH, background, flags, npy, save, say
+from main import BATCHES, FRAMES, GOOD_RAYS, HEIGHT, STARTED, WIDTH, background, fail, flags, npy, save, say
 
 SECONDS = 0.25
 OFTEN = SECONDS * WIDTH * HEIGHT / 32**2
@@ -238,6 +238,9 @@ LIES = {
 }
 
 if __name__ == "__main__":
+    if flags["needs"]:
+        fail(3)
+    open(f"{flags['job']}/camera.npy").close()
     ({**HONEST, **LIES})[flags["variant"].removeprefix("liar-")](Said())
     say("rays", **GOOD_RAYS)
     say("output", file="image.npy")

@@ -94,15 +94,15 @@ def test_the_later_frames_are_looked_at_alone(marks):
 
 
 def test_what_is_short_is_not_told(marks):
-    assert marks([(0, 1e-6), (0.049, 0.0490001)], [("render", 0, 0.0495)]) is None
-    assert marks([(0, 1e-6), (0.051, 0.0510001)], [("render", 0, 0.0515)]) is not None
+    assert marks([(0, 1e-6), (0.099, 0.0990001)], [("render", 0, 0.0995)]) is None
+    assert marks([(0, 1e-6), (0.101, 0.1010001)], [("render", 0, 0.1015)]) is not None
 
 
 def test_a_search_for_batches_is_no_contradiction(marks):
     """It is found between the first two frames, of what would be too short; other programs may make it longer."""
     for searched, batch, renders, least_frame, is_one in (
         *((0.14, 0.02, 64, 0.02, True), (0.14, 0.02, 1, 0.02, True), (0.14, 0.02, 1, 0.0, False)),
-        *((0.23, 0.001, 64, 0.001, True), (0.3, 0.001, 64, 0.001, False), (2.0, 0.3, 64, 0.3, True)),
+        *((0.23, 0.001, 64, 0.001, True), (0.4, 0.001, 64, 0.001, False), (2.0, 0.3, 64, 0.3, True)),
     ):
         frames = [(0, 0.001), (0.001 + searched, 0.001 + searched + batch)]
         told = marks(frames, [("render", 0, frames[1][1])], renders=renders, least_frame=least_frame)
@@ -184,3 +184,22 @@ def test_a_blank_is_one_pixel():
     one = contradiction.blank(whole, has_region=True)
     assert one.shape()[:2] == (1, 1) and (one.width, one.height, one.depth, one.frames) == (640, 480, 3, 0)
     assert contradiction.blank(replace(whole, region=(1, 1, 9, 9)), has_region=False).shape()[:2] == (1, 1)
+
+
+def test_a_run_and_its_report(rayrace, rows, tmp_path):
+    """The picture is right and the row is ok; the first place goes to who tells the time."""
+    (tmp_path / "scene.txt").write_text(SCENE)
+    (tmp_path / "e.toml").write_text(
+        'title = "t"\nscenes = ["scene.txt"]\nrenderers = ["liar-load", "liar-true"]\nprocesses = 1\nframes = 1\n'
+        "[image]\nwidth = 32\nheight = 32\ndepth = 0\n"
+    )
+    folder = liars.folder(tmp_path / "liars", "load", "true")
+    done = rayrace("run", tmp_path / "e.toml", "--renderer", folder, "--out", tmp_path / "run", code=0)
+    told = rows(tmp_path / "run")
+    assert {row["status"] for mine in told.values() for row in mine} == {"ok"}
+    assert told["liar-true"][0]["unranked"] is None
+    why = told["liar-load"][0]["unranked"]
+    assert why.startswith(f"{MARKS}the processor: ") and f"liar-load: unranked: {why}" in done.stdout
+    rayrace("report", tmp_path / "run", "-o", tmp_path / "report", code=0)
+    summary = (tmp_path / "report" / "report.md").read_text("utf-8").partition("## Summary")[2].partition("\n## ")[0]
+    assert "only liar-true is ranked" in summary and f"- liar-load: {why}" in summary
