@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import statistics
 import sys
 from collections import Counter
@@ -199,12 +200,13 @@ def show_summary(records: list[dict]) -> None:
     seen = {}
     for record in records:
         if record["status"] != "ok":
-            seen.setdefault((record["variant"], _verdict(record), record["reason"]), record)
+            seen.setdefault((record["variant"], _verdict(record), record["reason"]), record["reason"])
         if record["unranked"]:
-            seen.setdefault((record["variant"], "unranked", record["unranked"]), record)
+            kind = re.sub(r"\d[\d.e+-]*", "#", record["unranked"])  # its numbers differ from row to row
+            seen.setdefault((record["variant"], "unranked", kind), record["unranked"])
         for warning in record["warnings"]:
-            seen.setdefault((record["variant"], "warning", warning), record)
-    for variant, status, reason in seen:
+            seen.setdefault((record["variant"], "warning", warning), warning)
+    for (variant, status, _), reason in seen.items():
         print(f"  {variant}: {status}: {reason}")
 
 

@@ -12,7 +12,7 @@ from harness.errors import UserError
 from harness.judge import bound, judge, reference
 from harness.process import repetition
 from harness.process.scratch import scratch
-from harness.race import row
+from harness.race import contradiction, row
 from harness.renderer import registry
 from harness.renderer.builder import BuildError
 from harness.renderer.manifest import load
@@ -24,6 +24,7 @@ from harness.scene.needs import SHAPES
 from harness.scene.needs import needs as needs_of
 
 SIZE = 16
+LARGE = 64
 TIMEOUT = 120.0  # s
 SIMULATED_TIMEOUT = 1800.0
 LEAST_FRAME = 0.02  # s
@@ -108,6 +109,7 @@ class Examination:
             yield from self._further()
         yield self._phases(second)
         yield self._batches(first)
+        yield self._marks()
         if self.entry.variant.threads == "all":
             both = [self.run(replace(self.parameters, threads=n)) for n in (1, 2, 3)]
             same = all(r.status == "ok" and np.array_equal(r.array, first.array) for r in both)
@@ -241,6 +243,23 @@ class Examination:
         else:
             return Check(what, True, "single" if more[0] == 1 else f"{more[0]} renders in {longest:.2g} s")
         return Check(what, False, wrong)
+
+    def _marks(self) -> Check:
+        """Its frames must be where the time goes, of a picture that takes some."""
+        what = "its marks agree with its phases and the processor"
+        if self.entry.simulated:
+            return Check(what, True, f"not checked: {row.SIMULATED}")
+        wanted, series = replace(self.parameters, width=LARGE, height=LARGE), self.cache / "marks.csv"
+
+        def run(parameters, **more):
+            job = self.entry, self.arrays, parameters, self.needs
+            return repetition.start(*job, timeout=self.timeout, cache=self.cache, **more)
+
+        result = run(wanted, series=series)
+        if result.status != "ok":
+            return Check(what, False, result.reason)
+        wrong = contradiction.found(result, series, self.entry, wanted, contradiction.Blanks(), run)
+        return Check(what, wrong is None, wrong or "")
 
     def _rays(self) -> Check:
         what = "rays: first hits agree with another renderer"

@@ -10,14 +10,14 @@ from harness.judge import judge
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
 from harness.process.session import Sessions
-from harness.race import gpu_use, row
+from harness.race import contradiction, gpu_use, row
 from harness.race.host import Host
 from harness.race.judging import Judging
 from harness.renderer import job
 from harness.renderer.builder import BuildError
 from harness.renderer.registry import Entry
 from harness.store import store
-from harness.system import trouble
+from harness.system import ownership, trouble
 
 RAYS = "primary", "reflected", "transmitted", "shadow", "non_finite"
 
@@ -40,6 +40,7 @@ class Bench:
         self.caches, self.interval, self.host, self.untimed = caches, interval, host, untimed
         self.judging = Judging(plan, known, run_store.folder, caches, host, untimed)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
+        self.blanks = contradiction.Blanks()
 
     def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
         """Run one repetition of a cell, for one of the passes of a run; its record (store.py)."""
@@ -51,6 +52,7 @@ class Bench:
         arrays = self.plan.arrays[cell.scene_version]
         # Cells under stress are many, and how long they compile is not asked.
         cache = self.caches / (f"{cell.entry.name}.stress" if cell.stressed else cell.key)
+        compiled = _has_files(cache)
         job_of_cell = cell.entry, arrays, cell.parameters, cell.needs
         held = {"timeout": cell.timeout, "limits": cell.limits, "cache": None if kind == "cold" else cache}
         held["log"] = self.store.folder / "logs" / stem
@@ -97,8 +99,25 @@ class Bench:
             if wrong:
                 result.status, result.reason = "wrong picture", wrong
         record["status"], record["reason"] = result.status, result.reason
+        if result.status == "ok" and not cell.stressed:
+            warm = kind != "cold" and _has_files(cache) == compiled
+            contradicted = self._contradiction(cell, result, series, cache, warm)
+            if contradicted and record["unranked"]:
+                record["warnings"].append(contradicted)
+            else:
+                record["unranked"] = record["unranked"] or contradicted
         record["took_s"] = self.host.clock() - begun
         return record
+
+    def _contradiction(self, cell: Cell, result: repetition.Result, series: Path, cache: Path, warm: bool):
+        """None, or what its marks contradict. warm: the process found its compiled code in `cache`, if it keeps any."""
+
+        def run(parameters):
+            arrays, more = self.plan.arrays[cell.scene_version], {"timeout": cell.timeout, "limits": cell.limits}
+            return self.host.run(cell.entry, arrays, parameters, cell.needs, cache=cache, **more)
+
+        blanks, key = self.blanks if warm else None, (cell.entry.name, cell.scene_version)
+        return contradiction.found(result, series, cell.entry, cell.parameters, blanks, run, key)
 
     def _build(self, cell: Cell) -> dict | None:
         try:
@@ -125,6 +144,10 @@ class Bench:
         ):  # one of a run that was cut off before its row is of nobody
             store.save_whole(self.store.folder / name, picture)
         return {"file": name, "sha256": digest}
+
+
+def _has_files(cache: Path) -> bool:
+    return cache.is_dir() and any(path.name != ownership.MARKER for path in cache.iterdir())
 
 
 def _gpu(entry: Entry, result: repetition.Result, series: Path) -> dict | None:

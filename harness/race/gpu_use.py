@@ -9,11 +9,11 @@ temperature_c, throttled      the largest, and every reason seen but "idle", in 
 Each is a number, or {"unavailable": reason}.
 """
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
 from harness.process.process import Outcome
+from harness.race.series import ticks
 from harness.renderer.events import Said
 from harness.system.nvml import AVAILABLE, NO_TICK, TOO_SOON
 
@@ -45,7 +45,7 @@ def use(said: Said, outcome: Outcome, series: Path) -> dict:
     start, end = (stamp - outcome.spawned for stamp in (phases[0]["start"], phases[-1]["end"]))
     frames = [(f["start"] - outcome.spawned, f["end"] - outcome.spawned, f["renders"]) for f in said.frames]
     rays = said.rays and sum(said.rays[kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
-    render = Render(start, end, frames, rays, _ticks(series), outcome.measurer)
+    render = Render(start, end, frames, rays, ticks(series), outcome.measurer)
     return {name: _told(getattr(render, name)) for name in VALUES}
 
 
@@ -54,15 +54,6 @@ def _told(ask):
         return ask()
     except Missing as missing:
         return {"unavailable": str(missing)}
-
-
-def _ticks(series: Path) -> list[dict]:
-    """The whole rows of a series."""
-    try:
-        whole, _, _ = series.read_text(encoding="utf-8").rpartition("\n")
-    except OSError:
-        return []
-    return list(csv.DictReader(whole.splitlines()))
 
 
 @dataclass

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from harness.process import repetition
+from harness.race.series import ticks
 from harness.renderer import events
 from harness.renderer.registry import Entry
 from harness.store.record import MEASURED
@@ -13,8 +14,6 @@ CPU_RESOLUTION = 0.02  # s, of the series, where its measurer does not tell
 SAME_MARK = 10**6  # bytes: two readings of one high-water mark, of which the later sees the exit too, differ by less
 AT_MOST = "wait4 (at most)"  # the peak is below what wait4 can tell; at_least_bytes is the other bound
 PHASE_TOLERANCE = 0.02  # of the wall time that no phase covers
-UNTIMED = 0.5  # of the phase render that no frame covers, where it
-SHORT = 0.05  # s is not shorter than this
 
 EXHIBIT = "exhibit: "
 STRESSED = EXHIBIT + "put under stress, to see where it breaks"
@@ -22,7 +21,7 @@ SIMULATED = "ran in the CUDA simulator: its times say nothing about a GPU"
 
 
 def unranked(entry: Entry, said: events.Said) -> str | None:
-    """None, or why the row takes no part in any comparison."""
+    """None, or why the row takes no part in any comparison, whatever its times are (contradiction.py)."""
     if entry.variant.exhibit:
         return EXHIBIT + entry.variant.exhibit
     return SIMULATED if simulated(entry, said) else None
@@ -70,10 +69,6 @@ def measured(result: repetition.Result, series: Path) -> dict:
     missing = 1 - sum(end - start for _, start, end in phases) / outcome.wall_s
     if result.status == "ok" and outcome.alone and abs(missing) > PHASE_TOLERANCE:
         record["warnings"].append(f"its phases leave {missing:.1%} of the wall time uncovered")
-    render = sum(end - start for name, start, end in phases if name == "render")
-    framed = sum(frame["end"] - frame["start"] for frame in said.frames)
-    if result.status == "ok" and render >= SHORT and framed < (1 - UNTIMED) * render:
-        record["warnings"].append(f"its frames cover {framed / render:.1%} of its phase render")
     if record["series"] and outcome.measurer is None:
         record["warnings"].append("its measurer gave no account of itself: the series may not be whole")
     doubt = outcome.alone and cpu_doubt(record["cpu"], outcome)
@@ -108,12 +103,8 @@ def cpu(outcome, series: Path) -> dict:
 
 def last_cpu(series: Path) -> float | None:
     """CPU time (s) in the last whole row of a series; None if it has none."""
-    try:
-        whole, _, _ = series.read_text(encoding="utf-8").rpartition("\n")
-    except OSError:
-        return None
-    rows = whole.splitlines()[1:]
-    return float(rows[-1].split(",")[1]) if rows else None
+    rows = ticks(series)
+    return float(rows[-1]["cpu_s"]) if rows else None
 
 
 def cpu_doubt(cpu: dict, outcome) -> str | None:

@@ -8,6 +8,9 @@ MEASURED = (
     *("used", "versions", "device", "measurer", "series"),
 )
 JUDGED = "picture", "accuracy", "error", "bound", "stability"
+CONTRADICTED = (
+    "its marks contradict "  # begins why a row is unranked whose times cannot be (harness/race/contradiction.py)
+)
 AROUND = "shapes", "lights", "unranked", "peaks", "disturbed", "gpu", "build", "took_s", "host"
 
 

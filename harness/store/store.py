@@ -35,7 +35,8 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
     pass        timed; pair: the second process of the A/A pair, which only the noise floor is made of; load: a
                 repetition that repeats the frame for the GPU's counters; cold: one with an empty cache of compiled
                 code, for what starting costs. Only timed ones are in times
-    unranked    null, or why the row takes no part in any comparison: "exhibit: ..", or it ran in a simulator
+    unranked    null, or why the row takes no part in any comparison: "exhibit: ..", it ran in a simulator, or
+                "its marks contradict ..": contradiction.py
     status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
     reason      text; "" if ok
     started     ISO time

@@ -157,7 +157,7 @@ def _chart(results: Results, seen: View) -> Chart:
     sampled = max(known, default=0.0) > 0
     resolution = max([ALIKE, *known])
     points = _points(results, seen, names, errors, resolution) if errors else []
-    apart = [cell for scene in {cell.scene for cell in seen.cells} for cell in results.of(scene) if cell.simulated]
+    apart = [cell for scene in {cell.scene for cell in seen.cells} for cell in results.of(scene) if cell.apart]
     places = {cell.place for cell in seen.cells}
     lacking += [(cell, cell.apart) for cell in apart if cell.place in places and not cell.exhibit]
     curves = method.curves(list(errors), names)

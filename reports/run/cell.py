@@ -7,8 +7,10 @@ import pandas as pd
 
 from harness.statistics import statistics, steady
 from harness.statistics.statistics import Estimate
+from harness.store.record import CONTRADICTED
 from reports.run import repetition
 
+OF_FRAMES = ("first_s", *repetition.OF_STEADY)
 MOST_UNSTEADY = 1 / 2  # of the repetitions of a cell that has a steady time; a few are the machine's doing
 BAD_FIRST = ("wrong picture", "failed", "timeout", "killed", "unsupported", "unavailable")
 
@@ -42,7 +44,8 @@ class Cell:
 
     table: of the run. timed: where in it the rows are whose times count. loaded: those of the repeated-load pass, of
     which only the GPU is looked at. Rows of the A/A pair's second processes are in neither.
-    apart: "" or why it takes no part in any comparison, whatever came out: an exhibit, or a simulator.
+    apart: "" or why it takes no part in any comparison, whatever came out: an exhibit, or a simulator; or what most of
+    its repetitions contradict.
     gpu: did its variant use a GPU, or a simulator of one, anywhere in the run?
     """
 
@@ -69,8 +72,16 @@ class Cell:
 
     @cached_property
     def counting(self) -> list[int]:
-        """Where in the table the repetitions are that count."""
-        return self._with("ok") if self.status == "ok" else []
+        """Where in the table the repetitions are that count: of those that are ok, not the few that contradict
+        themselves."""
+        if self.status != "ok":
+            return []
+        found = self._with("ok")
+        return found if self.contradicted else [row for row in found if not self._contradiction(row)]
+
+    def _contradiction(self, row: int) -> str:
+        why = self.table.column("unranked")[row] or ""
+        return why if why.startswith(CONTRADICTED) else ""
 
     @property
     def good(self) -> pd.DataFrame:
@@ -93,11 +104,17 @@ class Cell:
     @property
     def as_meant(self) -> bool:
         """Is it apart, and did it do what it is there for? A wrong picture is no failure of an exhibit."""
+        if self.contradicted:
+            return False
         return bool(self.apart) and (self.status == "ok" or (self.exhibit and self.status == "wrong picture"))
 
     @property
     def exhibit(self) -> bool:
         return self.apart.startswith("exhibit")
+
+    @property
+    def contradicted(self) -> bool:
+        return self.apart.startswith(CONTRADICTED)
 
     def by_cache(self) -> list["Cell"]:
         """The cell itself, or a cell for each state in which its processes found their cache of compiled code."""
@@ -153,7 +170,8 @@ class Cell:
         if not bad:
             return ""
         status, reason = (self.table.column(name)[bad[0]] for name in ("status", "reason"))
-        return f", but {len(bad)} of {len(self.timed)} repetitions not: {status}: {reason}"
+        why = self._contradiction(bad[0]) if status == "ok" else f"{status}: {reason}"
+        return f", but {len(bad)} of {len(self.timed)} repetitions not: {why}"
 
     @cached_property
     def _without_steady(self) -> tuple[int, str]:
@@ -189,7 +207,7 @@ class Cell:
 
     def rounds(self, column: str) -> dict[int, float]:
         """`values` by the number of the repetition, which is the round of the run that it was made in."""
-        if column in repetition.OF_STEADY and self.unsteady:
+        if self._without(column):
             return {}
         numbers = self.table.column("repetition")
         return {numbers[row]: float(value) for row, value in self.known(column).items()}
@@ -201,7 +219,13 @@ class Cell:
             return statistics.median(values)
         if self.status != "ok":
             return Missing(self.verdict)
-        return Missing(self.unsteady if column in repetition.OF_STEADY and self.unsteady else reason)
+        return Missing(self._without(column) or reason)
+
+    def _without(self, column: str) -> str:
+        """Why the cell has no times of this kind, whatever its repetitions say; "" if it has."""
+        if self.contradicted and column in OF_FRAMES:
+            return self.apart
+        return self.unsteady if column in repetition.OF_STEADY else ""
 
     @cached_property
     def steady(self) -> Estimate | Missing:

@@ -15,10 +15,13 @@ import pandas as pd
 from harness.statistics import statistics
 from harness.statistics.statistics import Floor
 from harness.store import store
+from harness.store.record import CONTRADICTED
 from reports.run import repetition
 from reports.run.cell import Cell, Missing, Table
 
 __all__ = ["Cell", "Missing", "Results", "load", "place_label", "point_label"]
+
+MOST_CONTRADICTED = 1 / 2  # of the good repetitions of a cell that is ranked
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +82,7 @@ class Results:
         if "unavailable" in pair:
             return Floor(None, pair["unavailable"]), ""
         mine = self.repetitions[(self.repetitions["cell"] == pair["cell"]) & (self.repetitions["status"] == "ok")]
+        mine = mine[~mine["unranked"].fillna("").str.startswith(CONTRADICTED)]
         told = mine.dropna(subset="steady_s").pivot_table(index="repetition", columns="pass", values="steady_s")
         both = told.reindex(columns=["timed", "pair"]).dropna()
         return statistics.noise_floor(both["timed"].tolist(), both["pair"].tolist()), pair["label"]
@@ -132,13 +136,28 @@ def _load(folder: Path, hosts: Collection[str] | None) -> Results:
             [number for number in mine if rows[number]["pass"] == "timed"],
             [number for number in mine if rows[number]["pass"] == "load"],
             told["point"],
-            next((record["unranked"] for record in stored if record.get("unranked")), ""),
+            _apart(stored),
             any((record.get("device") or {}).get("simulated") for record in stored),
             name[2] in on_gpu,
         )
     by_place = _grouped(cells.values(), lambda cell: cell.place).values()
     order = [cell for mine in by_place for cell in sorted(mine, key=lambda cell: bool(cell.apart))]
     return Results(Path(folder), facts, records, table.frame, order)
+
+
+def _apart(records: list[dict]) -> str:
+    """Why a cell is in no comparison, from its records; "" if it is in all.
+
+    A contradiction must be that of more than half of its timed repetitions that are ok: a few are the machine's doing.
+    """
+    always = [why for record in records if (why := record.get("unranked") or "") and not why.startswith(CONTRADICTED)]
+    if always:
+        return always[0]
+    good = [record for record in records if record["status"] == "ok" and (record.get("pass") or "timed") == "timed"]
+    found = [record["unranked"] for record in good if record.get("unranked")]
+    if len(found) <= MOST_CONTRADICTED * len(good):
+        return ""
+    return found[0] if len(good) == 1 else f"{found[0]} (in {len(found)} of {len(good)} repetitions)"
 
 
 def _grouped(cells, key) -> dict:

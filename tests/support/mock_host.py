@@ -34,7 +34,8 @@ RAYS = {"primary": 1, "reflected": 0, "transmitted": 0, "shadow": 0, "non_finite
 class Behaviour:
     """Times in s. noise: relative standard deviation of a process; frame_noise: of its frames. outliers: the share of
     frames that take 2 to 10 times as long; process_outliers: of processes, likewise. warmup: frames at the start that
-    take `warmup_factor` times as long. fails: the status of every process."""
+    take `warmup_factor` times as long. fails: the status of every process. false: so many of its first
+    processes say that each frame took 1 us."""
 
     frame: float
     start: float = 0.05
@@ -45,6 +46,7 @@ class Behaviour:
     warmup: int = 0
     warmup_factor: float = 3.0
     fails: str = ""
+    false: int = 0
 
 
 class Mock:
@@ -80,12 +82,14 @@ class Mock:
         spawned = self.now
         self._pass(told.start)
         level = told.frame * (1 + told.noise * self.rng.standard_normal()) * self._jump(told.process_outliers)
+        false = self.started.count(entry.name) <= told.false
         frames = []
         for index in range(parameters.frames + 1):
             seconds = level * (1 + told.frame_noise * self.rng.standard_normal()) * self._jump(told.outliers)
             start = self.now
             self._pass(seconds * (told.warmup_factor if index < told.warmup else 1))
-            frames.append({"index": index, "start": start, "end": self.now, "parts": None, "renders": 1})
+            end = start + 1e-6 if false else self.now
+            frames.append({"index": index, "start": start, "end": end, "parts": None, "renders": 1})
         return Result("ok", "", self._outcome(spawned), self._said(frames, spawned), _picture(parameters))
 
     def untimed(self):

@@ -13,7 +13,7 @@ _LATE, _CONTRACT, _OUTSIDE = "killed after ", "is no event of the contract", "ou
 _NO_FILE, _MANY = 'returned no file "image.npy"', " processes at once, the limit is 60"
 _DISK, _OUTPUT = " to disk, the limit is 4 MB", "MB, the limit is 2 MB"
 
-# Variant: status of its row (or what it may be), part of the reason; of a good one, part of its warnings.
+# Variant: status of its row (or what it may be), part of the reason; of a good one, its warnings or why it is unranked.
 ZOO = {
     "zoo-hang": ("timeout", _LATE),
     "zoo-hang-done": ("timeout", _LATE),
@@ -31,7 +31,7 @@ ZOO = {
     "zoo-time-none": ("failed", "frame 0 is too short for 1 renders"),
     "zoo-time-outside": ("failed", "frame 0 lies outside the phase render"),
     "zoo-time-renders": ("failed", "frame 1 is too short for 1000000000000 renders"),
-    "zoo-time-little": ("ok", "its frames cover 0.0% of its phase render"),
+    "zoo-time-little": ("ok", "its marks contradict its phases: its frames cover 0.0001 s of "),
     "zoo-frames-many": ("failed", "reported frames [0, 1, 2, 3"),
     "zoo-phases-many": ("failed", _CONTRACT),
     "zoo-words-many": ("failed", _CONTRACT),
@@ -98,7 +98,7 @@ def wrong(variant: str, record: dict) -> str | None:
     """None, or what of the row is not as it must be."""
     statuses, part = ZOO[variant]
     good = record["status"] == "ok"
-    told = "\n".join(record["warnings"]) if good else record["reason"]
+    told = "\n".join([*record["warnings"], record["unranked"] or ""]) if good else record["reason"]
     if record["status"] not in statuses.split() or bool(record["reason"]) == good or len(record["reason"]) > 1000:
         return f"{record['status']}: {record['reason']}"
     if part not in told and not (good and statuses != "ok"):

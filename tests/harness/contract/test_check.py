@@ -1,5 +1,6 @@
 """`rayrace check`: the shipped renderers pass, and a bad one fails by the name of the rule it breaks."""
 
+import liars
 import pytest
 from nightly import by_night
 
@@ -60,6 +61,15 @@ def test_bad(variant, rule, rayrace, bad_folder):
     assert failed[0].startswith(f"FAIL  {variant}: {rule}"), done.stdout
     assert done.stdout.endswith(f"checks failed: {len(failed)}\n")
     assert len(failed) <= 4, "one fault, and what follows from it"
+
+
+@pytest.mark.parametrize("variant", by_night(["load", "asleep", "save"], "asleep", "save"))
+def test_false_times(variant, rayrace, tmp_path):
+    """It fails in the words that a race would say."""
+    done = rayrace("check", liars.folder(tmp_path / "liars", variant), code=1)
+    failed = [line for line in done.stdout.splitlines() if line.startswith("FAIL")]
+    rule = "its marks agree with its phases and the processor: its marks contradict "
+    assert len(failed) == 1 and failed[0].startswith(f"FAIL  liar-{variant}: {rule}{liars.LIES[variant]}"), done.stdout
 
 
 @pytest.mark.parametrize(

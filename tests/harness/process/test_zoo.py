@@ -8,7 +8,7 @@ import pytest
 import zoo
 
 from harness.process import process, repetition
-from harness.race import row
+from harness.race import contradiction, row
 from harness.renderer import registry
 from harness.renderer.limits import Limits
 from harness.renderer.parameters import Parameters
@@ -40,7 +40,9 @@ def run(animals, tmp_path, monkeypatch):
             timeout=zoo.TIMEOUT, series=series if watch else None, cache=tmp_path / "cache", log=tmp_path / "log",
             limits=limits,
         )  # fmt: skip
-        return result, {**row.measured(result, series), "status": result.status, "reason": result.reason}
+        told = {"status": result.status, "reason": result.reason}
+        told["unranked"] = contradiction.marks(result, series, 1) if result.status == "ok" else None
+        return result, {**row.measured(result, series), **told}
 
     return run
 

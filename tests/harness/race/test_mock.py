@@ -137,3 +137,28 @@ def test_a_budget_is_kept_and_the_time_left_is_told(mock_run):
     assert mock.now <= 200 and mock.now > 200 - 27 and abs(turns[0] - turns[1]) <= 1
     assert heard[-1][1:3] == (len(records), 100)
     assert heard[0][3] is None or heard[0][3] > 0
+
+
+@pytest.mark.parametrize(("false", "ranked"), [(0, True), (2, True), (3, False), (9, False)])
+def test_a_cell_of_false_times_has_no_rank(mock_run, false, ranked):
+    """Of five processes with frames of 1 us; of few the times do not count, of most all are lost."""
+    mock = Mock({"a": Behaviour(0.2, false=false), "b": Behaviour(0.1)})
+    records, loaded = mock_run(mock, more='[measure]\npair = "off"\n', order="sequential")
+    told = [record for record in records if record["variant"] == "a"]
+    words = "its marks contradict its phases: its frames cover 3e-06 s of 0.6 s of phase render"
+    assert [record["unranked"] for record in told] == [words if number < false else None for number in range(5)]
+    assert {record["status"] for record in records} == {"ok"}
+    found = cell(loaded, "a")
+    assert bool(found.unranked) is not ranked
+    if ranked:
+        assert found.steady.value == pytest.approx(0.2) and found.steady.processes == 5 - false
+        assert (words in found.verdict) == (false > 0)
+    else:
+        assert found.unranked.startswith(words) and isinstance(found.steady, results.Missing)
+    assert [c.variant for c in ranking.ranked(loaded, found.place)] == (["b", "a"] if ranked else ["b"])
+    assert ranking.baseline(loaded, found.scene) == ("a" if ranked else "b")
+
+
+def test_the_noise_floor_is_not_made_of_false_times(mock_run):
+    _, loaded = mock_run(Mock({"a": Behaviour(0.2, false=99)}))
+    assert loaded.floor.value is None

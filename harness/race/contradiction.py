@@ -1,0 +1,173 @@
+"""Finds what the marks of a repetition contradict: the clock, its phases, or the processor. Such a row has no rank.
+
+A renderer tells its own times. Three accounts of them are independent: the wall time of its phases, above all `render`;
+the CPU time inside a phase, from the measurer's series; the CPU time of its whole life, from wait4.
+
+marks()  By the contract frames cover the phase `render`, but for the search for a batch, and T threads use at most
+         T s of CPU time in a second. The same must hold of what follows the first frame, which may be the longest.
+Blanks   CPU time that no frame covers (start, imports, a hierarchy) does not depend on the picture: the renderer is
+         started once more for one pixel of it. What is used beyond that is rendering, in whatever phase.
+
+An allowance of each rule is longer than the clocks and the series are coarse. What is too short to tell is not told.
+"""
+
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from harness.process.repetition import Result
+from harness.race.row import cover
+from harness.race.series import ticks
+from harness.renderer import events
+from harness.renderer.parameters import Parameters
+from harness.renderer.registry import Entry
+from harness.store.record import CONTRADICTED
+
+UNCOVERED = 0.5  # of the wall time, in no phase at all
+UNFRAMED = 0.2  # of a phase render, in no frame
+SHORT = 0.1  # s that may be so anyway, as while other programs have the processors
+CPU_MORE = 0.1  # more CPU time than the threads have, which a clock of ticks may tell
+SEARCH = 8  # later frames: each size of batch up to theirs, twice, and again for one that was interrupted
+PAUSES = 0.2  # s in it while other programs have the processors
+COLD = 10  # times as long as a later frame is the first at most, with cold caches (worker.py)
+BLANK_MORE = 0.5  # of the CPU time of a blank, which differs as other programs use the caches and the clock
+PER_PIXEL = 2e-6  # s that an interpreter takes to pack and write one, in the phases that do so
+WRITING = "download", "save"
+
+
+def found(
+    result: Result, series: Path, entry: Entry, parameters: Parameters, blanks: "Blanks | None", run: Callable, key=None
+) -> str | None:
+    """None, or what a repetition that is ok contradicts, in words that begin with CONTRADICTED.
+
+    blanks: the blanks known so far; None where the process compiled what none will compile again. run(parameters): the
+    same renderer and scene once more, the Result. key: on what the CPU time of a blank depends, within `blanks`.
+    """
+    on_cpu = entry.variant.device == "cpu"  # what a GPU does takes no CPU time, and its driver has threads of its own
+    contradicted = marks(result, series, parameters.threads if on_cpu else None, parameters.least_frame)
+    if contradicted or not on_cpu or blanks is None or parameters.kind == "rays" or result.outcome.measurer is None:
+        return contradicted
+    one = blank(parameters, "region" in entry.renderer.manifest.features)
+    return blanks.contradiction(key, result, parameters, lambda: run(one))
+
+
+def marks(result: Result, series: Path, threads: int | None, least_frame: float = 0.0) -> str | None:
+    """None, or what the marks contradict. threads: that the renderer may use; None: CPU time tells nothing of it.
+    least_frame: of the job, s."""
+    said, outcome = result.said, result.outcome
+    wall = outcome.wall_s
+    covered = sum(end - start for _, start, end in cover(said, outcome.spawned, outcome.exited))
+    if wall - covered > max(SHORT, UNCOVERED * wall):
+        return f"{CONTRADICTED}the clock: its phases cover {covered:.3g} s of its life of {wall:.3g} s"
+    if all(phase["name"] != "render" for phase in said.phases):
+        return f"{CONTRADICTED}its phases: it has {len(said.frames)} frames and no phase render"
+    rows = ticks(series) if threads and outcome.measurer else []
+    resolution = (outcome.measurer or {}).get("resolution_s") or 0.0
+    for what, frames, windows in _parts(said):
+        framed, length = _seconds(frames), sum(end - start for start, end in windows)
+        allowed = framed + _search(said, least_frame)
+        if length - allowed > max(SHORT, UNFRAMED * length):
+            return f"{CONTRADICTED}its phases: {what} {framed:.3g} s of {length:.3g} s of phase render"
+        used = sum(_cpu_within(rows, start - outcome.spawned, end - outcome.spawned) for start, end in windows)
+        if rows and used > threads * allowed * (1 + CPU_MORE) + SHORT + resolution:
+            return (
+                f"{CONTRADICTED}the processor: {what} {framed:.3g} s of phase render, which used"
+                f" {used:.3g} s of CPU time on {threads} thread{'s' * (threads > 1)}"
+            )
+    return None
+
+
+def _parts(said: events.Said) -> Iterator[tuple[str, list[dict], list[tuple[float, float]]]]:
+    """The phase render with all frames; what of it follows the first frame, with the later ones."""
+    render = [(phase["start"], phase["end"]) for phase in said.phases if phase["name"] == "render"]
+    first, *later = said.frames
+    yield "its frames cover", said.frames, render
+    if later:
+        after = [(max(start, first["end"]), end) for start, end in render if end > first["end"]]
+        yield "its frames after the first cover", later, after
+
+
+def _seconds(frames: list[dict]) -> float:
+    return sum(frame["end"] - frame["start"] for frame in frames)
+
+
+def _longest(frames: list[dict]) -> float:
+    return max((frame["end"] - frame["start"] for frame in frames), default=0.0)
+
+
+def _search(said: events.Said, least_frame: float) -> float:
+    """Seconds that the search for the number of renders of a batch may have taken between the first two frames."""
+    if not said.frames[1:]:
+        return 0.0
+    first, second, *_ = said.frames
+    if second["renders"] == 1 and _seconds([first]) >= COLD * least_frame:  # it was long enough
+        return 0.0
+    return min(max(0.0, second["start"] - first["end"]), SEARCH * _longest(said.frames[1:]) + PAUSES)
+
+
+def _cpu_within(rows: list[dict], start: float, end: float) -> float:
+    """CPU time that was surely used between two times: between the readings that lie inside.
+
+    A reading is stamped before it is made, and has been made when the next is stamped.
+    """
+    inside = [
+        float(reading["cpu_s"])
+        for reading, following in itertools.pairwise(rows)
+        if start <= float(reading["t"]) and float(following["t"]) <= end
+    ]
+    return inside[-1] - inside[0] if inside else 0.0
+
+
+class Blanks:
+    """CPU time of processes that rendered one pixel of a picture, by what the time depends on."""
+
+    def __init__(self):
+        self.known: dict = {}
+
+    def contradiction(self, key, result: Result, parameters: Parameters, make: Callable[[], Result]) -> str | None:
+        """None, or how the marks contradict the CPU time of the process (wait4).
+
+        make: runs the blank. It is run only if none of `key` is known that explains the row: the machine may have
+        become slower meanwhile.
+        """
+        used = unframed_cpu(result, parameters)
+        if used <= _most(self.known.get(key, 0.0)):
+            return None
+        blank = make()
+        if blank.status != "ok":
+            return None
+        self.known[key] = known = max(self.known.get(key, 0.0), _cpu(blank))
+        if used <= _most(known):
+            return None
+        return (
+            f"{CONTRADICTED}the processor: {used:.3g} s of CPU time in no frame, {known:.3g} s if it renders one pixel"
+        )
+
+
+def blank(parameters: Parameters, has_region: bool) -> Parameters:
+    """The parameters of a blank: one pixel of the same picture, or the smallest picture, once."""
+    one = {"region": (0, 0, 1, 1)} if has_region else {"region": None, "width": 1, "height": 1}
+    return replace(parameters, frames=0, least_frame=0.0, **one)
+
+
+def unframed_cpu(result: Result, parameters: Parameters) -> float:
+    """CPU time (s) of a process beyond what its frames, and writing the picture, can have used.
+
+    The first frame counts for no more than COLD later ones: it may have made what they only copy.
+    """
+    first, *later = result.said.frames
+    longest = _longest(later)
+    begun = min(_seconds([first]), COLD * longest) if later else _seconds([first])
+    framed = parameters.threads * (begun + _seconds(later) + _search(result.said, parameters.least_frame))
+    x0, y0, x1, y1 = parameters.bounds()
+    writing = sum(phase["end"] - phase["start"] for phase in result.said.phases if phase["name"] in WRITING)
+    return _cpu(result) - framed - min(writing, PER_PIXEL * (x1 - x0) * (y1 - y0))
+
+
+def _cpu(result: Result) -> float:
+    return result.outcome.user_s + result.outcome.system_s
+
+
+def _most(blank: float) -> float:
+    return SHORT + (1 + BLANK_MORE) * blank
