@@ -179,7 +179,7 @@ class Examination:
         if isinstance(found, reference.NoReference):
             yield Check(what, False, found.reason)
             return
-        verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external)
+        verdict = judge.judge(result.array, found, parameters.precision, external)
         yield Check(f"{what} ({found.maker})", verdict.wrong is None, verdict.wrong or f"{verdict.max_outside:.1e}")
         if parameters.precision == "float64" and not external:
             wrong = judge.compare_rays(result.said.rays, found.rays, parameters.precision)

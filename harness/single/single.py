@@ -88,7 +88,7 @@ def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.R
         return {"unavailable": "no run here has made a reference of this picture by another renderer: `rayrace run`"}
     limit = 0.0 if result.dropped is None else bound.bound(arrays, parameters.depth, result.dropped)
     external = entry.renderer.manifest.external
-    verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external, limit)
+    verdict = judge.judge(result.array, found, parameters.precision, external, limit)
     return {"reference": found.maker, **verdict.record()}
 
 
