@@ -11,7 +11,7 @@ import numpy as np
 from harness.experiment.image import Image
 from harness.judge import span
 from harness.judge.judge import Reference, Verdict
-from harness.judge.reference import FURTHER_SEED, SEED, ULPS, NoReference, further, job_of, perturbations, succeeding
+from harness.judge.reference import SEED, ULPS, NoReference, job_of, others, perturbations, succeeding
 from harness.process import repetition
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
@@ -90,11 +90,11 @@ def make(
 
     def results():
         yield run(entry, arrays, wanted, needs, cache=cache)
-        for seed, number in ((SEED, count), (FURTHER_SEED, further(precision))):
+        for number, seed, ulps in ((count, SEED, ULPS), others(precision)):
             rng = np.random.default_rng(seed)
             for _ in range(number):
                 turned = rays.copy()
-                turned[:, 3:] += ULPS * np.spacing(np.float32(0.5)) * _unit(rng.normal(size=(len(rays), 3)))
+                turned[:, 3:] += ulps * np.spacing(np.float32(0.5)) * _unit(rng.normal(size=(len(rays), 3)))
                 turned[:, 3:] = _unit(turned[:, 3:])
                 yield run(entry, {**arrays, "rays": turned}, wanted, needs, cache=cache)
 

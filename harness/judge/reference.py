@@ -27,6 +27,7 @@ PERTURBATIONS = {"float64": 8, "float32": 32}
 FURTHER = {"float64": 4, "float32": 8}  # perturbed references that show how often one leaves what the others span
 SEED, FURTHER_SEED = 20, 21
 ULPS = 4  # of float32, in the screen coordinates X and Y of CAM-2
+FURTHER_ULPS = {"float64": 1, "float32": 4}  # float64 errs by 2^-29 of that, unless chaos has taken over
 # Of the sliver of CSG-4: the distances to two faces are off by up to 14 of its 16 u.
 SLIVERS = 1 / 8, 15 / 8
 # What a reference has as by default, whatever the picture's method.
@@ -99,7 +100,7 @@ def needs_of(needs: tuple[str, ...]) -> tuple[str, ...]:
 
 def key(maker: Entry, scene_version: str, parameters: Parameters) -> str:
     """By what the reference by `maker` of a picture is kept."""
-    counts = perturbations(parameters.precision), further(parameters.precision)
+    counts = perturbations(parameters.precision), others(parameters.precision)
     return fingerprint({}, scene_version, job_of(parameters), "span", counts, maker.name, maker.renderer.version)
 
 
@@ -117,9 +118,10 @@ def perturbations(precision: str) -> int:
     return PERTURBATIONS.get(precision, PERTURBATIONS["float64"])
 
 
-def further(precision: str) -> int:
-    """How many perturbed pictures there are beside these."""
-    return FURTHER.get(precision, FURTHER["float64"])
+def others(precision: str) -> tuple[int, int, float]:
+    """How many further perturbed pictures there are, the seed of their directions, and by how many ULPS they move."""
+    kind = precision if precision in FURTHER else "float64"
+    return FURTHER[kind], FURTHER_SEED, FURTHER_ULPS[kind]
 
 
 def make(
@@ -133,7 +135,7 @@ def make(
     """A Reference made by `entry`, with its compiled code in `cache`, or a NoReference. `run` starts it."""
     wanted, precision = job_of(parameters), parameters.precision
     count = perturbations(precision)
-    jobs = [wanted, *perturbed(wanted, count), *perturbed(wanted, further(precision), FURTHER_SEED)]
+    jobs = [wanted, *perturbed(wanted, count), *perturbed(wanted, *others(precision))]
     results = succeeding(entry.name, (run(entry, arrays, job, needs, cache=cache) for job in jobs))
     try:
         first = next(results)
@@ -164,15 +166,15 @@ def succeeding(maker: str, results: Iterable[repetition.Result]) -> Iterator[rep
         yield result
 
 
-def perturbed(parameters: Parameters, count: int, seed: int = SEED) -> list[Parameters]:
-    """The job of a reference perturbed: its sample moved by ULPS float32 units in the last place of X and Y near 1, in
-    seeded directions.
+def perturbed(parameters: Parameters, count: int, seed: int = SEED, ulps: float = ULPS) -> list[Parameters]:
+    """The job of a reference perturbed: its sample moved by `ulps` float32 units in the last place of X and Y near 1,
+    in seeded directions.
 
     A pixel whose float64 colour changes visibly under so small a move is one where float32, or another order of the
     same sums, may rightly give another colour: an edge, or a ray path that chaos has taken over. The thinnest part of a
     CSG solid is another: where `sliver` is given, it is SLIVERS times that in turn.
     """
-    shift = ULPS * np.spacing(np.float32(1.0)) / 2
+    shift = ulps * np.spacing(np.float32(1.0)) / 2
     angles = np.random.default_rng(seed).uniform(0, 2 * np.pi, count)
     return [
         replace(
