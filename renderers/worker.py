@@ -60,6 +60,7 @@ class Job:
         self.sample = float(flags.get("sample_x", 0.5)), float(flags.get("sample_y", 0.5))
         self.epsilon = float(flags.get("epsilon", 2.0**-48))
         self.precision = flags.get("precision", "float64")
+        self.sliver = float(flags.get("sliver", 0)) or None  # None: that of the precision (CSG-4)
         self.threads = int(flags.get("threads", 1))
         self.frames = int(flags.get("frames", 0))
         self.least_frame = float(flags.get("least_frame", 0))

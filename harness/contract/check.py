@@ -73,6 +73,14 @@ def examine(path: Path) -> Iterator[Check]:
                 yield replace(check, what=f"{entry.name}: {check.what}")
 
 
+def _told(verdict: judge.Verdict) -> str:
+    """How far off a right picture is, and how much of it is judged less strictly, if that is much."""
+    off = "every pixel is in the mask" if verdict.max_outside is None else f"{verdict.max_outside:.1e}"
+    if verdict.mask_fraction <= judge.LARGE_MASK:
+        return off
+    return f"{off}; {verdict.mask_fraction:.0%} of the picture is ill-conditioned, and judged as a whole"
+
+
 class Examination:
     """The checks of one variant."""
 
@@ -181,8 +189,8 @@ class Examination:
         if isinstance(found, reference.NoReference):
             yield Check(what, False, found.reason)
             return
-        verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external)
-        yield Check(f"{what} ({found.maker})", verdict.wrong is None, verdict.wrong or f"{verdict.max_outside:.1e}")
+        verdict = judge.judge(result.array, found, parameters.precision, external)
+        yield Check(f"{what} ({found.maker})", verdict.wrong is None, verdict.wrong or _told(verdict))
         if parameters.precision == "float64" and not external:
             wrong = judge.compare_rays(result.said.rays, found.rays, parameters.precision)
             told = "" if result.said.rays else "unavailable: it does not count them"

@@ -3,13 +3,15 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from harness.experiment.image import Image
-from harness.judge.judge import Verdict
-from harness.judge.reference import ULPS, NoReference, Reference, job_of, of_results, perturbations
+from harness.judge import span
+from harness.judge.judge import Reference, Verdict
+from harness.judge.reference import SEED, ULPS, NoReference, job_of, others, perturbations, succeeding
 from harness.process import repetition
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
@@ -80,22 +82,70 @@ def make(
     """The Reference of a list of rays, made by `entry`: `picture` (R, 8) has their hits, `mask` (R,).
 
     A ray is ill-conditioned if a turn by ULPS of float32 changes the object, or the distance by more than THRESHOLD.
+    span: (S, 4), of each object that such a ray hits in it or in a perturbed reference: the row of the ray, the object,
+    the smallest and the largest distance.
     """
-    wanted = job_of(parameters)
+    wanted, precision = job_of(parameters), parameters.precision
+    rays, count = arrays["rays"], perturbations(precision)
 
     def results():
-        rays, rng = arrays["rays"], np.random.default_rng(20)
         yield run(entry, arrays, wanted, needs, cache=cache)
-        for _ in range(perturbations(parameters.precision)):
-            turned = rays.copy()
-            turned[:, 3:] += ULPS * np.spacing(np.float32(0.5)) * _unit(rng.normal(size=(len(rays), 3)))
-            turned[:, 3:] = _unit(turned[:, 3:])
-            yield run(entry, {**arrays, "rays": turned}, wanted, needs, cache=cache)
+        for number, seed, ulps in ((count, SEED, ULPS), others(precision)):
+            rng = np.random.default_rng(seed)
+            for _ in range(number):
+                turned = rays.copy()
+                turned[:, 3:] += ulps * np.spacing(np.float32(0.5)) * _unit(rng.normal(size=(len(rays), 3)))
+                turned[:, 3:] = _unit(turned[:, 3:])
+                yield run(entry, {**arrays, "rays": turned}, wanted, needs, cache=cache)
 
-    def moved(hits, right):
-        return (hits[:, OBJECT] != right[:, OBJECT]) | ~(_off(hits, right) <= THRESHOLD)
+    made = succeeding(entry.name, results())
+    try:
+        first = next(made)
+        right = first.array.astype(np.float64)
+        mask, seen = np.zeros(len(right), bool), []
+        for other in (result.array for result in islice(made, count)):
+            moved = (other[:, OBJECT] != right[:, OBJECT]) | ~(_off(other, right) <= THRESHOLD)
+            seen.append(_told(other, moved))
+            mask |= moved
+        found, left = _spans(np.concatenate([_told(right, mask), *seen])), ()
+        if mask.any():
+            tolerance = TOLERANCE.get(precision, TOLERANCE["float64"])
+            left = tuple(int(np.count_nonzero(_leaves(other.array, mask, found, tolerance))) for other in made)
+    except LookupError as error:
+        return NoReference(str(error))
+    return Reference(entry.name, right, mask, first.said.rays, found, left)
 
-    return of_results(entry.name, results(), moved)
+
+def _told(hits: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Row, object and distance of the hits in `rows` (R,), which is boolean."""
+    return np.column_stack([np.flatnonzero(rows), hits[rows][:, [OBJECT, DISTANCE]]])
+
+
+def _spans(told: np.ndarray) -> np.ndarray:
+    """The smallest and the largest distance (S, 4) of each row and object in `told`, rising."""
+    told = told[np.lexsort(told.T[::-1])]
+    first = np.flatnonzero(np.diff(told[:, :2], axis=0, prepend=np.nan).any(axis=1))
+    last = np.append(first, len(told))[1:] - 1
+    return np.column_stack([told[first], told[last, 2]])
+
+
+def _leaves(hits: np.ndarray, mask: np.ndarray, spans: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which of the M ill-conditioned rays hit what no perturbed reference hits, or where none does: booleans (M,).
+
+    Spans of distances are widened on either side by span.WIDENED of their width, and a share of the distance: the
+    tolerance, at least THRESHOLD.
+    """
+    rows, objects, distances = _told(hits, mask).T
+    among = {(row, thing): place for place, (row, thing) in enumerate(spans[:, :2].tolist())}
+    places = np.array([among.get(pair, -1) for pair in zip(rows.tolist(), objects.tolist(), strict=True)], dtype=int)
+    if not len(places):
+        return np.zeros(0, bool)
+    low, high = spans[places, 2:].T
+    missed = objects < 0
+    with np.errstate(invalid="ignore"):  # inf - inf, of misses
+        wider = span.WIDENED * (high - low) + max(tolerance, THRESHOLD) * np.abs(high)
+        within = (distances >= low - wider) & (distances <= high + wider)
+    return (places < 0) | ~(missed | within)
 
 
 def judge(hits: np.ndarray, reference: Reference, precision: str) -> Verdict:
@@ -116,6 +166,14 @@ def judge(hits: np.ndarray, reference: Reference, precision: str) -> Verdict:
             f"{int((~(off[~mask] <= tolerance)).sum())} distances off by more than {tolerance:.3g} of them outside the "
             f"mask, the worst by {off[~mask].max():.3g}"
         )
+    elif mask.any():
+        beyond = int(np.count_nonzero(_leaves(hits, mask, reference.span, tolerance)))
+        limit = span.most(int(mask.sum()), reference.left)
+        if beyond > limit:
+            wrong = (
+                f"{beyond} of {int(mask.sum())} rays inside the mask hit what turns by some float32 steps do not bring "
+                f"them to; of right answers at most {limit} do"
+            )
     both = mask & ~other
     return Verdict(
         wrong=wrong,

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from harness.judge import span
 from harness.process.repetition import Result
 
 # Largest difference allowed in any channel outside the mask. float64: the cross-renderer gate of the conformance
@@ -18,6 +19,34 @@ LARGEST = 1e145  # of a channel: beyond it, squares and their sums leave float64
 DARK = 1e-2  # squared linear level below which relative errors count less
 EXTERNAL_TOLERANCE = 2 / 255  # of a program that is not ours, whose pictures may come in few bits
 RAY_TOLERANCE = {"float64": 1e-4, "float32": 1e-2}  # relative, of each ray count
+LARGE_MASK = 0.1  # of a picture: what the mask holds is judged less strictly, so a larger one is said
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A float64 picture, the mask (height, width) of its M ill-conditioned pixels, its ray counts and its maker.
+
+    span: (2, M, 3), the lowest and highest values of each channel that it and the perturbed references have in these
+    pixels, in the order of the mask; of hits see hits.py. left: how many of them leave it (span.py) in each of the
+    further references, of which there are none if there is no such pixel.
+    """
+
+    maker: str
+    picture: np.ndarray
+    mask: np.ndarray
+    rays: dict | None
+    span: np.ndarray
+    left: tuple[int, ...]
+
+    def stored(self) -> tuple[dict, dict[str, np.ndarray]]:
+        """Converts it to facts for JSON and arrays, for the cache."""
+        facts = {"maker": self.maker, "rays": self.rays, "left": self.left}
+        return facts, {"reference": self.picture, "mask": self.mask, "span": self.span}
+
+    @classmethod
+    def restored(cls, facts: dict, arrays: dict[str, np.ndarray]) -> "Reference":
+        left = tuple(facts["left"])
+        return cls(facts["maker"], arrays["reference"], arrays["mask"], facts["rays"], arrays["span"], left)
 
 
 @dataclass(frozen=True)
@@ -62,17 +91,17 @@ def broken(result: Result) -> str | None:
 
 def judge(
     picture: np.ndarray,
-    reference: np.ndarray,
-    mask: np.ndarray,
+    found: Reference,
     precision: str,
     external: bool = False,
     bound: np.ndarray | float = 0.0,
 ) -> Verdict:
-    """Judge `picture` (height, width, 3) against `reference`; `mask` (height, width) marks ill-conditioned pixels.
+    """Judge `picture` (height, width, 3) against a reference: outside the mask each pixel, inside it all (span.py).
 
     external: the picture is by a program that is not ours. bound: (height, width), what a cut-off may have changed
     beside the tolerance (bound.py).
     """
+    reference, mask = found.picture, found.mask
     broken = not_finite(picture)
     if broken:
         return Verdict(broken)
@@ -84,10 +113,13 @@ def judge(
     tolerance = EXTERNAL_TOLERANCE if external else TOLERANCE.get(precision, TOLERANCE["float64"])
     worst = float(outside.max()) if outside.size else None
     wrong = None
-    beyond = outside[~(outside <= tolerance + np.broadcast_to(bound, mask.shape)[~mask])]
+    allowed = tolerance + np.broadcast_to(bound, mask.shape)
+    beyond = outside[~(outside <= allowed[~mask])]
     if beyond.size:
         limit = f"{tolerance:.3g}" + ("" if np.isscalar(bound) else " and the bound of its cut-off")
         wrong = f"{beyond.size} pixels off by more than {limit} outside the mask, the worst by {beyond.max():.3g}"
+    elif inside.size:
+        wrong = _inside(picture[mask].astype(np.float64), found, allowed[mask])
     return Verdict(
         wrong=wrong,
         max_outside=worst,
@@ -97,6 +129,19 @@ def judge(
         bad_pixels=float(np.mean(difference > STEP)),
         mask_fraction=float(mask.mean()),
         tolerance=tolerance,
+    )
+
+
+def _inside(pixels: np.ndarray, found: Reference, allowed: np.ndarray) -> str | None:
+    """None, or why the ill-conditioned `pixels` (M, 3), allowed to be so far off (M,), are not those of a right one."""
+    excess = span.excess(pixels, found.span, allowed)
+    beyond = int(np.count_nonzero(excess > 0))
+    limit = span.most(len(pixels), found.left)
+    if beyond <= limit:
+        return None
+    return (
+        f"{beyond} of {len(pixels)} pixels inside the mask are further off than moves of the sample by some float32 "
+        f"steps bring them, the worst by {excess.max():.3g}; in a right picture at most {limit} are"
     )
 
 

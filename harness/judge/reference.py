@@ -1,16 +1,19 @@
-"""The reference picture of a job, and the mask of its ill-conditioned pixels."""
+"""The reference picture of a job, the mask of its ill-conditioned pixels, and what perturbed references have there."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from harness.judge.cache import Kept
+from harness.judge.judge import TOLERANCE, Reference
+from harness.judge.span import THRESHOLD, leaves
 from harness.process import repetition
 from harness.renderer.builder import BuildError
 from harness.renderer.job import count_shapes, fingerprint
-from harness.renderer.parameters import Parameters, default_epsilon
+from harness.renderer.parameters import Parameters, default_epsilon, default_sliver
 from harness.renderer.registry import Entry
 
 # Who may be the reference, the quickest first, start included. A picture is never judged by its own renderer.
@@ -21,31 +24,17 @@ MANY = 200  # shapes, from where on a hierarchy makes up for a compilation
 
 # 8 find all that float64 pictures can part by. Of the pixels where float32 ones do, 8 miss about one in a thousand.
 PERTURBATIONS = {"float64": 8, "float32": 32}
+FURTHER = {"float64": 4, "float32": 8}  # perturbed references that show how often one leaves what the others span
+SEED, FURTHER_SEED = 20, 21
 ULPS = 4  # of float32, in the screen coordinates X and Y of CAM-2
-THRESHOLD = 0.1 / 255
+FURTHER_ULPS = {"float64": 1, "float32": 4}  # float64 errs by 2^-29 of that, unless chaos has taken over
+# Of the sliver of CSG-4: the distances to two faces are off by up to 14 of its 16 u.
+SLIVERS = 1 / 8, 15 / 8
 # What a reference has as by default, whatever the picture's method.
 PLAIN = (
     *("sphere", "triangle", "slab", "merge", "fresnel", "phong", "renormalise", "floating_point", "cutoff"),
     *("kernel", "vector"),
 )
-
-
-@dataclass(frozen=True)
-class Reference:
-    """A float64 picture, the mask (height, width) of its ill-conditioned pixels, its ray counts and its maker."""
-
-    maker: str
-    picture: np.ndarray
-    mask: np.ndarray
-    rays: dict | None
-
-    def stored(self) -> tuple[dict, dict[str, np.ndarray]]:
-        """Converts it to facts for JSON and arrays, for the cache."""
-        return {"maker": self.maker, "rays": self.rays}, {"reference": self.picture, "mask": self.mask}
-
-    @classmethod
-    def restored(cls, facts: dict, arrays: dict[str, np.ndarray]) -> "Reference":
-        return cls(facts["maker"], arrays["reference"], arrays["mask"], facts["rays"])
 
 
 @dataclass(frozen=True)
@@ -89,16 +78,19 @@ def _runs(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) -> bool:
 def job_of(parameters: Parameters) -> Parameters:
     """The job whose picture is the reference for one made with `parameters`.
 
-    In float64, strict, nothing cut off, but rays leave surfaces as far off as in the picture: else contact shadows
-    would differ by method.
+    In float64, strict, nothing cut off, but rays leave surfaces as far off as in the picture, else contact shadows
+    would differ by method; and faces of a CSG solid as near to each other as there count as one, else its thinnest
+    parts would.
     """
     epsilon, offset = parameters.epsilon, parameters.offset
     if offset == "none":
         epsilon, offset = None, Parameters.offset
     if epsilon is None and offset != "fixed":
         epsilon = max(default_epsilon(parameters.precision), default_epsilon("float64"))
+    coarse = default_sliver(parameters.precision) > default_sliver("float64")
+    sliver = parameters.sliver or (default_sliver(parameters.precision) if coarse else None)
     plain = {name: getattr(Parameters, name) for name in PLAIN}
-    return replace(parameters.picture(), precision="float64", offset=offset, epsilon=epsilon, **plain)
+    return replace(parameters.picture(), precision="float64", offset=offset, epsilon=epsilon, sliver=sliver, **plain)
 
 
 def needs_of(needs: tuple[str, ...]) -> tuple[str, ...]:
@@ -108,8 +100,8 @@ def needs_of(needs: tuple[str, ...]) -> tuple[str, ...]:
 
 def key(maker: Entry, scene_version: str, parameters: Parameters) -> str:
     """By what the reference by `maker` of a picture is kept."""
-    count = perturbations(parameters.precision)
-    return fingerprint({}, scene_version, job_of(parameters), count, maker.name, maker.renderer.version)
+    counts = perturbations(parameters.precision), others(parameters.precision)
+    return fingerprint({}, scene_version, job_of(parameters), "span", counts, maker.name, maker.renderer.version)
 
 
 def find(kept: Kept, judged: Entry, known: dict[str, Entry], scene_version: str, parameters: Parameters):
@@ -126,6 +118,12 @@ def perturbations(precision: str) -> int:
     return PERTURBATIONS.get(precision, PERTURBATIONS["float64"])
 
 
+def others(precision: str) -> tuple[int, int, float]:
+    """How many further perturbed pictures there are, the seed of their directions, and by how many ULPS they move."""
+    kind = precision if precision in FURTHER else "float64"
+    return FURTHER[kind], FURTHER_SEED, FURTHER_ULPS[kind]
+
+
 def make(
     entry: Entry,
     arrays: dict[str, np.ndarray],
@@ -135,50 +133,55 @@ def make(
     run: Callable[..., repetition.Result] = repetition.run,
 ):
     """A Reference made by `entry`, with its compiled code in `cache`, or a NoReference. `run` starts it."""
-    wanted = job_of(parameters)
+    wanted, precision = job_of(parameters), parameters.precision
+    count = perturbations(precision)
+    jobs = [wanted, *perturbed(wanted, count), *perturbed(wanted, *others(precision))]
+    results = succeeding(entry.name, (run(entry, arrays, job, needs, cache=cache) for job in jobs))
+    try:
+        first = next(results)
+        picture = first.array.astype(np.float64)
+        if not np.isfinite(picture).all():
+            return NoReference(f"the reference of {entry.name} has pixels that are not finite")
+        mask, low, high = np.zeros(picture.shape[:2], bool), picture.copy(), picture.copy()
+        for other in (result.array for result in islice(results, count)):
+            mask |= ~(np.abs(other - picture).max(axis=-1) <= THRESHOLD)
+            finite = np.isfinite(other)
+            np.minimum(low, other, out=low, where=finite)
+            np.maximum(high, other, out=high, where=finite)
+        span, left = np.stack([low[mask], high[mask]]), ()
+        if mask.any():
+            tolerance = TOLERANCE.get(precision, TOLERANCE["float64"])
+            left = tuple(int(np.count_nonzero(leaves(other.array[mask], span, tolerance))) for other in results)
+    except LookupError as error:
+        return NoReference(str(error))
+    return Reference(entry.name, picture, mask, first.said.rays, span, left)
 
-    def results():
-        for x, y in [(wanted.sample_x, wanted.sample_y), *perturbed(wanted, perturbations(parameters.precision))]:
-            yield run(entry, arrays, replace(wanted, sample_x=x, sample_y=y), needs, cache=cache)
 
-    def moved(picture, right):
-        return ~(np.abs(picture - right).max(axis=-1) <= THRESHOLD)
-
-    found = of_results(entry.name, results(), moved)
-    if isinstance(found, Reference) and not np.isfinite(found.picture).all():
-        return NoReference(f"the reference of {entry.name} has pixels that are not finite")
-    return found
-
-
-def of_results(
-    maker: str, results: Iterable[repetition.Result], differs: Callable[[np.ndarray, np.ndarray], np.ndarray]
-) -> Reference | NoReference:
-    """The Reference by `maker` from the Result of its job and those of the same job perturbed.
-
-    differs(array, right): where the array of a perturbed job and that of the job itself are not alike.
-    """
-    first, mask = None, False
-    for result in results:
+def succeeding(maker: str, results: Iterable[repetition.Result]) -> Iterator[repetition.Result]:
+    """The Results by `maker` of the job of a reference and of that job perturbed. LookupError if one has failed."""
+    for number, result in enumerate(results):
         if result.status != "ok":
-            what = "mask" if first else "reference"
-            return NoReference(f"{maker} could not make the {what}: {result.status}: {result.reason}")
-        first = first or result
-        mask |= differs(result.array, first.array)
-    return Reference(maker, first.array.astype(np.float64), mask, first.said.rays)
+            what = "mask" if number else "reference"
+            raise LookupError(f"{maker} could not make the {what}: {result.status}: {result.reason}")
+        yield result
 
 
-def perturbed(parameters: Parameters, count: int, seed: int = 20) -> list[tuple[float, float]]:
-    """Sample positions moved by ULPS float32 units in the last place of X and Y near 1, in seeded directions.
+def perturbed(parameters: Parameters, count: int, seed: int = SEED, ulps: float = ULPS) -> list[Parameters]:
+    """The job of a reference perturbed: its sample moved by `ulps` float32 units in the last place of X and Y near 1,
+    in seeded directions.
 
     A pixel whose float64 colour changes visibly under so small a move is one where float32, or another order of the
-    same sums, may rightly give another colour: an edge, or a ray path that chaos has taken over.
+    same sums, may rightly give another colour: an edge, or a ray path that chaos has taken over. The thinnest part of a
+    CSG solid is another: where `sliver` is given, it is SLIVERS times that in turn.
     """
-    shift = ULPS * np.spacing(np.float32(1.0)) / 2
+    shift = ulps * np.spacing(np.float32(1.0)) / 2
     angles = np.random.default_rng(seed).uniform(0, 2 * np.pi, count)
     return [
-        (
-            float(parameters.sample_x + shift * np.cos(angle) * parameters.width),
-            float(parameters.sample_y + shift * np.sin(angle) * parameters.height),
+        replace(
+            parameters,
+            sample_x=float(parameters.sample_x + shift * np.cos(angle) * parameters.width),
+            sample_y=float(parameters.sample_y + shift * np.sin(angle) * parameters.height),
+            sliver=parameters.sliver and parameters.sliver * SLIVERS[number % 2],
         )
-        for angle in angles
+        for number, angle in enumerate(angles)
     ]

@@ -58,6 +58,7 @@ def view(parameters: Parameters, depth: int | None = None) -> Parameters:
         feelers=min(parameters.feelers, 1),
         glossy_rays=min(parameters.glossy_rays, 1),
         sampler="one" if parameters.sampler == "one" else "jittered",
+        sliver=None,
         **{name: getattr(default, name) for name in ("samples", "adaptive_depth", "adaptive_threshold")},
         **{name: getattr(default, name) for name in ("glossy_weight", "seed")},
     )

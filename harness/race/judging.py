@@ -70,7 +70,7 @@ class Judging:
 
     def _verdict(self, cell: Cell, result: repetition.Result, found: Reference, limit):
         precision, external = cell.parameters.precision, cell.entry.renderer.manifest.external
-        verdict = judge.judge(result.array, found.picture, found.mask, precision, external, limit)
+        verdict = judge.judge(result.array, found, precision, external, limit)
         wrong = verdict.wrong
         if not external and "cutoff" not in cell.needs:  # others count other things, and the reference cuts nothing off
             wrong = wrong or judge.compare_rays(result.said.rays, found.rays, precision)

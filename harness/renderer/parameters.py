@@ -4,11 +4,21 @@ import dataclasses
 from dataclasses import dataclass
 
 
-def default_epsilon(precision: str) -> float:
-    """32 u (NUM-2, OFF-1) of a precision: float64, float32, or mpmath's with so many digits, such as mp60."""
+def roundoff(precision: str) -> float:
+    """u (NUM-2) of a precision: float64, float32, or mpmath's with so many digits, such as mp60."""
     if precision.startswith("mp") and precision[2:].isdigit():
-        return 16 * 10.0 ** (1 - int(precision[2:]))
-    return 32 * {"float32": 2.0**-24}.get(precision, 2.0**-53)
+        return 10.0 ** (1 - int(precision[2:])) / 2
+    return {"float32": 2.0**-24}.get(precision, 2.0**-53)
+
+
+def default_epsilon(precision: str) -> float:
+    """32 u (OFF-1) of a precision."""
+    return 32 * roundoff(precision)
+
+
+def default_sliver(precision: str) -> float:
+    """16 u (CSG-4) of a precision."""
+    return 16 * roundoff(precision)
 
 
 FIXED_EPSILON = 1e-4  # OFF-1: the length that is so often seen in code
@@ -66,6 +76,7 @@ class Parameters:
     sample_y: float = 0.5
     precision: str = "float64"
     epsilon: float | None = None  # None: 32 u of the precision, for a fixed offset FIXED_EPSILON (OFF-1)
+    sliver: float | None = None  # of CSG-4; None: 16 u of the precision, and the job does not say so
     threads: int = 1
     frames: int = 0
     least_frame: float = 0.0  # s; frames that would be shorter consist of several renders
@@ -90,6 +101,8 @@ class Parameters:
         values["shadows"] = int(self.shadows)
         usual = FIXED_EPSILON if self.offset == "fixed" else default_epsilon(self.precision)
         values["epsilon"] = usual if self.epsilon is None else self.epsilon
+        if self.sliver is None:
+            del values["sliver"]
         return values
 
     def picture(self) -> "Parameters":

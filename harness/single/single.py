@@ -94,7 +94,7 @@ def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.R
         return {"unavailable": NOT_MEASURED}
     limit = 0.0 if result.dropped is None else bound.bound(arrays, parameters.depth, result.dropped)
     external = entry.renderer.manifest.external
-    verdict = judge.judge(result.array, found.picture, found.mask, parameters.precision, external, limit)
+    verdict = judge.judge(result.array, found, parameters.precision, external, limit)
     return {"reference": found.maker, **verdict.record()}
 
 

@@ -39,7 +39,8 @@ _KINDS = {int: Count | None, bool: Count | bool, float: Real, str: str}
 _ALL = {field.name: _KINDS.get(field.type, Value) for field in dataclasses.fields(Parameters)}
 _REGION = Annotated[str, Field(pattern=r"^[0-9]{1,9}(,[0-9]{1,9}){3}$")]
 _JUDGED = dict.fromkeys(("reference", "truth", "wrong", "unavailable"), Text)
-_JUDGED |= dict.fromkeys(("reference_file", "mask_file", "flip_file", "truth_file", "standard_error_file"), Text)
+_JUDGED |= dict.fromkeys(("reference_file", "mask_file", "span_file", "flip_file"), Text)
+_JUDGED |= dict.fromkeys(("truth_file", "standard_error_file"), Text)
 _NUMBERS = (
     *("max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance", "psnr_db"),
     *("ssim", "flip", "pictures", "standard_error", "max", "rmse_outside"),

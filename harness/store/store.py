@@ -7,8 +7,8 @@
     repetitions.jsonl   one line per repetition, appended and synced when it ends: nothing finished is lost
     pictures/KEY.npy    the picture of each cell, linear float; KEY.flip.npy and KEY.error.flip.npy, its FLIP maps
                         beside its reference and the truth; KEY.dropped.npy, weights that were cut off (CUT-2);
-                        KEY.reference.npy and KEY.mask.npy of each reference, KEY.truth.npy and KEY.standard_error.npy
-                        of each truth
+                        KEY.reference.npy, KEY.mask.npy and KEY.span.npy of each reference, KEY.truth.npy and
+                        KEY.standard_error.npy of each truth
     series/KEY-N.csv    what the measurer saw (columns in measurer.py); KEY-pair-N and the like of other passes
     logs/KEY-N.stdout, .stderr; likewise
     .lock               held by the process that is at work on the run (alone.py)
@@ -61,9 +61,10 @@ repetitions.jsonl leaves out what run.json says of the record's cell.
                 as the variant has, or {unavailable: reason}: calibration.py
     build       {seconds, compiler, command}: of the build it ran, when that was made
     picture     {file, sha256}; null of first hits, which are not stored
-    accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, and psnr_db, ssim, flip (each a
-                number or {unavailable: reason}: perception.py) with `flip_file`; or {unavailable: reason}. Of first
-                hits max_outside and max_inside are of distances (hits.py), and what is of pictures is null
+    accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, `span_file` (what perturbed
+                references have inside the mask: judge.py), and psnr_db, ssim, flip (each a number or
+                {unavailable: reason}: perception.py) with `flip_file`; or {unavailable: reason}. Of first hits
+                max_outside and max_inside are of distances (hits.py), and what is of pictures is null
     error       how far it is from the truth (truth.py): {truth, truth_file, pictures, standard_error,
                 standard_error_file, certificate, rmse, max, bad_pixels, relative_mse, rmse_outside, max_outside,
                 max_inside, mask_fraction, psnr_db, ssim, flip, flip_file}; or {unavailable: reason}; null without a

@@ -85,8 +85,8 @@ struct Parts {
 template<typename Real>
 class Solid {
 public:
-    // `code` is that of csg_code.npy; `parts` must stay where they are.
-    Solid(const Parts<Real>& parts, const std::int32_t* code, int length) : parts(&parts)
+    // `code` is that of csg_code.npy; `parts` must stay where they are. sliver: of CSG-4.
+    Solid(const Parts<Real>& parts, const std::int32_t* code, int length, Real sliver) : parts(&parts), sliver(sliver)
     {
         for (int i = 0; i < length; i++, code += 2) {
             steps.push_back(code[0]);
@@ -155,6 +155,7 @@ private:
     };
 
     const Parts<Real>* parts;
+    Real sliver;
     std::vector<Operand> operands;  // in the order of the postfix
     std::vector<int> steps;         // the postfix: kinds of operands, and operators
     std::size_t capacity = 0;
@@ -241,11 +242,10 @@ private:
     }
 
     // CSG-4
-    static bool same_place(const Boundary<Real>& last, const Boundary<Real>& next, Real next_size)
+    bool same_place(const Boundary<Real>& last, const Boundary<Real>& next, Real next_size) const
     {
-        constexpr Real u = std::numeric_limits<Real>::epsilon() / 2;
         return (next.crossing.t - last.crossing.t) * std::min(last.d_n, next.d_n) <=
-               16 * u * std::max(last.coordinate, next_size);
+               sliver * std::max(last.coordinate, next_size);
     }
 
     bool evaluate(Scratch<Real>& scratch) const

@@ -150,6 +150,7 @@ struct Job {
     std::uint32_t seed;
     bool shadows;
     double sample_x, sample_y, adaptive_threshold, lens_radius, focal_distance, epsilon, cutoff, least_frame;
+    double sliver;  // CSG-4
     std::vector<std::string> needs;
 
     explicit Job(const Flags& flags)
@@ -166,7 +167,8 @@ struct Job {
           sample_y(flags.fraction("sample_y", 0.5)), adaptive_threshold(flags.number("adaptive_threshold", 0.1)),
           lens_radius(flags.number("lens_radius", 0)), focal_distance(flags.number("focal_distance", 1)),
           epsilon(flags.number("epsilon", 0x1p-48)), cutoff(flags.fraction("cutoff", 0)),
-          least_frame(flags.number("least_frame", 0)), needs(flags.list("needs"))
+          least_frame(flags.number("least_frame", 0)),
+          sliver(flags.number("sliver", precision == Precision::float32 ? 0x1p-20 : 0x1p-49)), needs(flags.list("needs"))
     {
         for (const methods::Method& method : methods::all)
             require_method(flags, method);

@@ -262,7 +262,7 @@ void answer_rays(const Job& job)
 
     Scene scene;
     read_scene(job.folder, scene);
-    Shapes<Real> shapes(scene);
+    Shapes<Real> shapes(scene, job.sliver);
     std::vector<Desk<Real>> desks(std::size_t(job.threads));
     for (Desk<Real>& desk : desks)
         shapes.make_room(desk.scratch);

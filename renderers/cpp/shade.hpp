@@ -118,7 +118,8 @@ Lobe<Real> glossy(Vec3<Real> r, Vec3<Real> n, Real exponent, const std::array<Re
     const Real sigma = r.z >= 0 ? Real(1) : Real(-1), a = -1 / (sigma + r.z), b = r.x * r.y * a;  // GLO-3
     const Vec3<Real> p{1 + sigma * r.x * r.x * a, sigma * b, -sigma * r.x}, q{b, sigma + r.y * r.y * a, -r.y};
 
-    const Real z = std::pow(1 - u[0], 1 / (exponent + 1)), w = std::sqrt(std::max(Real(0), 1 - z * z));
+    const Real z = std::pow(1 - u[0], 1 / (exponent + 1));
+    const Real w = std::sqrt(-std::expm1(2 * std::log(1 - u[0]) / (exponent + 1)));
     const Real phi = Real(2 * pi) * u[1], x = w * std::cos(phi), y = w * std::sin(phi);
     const Vec3<Real> direction = renormalise(x * p + y * q + z * r);
     if ((dot(direction, n) > 0) == (dot(r, n) > 0))

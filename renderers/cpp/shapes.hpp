@@ -33,7 +33,8 @@ public:
 
     Shapes(const Shapes&) = delete;  // solids point to `parts`
 
-    explicit Shapes(const Scene& scene)
+    // sliver: of CSG-4, as the job has it.
+    Shapes(const Scene& scene, double sliver)
     {
         if constexpr (needs::sphere)
             for (std::size_t i = 0; i < scene.spheres.rows(); i++) {
@@ -64,7 +65,7 @@ public:
                 roles.resize(roles.size() + std::size_t(range[1]), role(scene, scene.mesh_ids.row(i), !closed));
             }
         if constexpr (needs::csg)
-            add_solids(scene);
+            add_solids(scene, Real(sliver));
     }
 
     // HIT-6: builds the hierarchies that are wanted; false if none is.
@@ -171,7 +172,7 @@ private:
             list.emplace_back(scene.mesh_vertices.data.data(), scene.mesh_triangles.row(std::size_t(k)), closed);
     }
 
-    void add_solids(const Scene& scene)
+    void add_solids(const Scene& scene, Real sliver)
     {
         for (std::size_t i = 0; i < scene.csg_spheres.rows(); i++)
             parts.spheres.emplace_back(scene.csg_spheres.row(i));
@@ -185,7 +186,7 @@ private:
         }
         for (std::size_t i = 0; i < scene.csg_ranges.rows(); i++) {
             const std::int32_t* range = scene.csg_ranges.row(i);
-            solids.emplace_back(parts, scene.csg_code.row(std::size_t(range[0])), range[1]);
+            solids.emplace_back(parts, scene.csg_code.row(std::size_t(range[0])), range[1], sliver);
             roles.push_back(role(scene, scene.csg_ids.row(i), false));
         }
     }

@@ -76,7 +76,7 @@ def tables(job, real):
     values |= {
         "ids": _ids(read, media),
         "sizes": rounded(sizes),
-        "sliver": real(16 * unit),
+        "sliver": real(job.sliver or 16 * unit),
         "media": np.ascontiguousarray(media[:, 1]),
         "eye_media": sum(1 << rank for rank, (_, _, holds) in enumerate(media.tolist()) if holds),
     }

@@ -64,7 +64,8 @@ def glossy(scene, place, path, material, normal, r, g):
     exponent = scene.materials[material, EXPONENT]
     u = draw(scene, place, path, FIRST_GLOSSY + g)
     z = (one - u[0]) ** (one / (exponent + one))
-    w, (cos, sin) = math.sqrt(max(real(0), one - z * z)), turn(u[1])
+    w = math.sqrt(-math.expm1(real(2) * math.log(one - u[0]) / (exponent + one)))
+    cos, sin = turn(u[1])
     x, y = w * cos, w * sin
     sigma = one if r[2] >= 0 else -one
     a = -one / (sigma + r[2])

@@ -45,7 +45,7 @@ FIELDS = {
     "csg_ranges": CSG,  # int32 (C, 2): first row of csg_code, number
     "csg_sizes": CSG,  # (K,): size of the part, if it is none of a mesh
     "csg_triangle_sizes": CSG and MESH,
-    "sliver": CSG,  # 16 u of CSG-4
+    "sliver": CSG,  # of CSG-4
     "media": needs.MEDIA,  # int32 (n,): row of materials for each rank
     "eye_media": needs.MEDIA,  # the set that eye rays begin in, bit r for rank r
     "cutoff": needs.CUTOFF,  # of CUT-1

@@ -77,7 +77,7 @@ class Hits(NamedTuple):
 class Csg(Shapes):
     """The CSG solids of a scene: for each a list of parts and its postfix code, with the numbers of the parts in it."""
 
-    def __init__(self, make, code, ranges, precision):
+    def __init__(self, make, code, ranges, precision, sliver=None):
         """`make(kind, row)` makes a part of what a row of the job's code names."""
         self.codes = [code[first : first + count].copy() for first, count in ranges]
         self.parts = []
@@ -85,7 +85,7 @@ class Csg(Shapes):
             leaves = rows[rows[:, 0] < OR]
             self.parts.append([make(kind, row) for kind, row in leaves])
             rows[rows[:, 0] < OR, 1] = np.arange(len(leaves))
-        self.tolerance = 16 * np.finfo(precision).eps / 2  # 16 u (CSG-4, NUM-2)
+        self.tolerance = np.dtype(precision).type(sliver or 16 * np.finfo(precision).eps / 2)  # CSG-4: 16 u (NUM-2)
         meshes = [part for parts in self.parts for part in parts if isinstance(part, Mesh)]
         self.may_fail = any(len(mesh.triangles) > MOST for mesh in meshes)
 

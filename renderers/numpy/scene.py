@@ -139,7 +139,8 @@ def _csg(job, precision):
         lambda row: Solid(ellipsoids, row),
         mesh,
     ]
-    return Csg(lambda kind, row: make[kind](row), _load(job, "csg_code"), _load(job, "csg_ranges"), precision)
+    code, ranges = _load(job, "csg_code"), _load(job, "csg_ranges")
+    return Csg(lambda kind, row: make[kind](row), code, ranges, precision, job.sliver)
 
 
 def _flat(kind):

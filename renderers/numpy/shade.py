@@ -58,7 +58,7 @@ def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams):
 def on_sphere(u0, u1):
     """Points (3, N) on the unit sphere (SOF-2)."""
     z = 1 - 2 * u0
-    return np.stack([*_turned(z, u1), z])
+    return np.stack([*_turned(np.sqrt(np.maximum(0, 1 - z * z)), u1), z])
 
 
 def fresnel(scene, i, t, d_dot_n):
@@ -90,7 +90,7 @@ def gloss(mirrored, normals, exponents, streams, numbers):
     """Directions (3, N) around the mirrored ones, and z^m of the study, for the glossy rays `numbers` (GLO-2)."""
     u0, u1, *_ = streams.uniform(GLOSSY + numbers)
     z = (1 - u0) ** (1 / (exponents + 1))
-    x, y = _turned(z, u1)
+    x, y = _turned(np.sqrt(-np.expm1(2 * np.log(1 - u0) / (exponents + 1))), u1)
     p, q = basis(mirrored)
     across, along = x * p + y * q, z * mirrored
     beyond = (dot(across + along, normals) > 0) != (dot(mirrored, normals) > 0)
@@ -106,7 +106,7 @@ def basis(r):
     return np.stack([1 + sign * x * x * a, sign * b, -sign * x]), np.stack([b, sign + y * y * a, -y])
 
 
-def _turned(z, u1):
-    """x and y of unit vectors with this z (SOF-2, GLO-2)."""
-    w, angle = np.sqrt(np.maximum(0, 1 - z * z)), 2 * np.pi * u1
+def _turned(w, u1):
+    """x and y of unit vectors so far from the z axis (SOF-2, GLO-2)."""
+    angle = 2 * np.pi * u1
     return w * np.cos(angle), w * np.sin(angle)

@@ -63,7 +63,7 @@ class Solid(Shape):
 
     order = 0
 
-    def __init__(self, code, material, identity, number, merge="tolerant"):
+    def __init__(self, code, material, identity, number, merge="tolerant", sliver=None):
         super().__init__(material, identity)
         self.parts, self.code = [], []
         for word in code:
@@ -75,7 +75,9 @@ class Solid(Shape):
         self.condition = max(part.condition for part in self.parts)
         self.meshes = [part for part in self.parts if isinstance(part, Mesh)]
         self.has_tree = any(part.accelerate for part in self.meshes)
-        self.tolerance = 16 * number.roundoff if merge == "tolerant" else -1  # nothing is so near
+        self.tolerance = sliver or 16 * number.roundoff  # CSG-4
+        if merge == "none":
+            self.tolerance = -1  # nothing is so near
 
     def value(self, inside):
         """Whether the solid is where its parts are `inside` or not."""

@@ -152,7 +152,7 @@ def shapes(read, materials, accel):
             return {4: csg.OR, 5: csg.AND, 6: csg.NOT}[operation]
 
         words = [word(*row) for row in code[first : first + count]]
-        items.append((csg.nearest, csg.Solid(words, *common, job.merge)))
+        items.append((csg.nearest, csg.Solid(words, *common, job.merge, job.sliver and number.real(job.sliver))))
     return items
 
 

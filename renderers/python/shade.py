@@ -181,7 +181,7 @@ def gloss(mirrored, normal, exponent, rays, weigh, numbers, unit, number):
     for ray in range(rays):
         u0, u1, _, _ = numbers(GLOSSY + ray)
         z, phi = (1 - u0) ** (1 / (exponent + 1)), 2 * number.pi * u1
-        w = number.sqrt(max(0, 1 - z * z))
+        w = number.sqrt(-number.expm1(2 * number.log(1 - u0) / (exponent + 1)))
         x, y = w * number.cos(phi), w * number.sin(phi)
         direction = x * px + y * qx + z * rx, x * py + y * qy + z * ry, x * pz + y * qz + z * rz
         if not dot(direction, normal) * side > 0:

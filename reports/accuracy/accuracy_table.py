@@ -9,8 +9,9 @@ from reports.run import repetition
 from reports.run.results import Cell, Missing, Results
 
 CAPTION = (
-    "Inside the mask errors are shown and not judged. RMSE and relative MSE (the mean of the squared difference over "
-    "the squared reference + 0.01) are of linear RGB over all pixels. Beyond 1/255: pixels with a channel off by more "
+    "Inside the mask pixels are judged all together: nearly all must lie in what moved samples span. RMSE and relative "
+    "MSE (the mean of the squared difference over the squared reference + 0.01) are of linear RGB over all pixels. "
+    "Beyond 1/255: pixels with a channel off by more "
     "than a step of an 8-bit picture. FLIP, SSIM and PSNR compare what a display shows, sRGB clipped to 0..1: FLIP is "
     "the mean difference that a viewer sees at 67 pixels a degree, 0 to 1; SSIM is 1 for equal pictures. One wrong "
     "pixel hardly moves the three, and none of them tells a right picture from a wrong one: the judge goes by the "

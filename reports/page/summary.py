@@ -6,15 +6,16 @@ from pathlib import Path
 from reports.accuracy import accuracy_columns
 from reports.paper import markdown, quantity, thinning
 from reports.run import launch, ranking
-from reports.run.results import Cell, Results, place_label
+from reports.run.results import Cell, Missing, Results, place_label
 
 MOST = 40  # sentences on places
 MOST_NAMED = 8  # places that a sentence names
+LARGE_MASK = 0.1  # of a picture: a larger mask is said
 
 
 def write(results: Results, _: Path | None = None) -> str:
     """The section of the report."""
-    parts = ["## Summary", _floor(results), markdown.bullets(_rankings(results))]
+    parts = ["## Summary", _floor(results), markdown.bullets(_rankings(results)), *_masks(results)]
     unranked = _reasons(results, [cell for cell in results.cells if cell.unranked and not cell.as_meant])
     apart = _reasons(results, [cell for cell in results.cells if cell.as_meant])
     if unranked:
@@ -36,6 +37,19 @@ def _floor(results: Results) -> str:
         text += f" {twice} {quantity.text(floor.ratio)}."
     end = "No smaller difference is resolved." if known else "What is resolved is decided by the intervals alone."
     return markdown.escape(f"{text} {end}")
+
+
+def _masks(results: Results) -> list[str]:
+    """Names the places of which much is ill-conditioned, in a paragraph; none if there are none."""
+    known = [(cell.worst("mask_fraction"), cell.place) for cell in results.cells]
+    large = [(share, place) for share, place in known if not isinstance(share, Missing) and share > LARGE_MASK]
+    if not large:
+        return []
+    return [
+        f"The mask of ill-conditioned pixels, which are judged all together and not one by one, is more than "
+        f"{100 * LARGE_MASK:.0f} % of the picture, up to {100 * max(large)[0]:.0f} %: "
+        f"{where(results, [place for _, place in large])}."
+    ]
 
 
 def _rankings(results: Results) -> list[str]:

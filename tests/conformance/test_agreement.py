@@ -52,7 +52,7 @@ def compare(bench, reference_of, variant, name, **parameters):
     wanted = Parameters(**parameters)
     result = bench.result(variant, source(name), exact=True, **parameters)
     found = reference_of(variant, name, wanted)
-    verdict = judge.judge(result.array, found.picture, found.mask, wanted.precision)
+    verdict = judge.judge(result.array, found, wanted.precision)
     print(f"{variant} against {found.maker}: {verdict}")
     assert verdict.wrong is None, verdict.wrong
     assert judge.compare_rays(result.said.rays, found.rays, wanted.precision) is None

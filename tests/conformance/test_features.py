@@ -59,7 +59,7 @@ def test_pictures_and_counts_agree(bench, reference_of, scenes, serial, name):
     exact = name in MIXES or not bench.known[serial].renderer.manifest.build
     result = bench.result(serial, source, exact=exact, **SIZE, **jobs)
     found = reference_of(serial, name, Parameters(**SIZE, **jobs))
-    verdict = judge.judge(result.array, found.picture, found.mask, "float64")
+    verdict = judge.judge(result.array, found, "float64")
     print(f"{serial} against {found.maker}: {verdict} {result.said.rays}")
     assert verdict.wrong is None, verdict.wrong
     assert verdict.mask_fraction < 0.35
@@ -76,7 +76,7 @@ def test_float32(bench, reference_of, scenes, serial, name):
     source, jobs = scenes[name]
     result = bench.result(serial, source, exact=True, **SIZE, **jobs, precision="float32")
     found = reference_of(serial, name, Parameters(**SIZE, **jobs, precision="float32"))
-    verdict = judge.judge(result.array, found.picture, found.mask, "float32")
+    verdict = judge.judge(result.array, found, "float32")
     assert verdict.wrong is None, verdict.wrong
     assert verdict.max_outside > 1e-9, "float32 that agrees to 1e-9 was computed in float64"
 

@@ -48,7 +48,7 @@ def agree(bench, known, render):
         read = text.read(scene, "scene of the test")
         maker = reference.choose(known[variant], known, wanted, needs(read, wanted))
         found = reference.make(maker, flatten(read), wanted, needs(read, wanted), bench.caches / maker.name)
-        verdict = judge.judge(result.array, found.picture, found.mask, wanted.precision)
+        verdict = judge.judge(result.array, found, wanted.precision)
         print(f"{variant} against {found.maker}: {verdict} {result.said.rays}")
         assert verdict.wrong is None, verdict.wrong
         if wanted.precision == "float64":

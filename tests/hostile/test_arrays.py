@@ -24,6 +24,7 @@ TRACED = Parameters(kind="rays", width=RAYS, height=1, depth=0)
 RIGHT = np.linspace(0, 1, HEIGHT * WIDTH * 3).reshape(HEIGHT, WIDTH, 3)
 HITS = np.array([[n + 1.0, 0, 0, n, 0, 0, 1, n % 2] for n in range(RAYS - 1)] + [[0] * 7 + [-1]], float)
 MASK = np.zeros((HEIGHT, WIDTH), bool)
+PICTURE = Reference("r", RIGHT, MASK, None, np.zeros((2, 0, 3)), ())
 MIRROR = "CAMERA (0,0,0) (1,0,0) (0,1,0) 1 LIGHT (9,9,9) (1,1,1) 0 SPHERE (0,0,0) 1 (1,1,1) 1e30 1 (0,0,0) 1e6 1"
 BRIGHT = flatten(text.read(MIRROR))  # which a thousand mirrors would make brighter than any number
 SAID = Said(output="image.npy", dropped="dropped.npy")
@@ -84,9 +85,11 @@ def _judged(out, kind):
             assert array.shape == RIGHT.shape
             if judge.not_finite(array) is None:
                 json.dumps(judge.errors(array, RIGHT, MASK), allow_nan=False)
-            verdict = judge.judge(array, RIGHT, MASK, "float64")
+            verdict = judge.judge(array, PICTURE, "float64")
         elif kind == "rays":
-            verdict = hits.judge(array, Reference("r", HITS, np.zeros(RAYS, bool), None), "float64")
+            verdict = hits.judge(
+                array, Reference("r", HITS, np.zeros(RAYS, bool), None, np.zeros((0, 4)), ()), "float64"
+            )
         else:
             limit = bound.bound(BRIGHT, 1000, array)
             json.dumps([float(limit.max()), float(bound.radiance(BRIGHT, 1000).max())], allow_nan=False)

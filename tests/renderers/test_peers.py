@@ -55,7 +55,7 @@ def agrees(bench, known):
         if key not in made:
             made[key] = reference.make(maker, flatten(scene), wanted, needed, bench.caches / maker.name)
         found = made[key]
-        verdict = judge.judge(result.array, found.picture, found.mask, wanted.precision)
+        verdict = judge.judge(result.array, found, wanted.precision)
         print(f"{variant} against {found.maker}: {verdict} {result.said.rays}")
         assert verdict.wrong is None, verdict.wrong
         assert judge.compare_rays(result.said.rays, found.rays, wanted.precision) is None

@@ -44,6 +44,12 @@ def known_right(known, tmp_path_factory):
     return found, rays
 
 
+def masked(found: Reference, mask: np.ndarray) -> Reference:
+    """The reference with another mask, whose rays hit in all perturbed references what they hit in it."""
+    spans = hits._spans(hits._told(found.picture, mask))
+    return replace(found, mask=mask, span=spans, left=(0,) * 8)
+
+
 def answers(found: Reference) -> np.ndarray:
     return found.picture.copy()
 
@@ -106,26 +112,51 @@ def test_distances_are_judged_by_their_share(known_right, precision):
     assert "1 distances off by more than" in verdict.wrong
 
 
-def test_another_object_is_wrong_outside_the_mask_alone(known_right):
+def test_another_object_is_wrong_outside_the_mask_and_inside_if_many_have_it(known_right):
     found, _ = known_right
-    masked = replace(found, mask=np.arange(len(found.mask)) < 100)
+    hundred = masked(found, np.arange(len(found.mask)) < 100)
     other = answers(found)
-    other[:100, 7] = 5
-    assert hits.judge(other, masked, "float64").wrong is None
+    assert hits.judge(other, hundred, "float64").wrong is None
+    other[:9, 7] = 5
+    assert hits.judge(other, hundred, "float64").wrong is None  # 9^-9 is above 1e-9, 9^-10 below
+    other[:10, 7] = 5
+    assert hits.judge(other, hundred, "float64").wrong == (
+        "10 of 100 rays inside the mask hit what turns by some float32 steps do not bring them to; of right answers at "
+        "most 9 do"
+    )
     other[100, 7] = 5
-    assert hits.judge(other, masked, "float64").wrong == "1 rays hit something else outside the mask"
+    assert hits.judge(other, hundred, "float64").wrong == "1 rays hit something else outside the mask"
     gone = answers(found)
     row = np.flatnonzero(found.picture[:, 7] >= 0)[-1]
     gone[row] = [0, 0, 0, 0, 0, 0, 0, -1]
-    assert "hit something else" in hits.judge(gone, replace(found, mask=np.zeros_like(found.mask)), "float64").wrong
-    assert hits.judge(other[:-1], masked, "float64").wrong == "3999 answers, expected 4000"
+    assert "hit something else" in hits.judge(gone, masked(found, np.zeros_like(found.mask)), "float64").wrong
+    assert hits.judge(other[:-1], hundred, "float64").wrong == "3999 answers, expected 4000"
+
+
+def test_distances_inside_the_mask_stay_in_what_perturbed_references_have():
+    """A ray that hits object 0 from 2 to 3 away, or object 1 from 5 to 5 away, or nothing."""
+    rows = np.zeros((4, 8))
+    told = [(row, thing, far) for row in range(4) for thing, far in ((0, 2), (0, 3), (1, 5), (-1, np.inf))]
+    spans = hits._spans(np.array(told, dtype=float))
+    assert spans[:3].tolist() == [[0, -1, np.inf, np.inf], [0, 0, 2, 3], [0, 1, 5, 5]]
+    for thing, far, leaves in [
+        (0, 1.51, 0),
+        (0, 1.49, 1),
+        (0, 3.51, 1),
+        (1, 5, 0),
+        (1, 4, 1),
+        (-1, np.inf, 0),
+        (2, 5, 1),
+    ]:
+        rows[:, 7], rows[:, 0] = thing, far
+        assert hits._leaves(rows, np.ones(4, bool), spans, 1e-9).sum() == 4 * leaves, (thing, far)
 
 
 def test_nothing_that_hits_leaves_no_error():
-    nothing = Reference("x", np.tile([0.0] * 7 + [-1.0], (5, 1)), np.zeros(5, bool), None)
+    nothing = Reference("x", np.tile([0.0] * 7 + [-1.0], (5, 1)), np.zeros(5, bool), None, np.zeros((0, 4)), ())
     rows = np.tile([0.0] * 7 + [-1.0], (5, 1))
     assert hits.judge(rows, nothing, "float64").max_outside == 0
-    all_masked = replace(nothing, mask=np.ones(5, bool))
+    all_masked = masked(nothing, np.ones(5, bool))
     verdict = hits.judge(rows, all_masked, "float64")
     assert (verdict.wrong, verdict.max_outside, verdict.mask_fraction) == (None, None, 1)
 

@@ -3,11 +3,19 @@
 import numpy as np
 import pytest
 
-from harness.judge.judge import compare_rays, judge
+from harness.judge import judge as judges
+from harness.judge.judge import Reference, compare_rays
 
 RNG = np.random.default_rng(8)
 REFERENCE = RNG.uniform(0, 1, (5, 6, 3))
 CLEAR = np.zeros((5, 6), dtype=bool)
+
+
+def judge(picture, reference, mask, precision, *more, low=0.0, high=0.0, left=(0, 0, 0, 0)):
+    """The Verdict beside a reference whose span is so far below and above it in each channel."""
+    inside = reference[mask] if reference.shape[:2] == mask.shape else np.zeros((mask.sum(), 3))
+    found = Reference("maker", reference, mask, None, np.stack([inside - low, inside + high]), left)
+    return judges.judge(picture, found, precision, *more)
 
 
 def changed(value, place=(2, 3, 1), dtype=np.float64):
@@ -51,7 +59,7 @@ def test_tolerance(precision, good, bad):
 
 
 def test_mask():
-    """A pixel is not judged inside the mask, and its neighbours are."""
+    """A single pixel inside the mask says nothing about a picture; each of its neighbours does."""
     mask = CLEAR.copy()
     mask[2, 3] = True
     found = judge(changed(0.25), REFERENCE, mask, "float64")
@@ -64,6 +72,25 @@ def test_mask():
 def test_all_masked():
     found = judge(changed(0.25), REFERENCE, ~CLEAR, "float64")
     assert found.wrong is None and found.max_outside is None
+
+
+@pytest.mark.parametrize(("value", "wrong"), [(0.3, True), (-0.3, True), (0.15, False), (-0.075, False)])
+def test_inside_the_mask_all_pixels_together_are_judged(value, wrong):
+    """Spans reach 0.1 above the reference and 0.05 below it, and grow by half of 0.15, and by the tolerance."""
+    found = judge(REFERENCE + value, REFERENCE, ~CLEAR, "float64", low=0.05, high=0.1)
+    assert (found.wrong is not None) == wrong, found.wrong
+    if wrong:
+        worst = abs(value) - (0.175 if value > 0 else 0.125) - 0.1 / 255
+        assert found.wrong == (
+            "30 of 30 pixels inside the mask are further off than moves of the sample by some float32 steps bring "
+            f"them, the worst by {worst:.3g}; in a right picture at most 12 are"
+        )
+
+
+def test_a_cut_off_is_allowed_its_bound_inside_the_mask_too():
+    far = np.full(CLEAR.shape, 0.31)
+    assert judge(REFERENCE - 0.3, REFERENCE, ~CLEAR, "float64", False, far).wrong is None
+    assert judge(REFERENCE - 0.3, REFERENCE, ~CLEAR, "float64", False, far - 0.02).wrong
 
 
 def test_numbers_by_hand():

@@ -95,4 +95,4 @@ def test_the_mask_holds_the_pixels_that_float32_gets_wrong(known, tmp_path):
     print(f"{wrong.sum()} pixels are wrong in float32, {made.mask.sum()} are in the mask")
     assert wrong.any() and not np.any(wrong & ~made.mask)
     assert made.mask.mean() < 0.03
-    assert judge.judge(rough, made.picture, made.mask, "float32").wrong is None
+    assert judge.judge(rough, made, "float32").wrong is None
