@@ -135,7 +135,7 @@ def make(
     """A Reference made by `entry`, with its compiled code in `cache`, or a NoReference. `run` starts it."""
     wanted, precision = job_of(parameters), parameters.precision
     count = perturbations(precision)
-    jobs = [wanted, *perturbed(wanted, count), *perturbed(wanted, *others(precision))]
+    jobs = [wanted, *perturbed(wanted, count, SEED, ULPS), *perturbed(wanted, *others(precision))]
     results = succeeding(entry.name, (run(entry, arrays, job, needs, cache=cache) for job in jobs))
     try:
         first = next(results)
@@ -166,7 +166,7 @@ def succeeding(maker: str, results: Iterable[repetition.Result]) -> Iterator[rep
         yield result
 
 
-def perturbed(parameters: Parameters, count: int, seed: int = SEED, ulps: float = ULPS) -> list[Parameters]:
+def perturbed(parameters: Parameters, count: int, seed: int, ulps: float) -> list[Parameters]:
     """The job of a reference perturbed: its sample moved by `ulps` float32 units in the last place of X and Y near 1,
     in seeded directions.
 

@@ -52,7 +52,7 @@ def reference_of(known, bench):
     def find(variant, case, wanted):
         scene = text.read(source(CASES[case][0]), case)
         needed = needs(scene, wanted)
-        maker = reference.choose(known[variant], known, wanted, needed, reference.JUDGES_OF_MANY)
+        maker = reference.choose(known[variant], known, wanted, needed, ("cpp", "numpy"))
         key = case, maker.name, wanted.precision
         if key not in made:
             made[key] = reference.make(maker, flatten(scene), wanted, needed, bench.caches / maker.name)

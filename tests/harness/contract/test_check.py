@@ -5,6 +5,7 @@ import pytest
 from nightly import by_night
 
 from harness.contract import check, check_scenes
+from harness.judge.judge import Verdict
 from harness.renderer import registry
 from harness.renderer.parameters import Parameters
 from harness.scene import text
@@ -100,3 +101,13 @@ def test_its_scene_uses_what_is_claimed(features):
     used = needs(text.read(check_scenes.scene_text(features)), Parameters(depth=3))
     assert set(used) <= set(features)
     assert {"sphere", "polygon", "ambient", "diffuse", "reflection"} & set(features) <= set(used)
+
+
+def test_a_large_mask_is_said():
+    """Above a tenth of the picture; else it goes without saying."""
+    told = {share: check._told(Verdict(None, max_outside=2e-12, mask_fraction=share)) for share in (0.1, 0.125)}
+    assert told == {
+        0.1: "2.0e-12",
+        0.125: "2.0e-12; 12% of the picture is ill-conditioned, and judged as a whole",
+    }
+    assert check._told(Verdict(None, mask_fraction=1.0)).startswith("every pixel is in the mask; 100% of the picture")

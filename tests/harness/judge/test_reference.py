@@ -4,9 +4,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.judge import judge, reference
+from harness.judge import cache, judge, reference
 from harness.process import repetition
 from harness.renderer import manifest, registry
+from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.scene import text
@@ -64,12 +65,15 @@ def test_a_maker_that_fails_is_no_reference(known, scene, bad_folder, tmp_path):
 
 def test_perturbations_are_few_ulps_and_the_same_each_time():
     wanted = replace(SMALL, width=100, height=50)
-    moves = np.array(reference.perturbed(wanted, 8)) - 0.5
+    moves = np.array([(job.sample_x, job.sample_y) for job in reference.perturbed(wanted, 8, 20, 4)]) - 0.5
     radii = np.hypot(moves[:, 0] / 100, moves[:, 1] / 50)
     assert len(moves) == 8
     assert np.allclose(radii, 4 * 2.0**-23 / 2, rtol=1e-6)
     assert np.all(moves.min(axis=0) < 0) and np.all(moves.max(axis=0) > 0)
-    assert reference.perturbed(wanted, 8) == reference.perturbed(wanted, 8)
+    assert reference.perturbed(wanted, 8, 20, 4) == reference.perturbed(wanted, 8, 20, 4)
+    assert not set(reference.perturbed(wanted, 8, 20, 4)) & set(
+        reference.perturbed(wanted, *reference.others("float32"))
+    )
 
 
 def test_a_float32_picture_is_compared_at_its_own_epsilon():
@@ -77,6 +81,61 @@ def test_a_float32_picture_is_compared_at_its_own_epsilon():
     assert reference.job_of(replace(SMALL, precision="float32")).epsilon == 2.0**-19
     assert reference.job_of(SMALL).epsilon == reference.job_of(replace(SMALL, precision="mp60")).epsilon == 2.0**-48
     assert reference.job_of(replace(SMALL, epsilon=1e-3)).epsilon == 1e-3
+
+
+def test_a_float32_solid_is_compared_with_one_that_merges_as_it_does():
+    """Else the comparison measures CSG-4: what is thinner than 16 u is not there. Rounding errs by 14 of these."""
+    float32 = reference.job_of(replace(SMALL, precision="float32"))
+    assert float32.sliver == 2.0**-20 and reference.job_of(float32) == float32
+    assert reference.job_of(SMALL).sliver is None and "sliver" not in reference.job_of(SMALL).values()
+    assert {job.sliver for job in reference.perturbed(float32, 4, 20, 4)} == {2 * 2.0**-24, 30 * 2.0**-24}
+
+
+def stand_in(moved):
+    """Answers to the jobs of a reference: grey, and `moved(number)` in the first pixels of the perturbed ones."""
+    number = -1
+
+    def run(*_, **__):
+        nonlocal number
+        number += 1
+        picture = np.full((4, 5, 3), 0.5)
+        if number:
+            picture[0] += moved(number)
+        return repetition.Result("ok", array=picture)
+
+    return run
+
+
+def test_what_perturbed_references_span(known, tmp_path):
+    """The first row is up to 0.1 brighter and darker; of 4 further references two leave that and half its width."""
+    moved = {**{k: (-1) ** k * 0.1 for k in range(1, 9)}, 9: 0.19, 10: 0.21, 11: -0.19, 12: -0.21}
+    made = reference.make(known["numpy"], {}, replace(SMALL, width=5, height=4), (), tmp_path, stand_in(moved.get))
+    assert made.mask.tolist() == [[True] * 5] + [[False] * 5] * 3
+    np.testing.assert_allclose(made.span, np.broadcast_to([[[0.4]], [[0.6]]], (2, 5, 3)))
+    assert made.left == (0, 5, 0, 5)
+    again = reference.Reference.restored(*made.stored())
+    assert again.left == made.left and again.span.tolist() == made.span.tolist()
+
+
+def test_without_ill_conditioned_pixels_no_further_reference_is_made(known, tmp_path):
+    calls = []
+    run = stand_in(lambda number: calls.append(number) or 1e-6)
+    made = reference.make(known["numpy"], {}, replace(SMALL, width=5, height=4), (), tmp_path, run)
+    assert len(calls) == 8 and not made.mask.any() and made.left == () and made.span.shape == (2, 0, 3)
+
+
+def test_a_reference_that_was_kept_without_its_span_is_not_taken(known, tmp_path):
+    """Version 0.1 kept references under another key, without a span."""
+    maker, version = known["cpp"], "scene"
+    kept, job = cache.Kept(tmp_path), reference.job_of(SMALL)
+    old = fingerprint({}, version, job, 8, maker.name, maker.renderer.version)
+    arrays = {"reference": np.zeros((16, 16, 3)), "mask": np.zeros((16, 16), bool)}
+    kept.put(old, {"maker": "cpp", "rays": None}, arrays)
+    assert old != reference.key(maker, version, SMALL)
+    assert reference.find(kept, known["python"], known, version, SMALL) is None
+    made = reference.Reference("cpp", *arrays.values(), None, np.zeros((2, 0, 3)), ())
+    kept.put(reference.key(maker, version, SMALL), *made.stored())
+    assert reference.find(kept, known["python"], known, version, SMALL).maker == "cpp"
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from harness.experiment import experiment as experiments
+from harness.judge import reference
 from harness.plan import plan
 from harness.process import repetition
 from harness.race import race
@@ -103,6 +104,21 @@ def test_a_sampled_picture_is_compared_with_the_mean_of_many(run, tmp_path):
 def test_without_a_table_no_sampled_truth_is_made(run):
     (row,), _ = run("[sweep]\nsampler = ['jittered']\nsamples = [2]\n")
     assert row["status"] == "ok" and "[reference]" in row["error"]["unavailable"]
+
+
+def test_a_picture_that_is_wrong_in_ill_conditioned_pixels_alone_is_wrong(run, monkeypatch, tmp_path):
+    """All of them off by 0.3; the mask is made large by a move of the samples that is."""
+    monkeypatch.setattr(reference, "ULPS", 2.0**18)
+    (right,), _ = run("")
+    mask = np.load(tmp_path / "run" / right["accuracy"]["mask_file"])
+    low, high = np.load(tmp_path / "run" / right["accuracy"]["span_file"])
+    assert right["status"] == "ok" and 13 < mask.sum() < mask.size and low.shape == high.shape == (mask.sum(), 3)
+    # As far off as two spans are wide: spans are as wide as edges are here.
+    off = np.zeros((*mask.shape, 3))
+    off[mask] = 0.3 + 2 * (high - low)
+    (row,), _ = run("", name="wrong", change=lambda result: replace(result, array=result.array + off))
+    assert row["status"] == "wrong picture" and "inside the mask" in row["reason"], row["reason"]
+    assert row["accuracy"]["max_outside"] < 1e-9
 
 
 CUT = "[sweep]\ncutoff = ['1/8']\n"
