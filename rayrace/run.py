@@ -95,16 +95,11 @@ def run(
     if as_json:
         raise UserError("--json: only with --dry-run")
     folder = resume or new_run(experiment, out)
-    try:
-        if name == "local":
-            records, left = here(asked, planned, known, folder, resume is not None, budget)
-        else:
-            front = campaign.Campaign(folder, asked, experiment, planned, name)
-            records, left = _on_cluster(front, chosen, folders, resume is not None, detach)
-    except BaseException:
-        if not resume:
-            _remove_unless_begun(folder)
-        raise
+    if name == "local":
+        records, left = here(asked, planned, known, folder, resume is not None, budget)
+    else:
+        front = campaign.Campaign(folder, asked, experiment, planned, name)
+        records, left = _on_cluster(front, chosen, folders, resume is not None, detach)
     _finish(folder, records, left, report)
 
 
@@ -120,16 +115,6 @@ def new_run(experiment: Path, out: Path | None) -> Path:
     except FileExistsError:
         raise UserError(f"{out}: exists already; give --out another folder") from None
     return out
-
-
-def _remove_unless_begun(folder: Path) -> None:
-    """Remove the folder that was made for a run which then did not begin, as long as nothing is in it."""
-    from harness.store import alone
-
-    if {path.name for path in folder.glob("*")} <= {alone.NAME}:
-        with contextlib.suppress(OSError):
-            (folder / alone.NAME).unlink(missing_ok=True)
-            folder.rmdir()
 
 
 def _taking_part(known, folders: tuple[Path, ...]) -> tuple[tuple[str, ...], ...]:
@@ -166,12 +151,14 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float) -> t
             earlier = predict.history(_results(), but=folder)
             records = race.run(asked, planned, known, folder, tell, resumed, budget, earlier=earlier)
     except UserError:  # says itself what to do
+        _leave(folder, resumed)
         raise
     except OSError as error:
-        raise UserError(of_system(error, folder), remedy=_come_back(folder)) from error
+        raise UserError(of_system(error, folder), remedy=_leave(folder, resumed)) from error
     except BaseException as error:
+        left = _leave(folder, resumed)
         with contextlib.suppress(OSError):  # the terminal may be gone
-            print(f"stopped; {_come_back(folder)}", file=sys.stderr, flush=True)
+            print(f"stopped; {left}", file=sys.stderr, flush=True)
         if isinstance(error, stopping.Stopped):
             stopping.end(error)
         raise
@@ -179,13 +166,20 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float) -> t
     return records, sum((cell.key, *turn) not in done for cell, *turn in planned.order(asked.seed, asked.order))
 
 
-def _come_back(folder: Path) -> str:
+def _leave(folder: Path, resumed: bool) -> str:
+    """What is left of a run that ended early, and how to go on. The folder of a new run that did not begin is removed
+    if nothing is in it."""
+    from harness.store import alone
+
+    if not resumed and folder.is_dir() and {path.name for path in folder.iterdir()} <= {alone.NAME}:
+        with contextlib.suppress(OSError):
+            (folder / alone.NAME).unlink(missing_ok=True)
+            folder.rmdir()
+        return "nothing was measured"
     begun = (folder / "run.json").exists()
     if not folder.is_dir() or (begun and not (folder / "repetitions.jsonl").exists()):
         return f"{folder} is gone, and what had finished with it"
-    if not begun:
-        return "nothing was measured"
-    return f"what had finished is in {folder}; go on with --resume {folder}"
+    return f"what had finished is in {folder}; go on with --resume {folder}" if begun else "nothing was measured"
 
 
 def _on_cluster(front, only, renderers, resumed: bool, detach: bool) -> tuple[list[dict], int]:
