@@ -4,7 +4,6 @@ import json
 import math
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 from harness.errors import UserError
 from harness.experiment import image
@@ -31,6 +30,7 @@ def render(scene, variant, out, asked, most, given, frames, timeout, folders, as
     asked: the Image of the options; given: names of those that the user gave. SystemExit(1) if the renderer fails, or
     the picture misses the error that was asked for; UserError if nothing like it has been measured here.
     """
+    from rayrace.run import results_folder
     from reports.accuracy import advice
     from reports.run import method
 
@@ -59,7 +59,7 @@ def render(scene, variant, out, asked, most, given, frames, timeout, folders, as
         variant=variant,
         here={name: here[name] for name in ("host", "cpu")},
     )
-    found = advice.choose(Path("results"), wanted, limit, able)
+    found = advice.choose(results_folder(), wanted, limit, able)
     chosen, entry = job(found.parameters), known[found.variant]
     needs = needs_of(read, chosen)
     result, facts = single.make(entry, arrays, chosen, needs, out, timeout)

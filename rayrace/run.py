@@ -85,7 +85,7 @@ def run(
     if dry_run:
         from harness.plan import forecast
 
-        made = forecast.make(planned, asked, _results(), None if before else resume)
+        made = forecast.make(planned, asked, results_folder(), None if before else resume)
         jobs = None
         if name != "local":
             batches = campaign.plan_batches(asked, planned, name, made.predictor)
@@ -109,7 +109,7 @@ def new_run(experiment: Path, out: Path | None) -> Path:
     from harness.race import race
 
     if out is None:
-        return race.new_folder(experiment.stem, _results(say=True))
+        return race.new_folder(experiment.stem, results_folder(say=True))
     try:
         out.mkdir(parents=True)
     except FileExistsError:
@@ -127,7 +127,7 @@ def _taking_part(known, folders: tuple[Path, ...]) -> tuple[tuple[str, ...], ...
     )
 
 
-def _results(say: bool = False) -> Path:
+def results_folder(say: bool = False) -> Path:
     """The folder for new runs: results/ here, or beside the renderer's folder that this is, or is in."""
     here = Path.cwd()
     inside = [place for place in (here, *here.parents) if (place / "renderer.toml").is_file()]
@@ -148,7 +148,7 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float) -> t
     stopping.heed()
     try:
         with terminal.progress() as tell:
-            earlier = predict.history(_results(), but=folder)
+            earlier = predict.history(results_folder(), but=folder)
             records = race.run(asked, planned, known, folder, tell, resumed, budget, earlier=earlier)
     except UserError:  # says itself what to do
         _leave(folder, resumed)
@@ -199,7 +199,7 @@ def _on_cluster(front, only, renderers, resumed: bool, detach: bool) -> tuple[li
         if resumed:
             front.go_on()
         else:
-            predictor = predict.Predictor(predict.history(_results(), but=folder))
+            predictor = predict.Predictor(predict.history(results_folder(), but=folder))
             batches = campaign.plan_batches(front.experiment, front.plan, front.name, predictor)
             say(campaign.Forecast(front.table, batches).text)
             front.begin(batches, only, renderers)
