@@ -19,13 +19,14 @@ from harness.experiment.image import Image
 from harness.experiment.where import Constraints
 from harness.judge import truth
 from harness.judge.hits import Aimed
-from harness.plan.source import Source, Sources
+from harness.plan.sources import Sources
 from harness.process.repetition import unsupported
 from harness.renderer import registry
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.scene import warnings
+from harness.scene.source import Source
 from harness.statistics.statistics import LEAST
 from harness.stress.job import Stressed
 from harness.stress.row import ROUNDOFF
