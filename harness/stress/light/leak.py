@@ -32,9 +32,7 @@ def wedge(scale, precision, rng, parameters=()):
     panel = polygon((0, -2, 0), (cosine, -2, sine), (cosine, 2, sine), (0, 2, 0))
     eye = place(1.5 * cosine, 0.1, 0.75 * sine)
     seen = camera(eye, place(cosine / 2, 0, 0), turn @ [0, 1, 0], turn @ [cosine / 2, 0, 0], precision)
-    light = Light(
-        triple(place(0, 0, FAR)), WHITE, 0.0
-    )  # above the edge: feelers go into the angle
+    light = Light(triple(place(0, 0, FAR)), WHITE, 0.0)  # above the edge: feelers go into the angle
 
     def judge(result):
         lost = ~(result.array.max(axis=-1) == 0)  # NaN is no shadow either

@@ -62,7 +62,7 @@ def piece(write, tmp_path, bad_folder, capsys):
 def test_a_job_that_ends_midway(fake, piece, capsys, tmp_path):
     def plan(number):
         if number == 1:
-            return State("ended", "node7", "TIMEOUT", "ran out of its time")
+            return State("ended", "node7", "TIMEOUT", "ran out of time")
         tiles.work(str(piece.place), number)
         return State("ended", "node1", "COMPLETED")
 
@@ -70,7 +70,7 @@ def test_a_job_that_ends_midway(fake, piece, capsys, tmp_path):
     with pytest.raises(SystemExit) as ended:
         piece()
     assert str(ended.value).startswith("error: 2 of 6 tiles are missing; the same command renders those alone; ")
-    assert "1 job: node7: ran out of its time\n" in capsys.readouterr().err
+    assert "1 job: node7: ran out of time\n" in capsys.readouterr().err
     assert fake.taken == [0, 1, 2] and tiles.Folder(piece.place).there() == {0, 1, 4, 5}
 
     fake.taken.clear()
@@ -225,9 +225,9 @@ def test_a_scheduler_that_takes_few(fake, piece):
 def test_a_scheduler_that_takes_no_more(fake, piece, capsys):
     def submit(work, folder, numbers):
         yield numbers[0], "job-0"
-        raise UserError("Slurm takes no more jobs: QOSMaxSubmitJobPerUserLimit")
+        raise UserError("Slurm refuses more jobs: QOSMaxSubmitJobPerUserLimit")
 
     fake.submit, fake.plan = submit, lambda number: tiles.work(str(piece.place), number) or State("ended")
     with pytest.raises(SystemExit, match="4 of 6 tiles are missing"):
         piece()
-    assert "1 job: Slurm takes no more jobs: QOSMaxSubmitJobPerUserLimit\n" in capsys.readouterr().err
+    assert "1 job: Slurm refuses more jobs: QOSMaxSubmitJobPerUserLimit\n" in capsys.readouterr().err
