@@ -94,7 +94,7 @@ def test_a_system_that_tells_nothing(machine):
     ]
     assert {finding.verdict for finding in findings} == {"unknown"}
     assert all(finding.found.startswith("unavailable: ") for finding in findings)
-    assert "source not told" in fitness_cores.clock(root).found
+    assert "source unknown" in fitness_cores.clock(root).found
 
 
 @pytest.mark.parametrize(
