@@ -74,7 +74,7 @@ def randomisation(value: str) -> Finding:
 
 def temporary(left: dict[Path, str]) -> Finding:
     found = "; ".join(f"{place}: {why}" for place, why in left.items())
-    remedy = "rayrace removes only what it can prove to be its own; remove these yourself if nobody needs them"
+    remedy = "rayrace removes only what it can prove to be its own; remove these yourself if they are not needed"
     return judged(not left, "temporary folders", found or "none left by rayrace", remedy)
 
 

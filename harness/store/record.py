@@ -2,7 +2,7 @@
 
 import json
 
-# Keys by origin: told by or measured of the process; the verdicts on its result; everything else.
+# Keys by origin: from the process and its measurer; verdicts on its result; everything else.
 MEASURED = (
     *("wall_s", "phases", "frames_s", "frame_renders", "frame_parts", "cpu", "memory", "rays"),
     *("used", "versions", "device", "measurer", "series"),

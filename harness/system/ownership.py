@@ -40,7 +40,7 @@ def held(folder: Path, name: str = "") -> Iterator[None]:
         opened = [os.open(folder / MARKER, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)]
         stack.callback(os.close, opened[0])
         if fcntl:
-            opened.append(os.open(folder, os.O_RDONLY))  # version 0.1 removes folders that nobody has locked
+            opened.append(os.open(folder, os.O_RDONLY))  # version 0.1 removes unlocked folders
             stack.callback(os.close, opened[1])
             with contextlib.suppress(OSError):  # a file system without locks
                 for descriptor in opened:

@@ -39,7 +39,7 @@ def row(name, title, material, children):
         code="S21",
         title=title,
         stress="depth",
-        failure="pixels that are not a number",
+        failure="pixels that are NaN",
         error="bytes a pixel in work",
         levels=(1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 18.0, 20.0),
         logarithmic=False,

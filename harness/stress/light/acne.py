@@ -71,47 +71,44 @@ def too_small(u, methods):
     return methods["epsilon"] / u if methods["offset"] == "fixed" else None
 
 
-FAILURE = "lit points that are shadowed by their own surface"
-
+ACNE = {
+    "code": "S7",
+    "failure": "lit points that are shadowed by their own surface",
+    "error": "displacement of the ray's origin / radius",
+}
+OFFSETS = {
+    "method": "offset",
+    "source": "Wächter and Binder, Ray Tracing Gems, ch. 6; pbrt 4e, 6.8",
+    "limit": too_small,
+    **ACNE,
+}
 ROWS = (
     Row(
         name="acne-scale",
-        code="S7",
         title="Surfaces that shadow themselves, by the scale of the scene",
         stress="radius of the sphere",
-        failure=FAILURE,
-        error="displacement of the ray's origin / radius",
         levels=(1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e3, 1e4, 1e6, 1e9, 1e13),
-        method="offset",
-        source="Wächter and Binder, Ray Tracing Gems, ch. 6; pbrt 4e, 6.8",
         make=lambda level, precision, rng: ball(level, 0.0, precision, rng),
         expected=lambda level, u, methods: displacement(level, 0.0, methods),
-        limit=too_small,
+        **OFFSETS,
     ),
     Row(
         name="acne-offset",
-        code="S7",
         title="Surfaces that shadow themselves, by their distance from the origin",
         stress="distance from the origin / radius",
-        failure=FAILURE,
-        error="displacement of the ray's origin / radius",
         levels=(1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4),
-        method="offset",
-        source="Wächter and Binder, Ray Tracing Gems, ch. 6; pbrt 4e, 6.8",
         make=lambda level, precision, rng: ball(1.0, level, precision, rng),
         expected=lambda level, u, methods: displacement(1.0, level, methods),
-        limit=too_small,
+        **OFFSETS,
     ),
     Row(
         name="acne-epsilon",
-        code="S7",
         title="Surfaces that shadow themselves, by the length of a fixed offset",
         stress="offset / radius",
-        failure=FAILURE,
-        error="displacement of the ray's origin / radius",
         levels=(1e-1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 1e-16, 1e-18),
         make=lambda level, precision, rng: ball(1.0, 3.0, precision, rng, {"offset": "fixed", "epsilon": float(level)}),
         expected=lambda level, u, methods: level,
         limit=lambda u, methods: 4 * u,  # the rounding of a point four radii away
+        **ACNE,
     ),
 )
