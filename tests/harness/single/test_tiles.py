@@ -68,7 +68,7 @@ def test_a_grid_has_every_pixel_once(bounds, side):
 
 
 def test_a_grid_is_not_of_too_many():
-    with pytest.raises(UserError, match=r"--tiles 1: that is 1,001,000 tiles; expected 1,000,000 at most"):
+    with pytest.raises(UserError, match=r"--tiles 1: that makes 1,001,000 tiles; expected 1,000,000 at most"):
         Grid((0, 0, 1001, 1000), 1)
 
 
@@ -157,7 +157,7 @@ def test_by_the_command_line(rayrace, scene, tmp_path):
         (("-o", "a.tif", "--tiles", 4, "--max-error", "1/255"), "--max-error: not with --tiles"),
         (("-o", "a.tif", "--tiles", 4, "--executor", "pbs"), "--executor pbs: known: local, slurm, dask"),
         (("-o", "a.tif", "--tiles", 4, "--slurm", "time=5"), "--slurm: only with --executor slurm"),
-        (("-o", "a.tif", "--tiles", 4, "--executor", "dask"), "--executor dask and --dask ADDRESS, "),
+        (("-o", "a.tif", "--tiles", 4, "--executor", "dask"), "--executor dask and --dask ADDRESS (of the scheduler) go together"),
         (("-o", "a.tif", "--tiles", 4, "--executor", "slurm", "--slurm", "x"), "--slurm x: expected key=value, such"),
         (
             ("-o", "a.tif", "--tiles", 4, "--executor", "slurm", "--slurm", "tim='2 h'"),
@@ -168,7 +168,7 @@ def test_by_the_command_line(rayrace, scene, tmp_path):
             "--slurm: cells: Input should be greater than or equal to 1",
         ),
         (("-o", "a.tif", "--tiles", 4, "--vector", "on"), "python is unsupported: has no vector on"),
-        (("-o", "a.tif", "--tiles", 1, "--width", 2000, "--height", 2000), "--tiles 1: that is 4,000,000 tiles; "),
+        (("-o", "a.tif", "--tiles", 1, "--width", 2000, "--height", 2000), "--tiles 1: that makes 4,000,000 tiles; "),
         (("-o", "no/a.tif", "--tiles", 4), "no: no such folder"),
     ],
 )
