@@ -80,6 +80,11 @@ class Row:
         return {name: getattr(self, name) for name in told}
 
 
+def within(off: np.ndarray, allowed) -> Finding:
+    """The Finding for errors `off`; a failure is NaN, or above `allowed`, which is a number or an array like `off`."""
+    return Finding(off.size, int((~(off <= allowed)).sum()), off[np.isfinite(off)])
+
+
 def rounded(values, precision: str) -> np.ndarray:
     """`values` rounded to `precision`, as float64."""
     values = np.asarray(values, dtype=np.float64)

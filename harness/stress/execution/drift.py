@@ -8,7 +8,7 @@ import numpy as np
 
 from harness.scene.model import Material, Scene, Sphere
 from harness.stress.exact import triple
-from harness.stress.row import Finding, Row, Trial, in_general_position, rounded
+from harness.stress.row import Row, Trial, in_general_position, rounded, within
 from harness.stress.view import DIGITS, WHITE, camera, cross, exact_rays, exactly, minus
 
 SIDE = 16  # pixels
@@ -34,7 +34,7 @@ def ball(depth, precision, rng):
 
     def judge(result):
         off = np.abs(result.array.astype(float) / truth() - 1).max(axis=-1)
-        return Finding(off.size, (~(off <= OFF)).sum(), off[np.isfinite(off)])
+        return within(off, OFF)
 
     return Trial(scene, judge, parameters={"width": SIDE, "height": SIDE, "depth": depth})
 

@@ -9,7 +9,7 @@ import numpy as np
 from harness.scene.model import Scene, Sphere
 from harness.stress.exact import triple
 from harness.stress.light.optics import reflectance
-from harness.stress.row import ROUNDOFF, Finding, Row, Trial, in_general_position, rounded
+from harness.stress.row import ROUNDOFF, Row, Trial, in_general_position, rounded, within
 from harness.stress.view import DIGITS, WHITE, camera, cross, exact_rays, exactly, fan, glass, minus
 
 SIDE, FAN = 12, 128  # pixels
@@ -28,7 +28,7 @@ def trial(seen, ball, depth, width, height, precision):
         white, clearance = known()
         off = np.abs(result.array.astype(float) - white[..., None]).max(axis=-1)
         allowed = GATE[precision] + 8 * sensitivity(clearance, ROUNDOFF[precision])
-        return Finding(off.size, (~(off <= allowed)).sum(), off[np.isfinite(off)])
+        return within(off, allowed)
 
     return Trial(scene, judge, parameters={"width": width, "height": height, "depth": depth})
 

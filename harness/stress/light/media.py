@@ -9,7 +9,7 @@ import numpy as np
 from harness.scene.model import Air, Material, Scene, Sphere
 from harness.stress.exact import triple
 from harness.stress.light.optics import reflectance, white_light
-from harness.stress.row import Finding, Row, Trial, directions, in_general_position, rounded
+from harness.stress.row import Row, Trial, directions, in_general_position, rounded, within
 from harness.stress.view import DIGITS, OPAQUE, WHITE, camera, cross, exact_rays, exactly, eye_rays, glass, minus
 
 SIDE, FEW = 12, 4  # pixels
@@ -46,7 +46,7 @@ def not_there(count, precision, rng):
     def judge(result):
         expected, certain = opaque(scene, seen_through)
         off = np.abs(result.array.astype(float) - expected).max(axis=-1)[certain]
-        return Finding(off.size, (~(off <= GATE[precision])).sum(), off[np.isfinite(off)])
+        return within(off, GATE[precision])
 
     return Trial(scene, judge, parameters={"width": SIDE, "height": SIDE, "depth": 2 * count})
 
@@ -136,7 +136,7 @@ def judged(scene, precision, truth, side):
 
     def judge(result):
         off = np.abs(result.array.astype(float) - picture()).max(axis=-1)
-        return Finding(off.size, (~(off <= GATE[precision])).sum(), off[np.isfinite(off)])
+        return within(off, GATE[precision])
 
     return Trial(scene, judge, parameters={"width": side, "height": side, "depth": DEPTH})
 

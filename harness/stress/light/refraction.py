@@ -9,7 +9,7 @@ import numpy as np
 from harness.scene.model import Box, Scene
 from harness.stress.exact import triple
 from harness.stress.light.optics import reflectance
-from harness.stress.row import ROUNDOFF, Finding, Row, Trial, in_general_position, rounded
+from harness.stress.row import ROUNDOFF, Finding, Row, Trial, in_general_position, rounded, within
 from harness.stress.view import DIGITS, WHITE, cross, exact_rays, exactly, fan, glass, unit
 
 RAYS = 256  # pixels of one row
@@ -54,7 +54,7 @@ def critical(before, precision, rng):
         distance, let_through = known()
         off = np.abs(result.array[0].astype(float) - let_through[:, None]).max(axis=-1)
         allowed = 8 * sensitivity(np.maximum(np.abs(distance), u), u)
-        return Finding(RAYS, (~(off <= allowed)).sum(), off[np.isfinite(off)])
+        return within(off, allowed)
 
     return Trial(scene, judge, parameters=asked)
 
