@@ -157,7 +157,10 @@ def test_by_the_command_line(rayrace, scene, tmp_path):
         (("-o", "a.tif", "--tiles", 4, "--max-error", "1/255"), "--max-error: not with --tiles"),
         (("-o", "a.tif", "--tiles", 4, "--executor", "pbs"), "--executor pbs: known: local, slurm, dask"),
         (("-o", "a.tif", "--tiles", 4, "--slurm", "time=5"), "--slurm: only with --executor slurm"),
-        (("-o", "a.tif", "--tiles", 4, "--executor", "dask"), "--executor dask and --dask ADDRESS (of the scheduler) go together"),
+        (
+            ("-o", "a.tif", "--tiles", 4, "--executor", "dask"),
+            "--executor dask and --dask ADDRESS (of the scheduler) go together",
+        ),
         (("-o", "a.tif", "--tiles", 4, "--executor", "slurm", "--slurm", "x"), "--slurm x: expected key=value, such"),
         (
             ("-o", "a.tif", "--tiles", 4, "--executor", "slurm", "--slurm", "tim='2 h'"),
