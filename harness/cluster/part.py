@@ -57,7 +57,7 @@ def work(folder: str, number: int) -> None:
     try:
         place.mkdir(parents=True)
         _say(place, end)  # reserves a block of the disk
-        with locked(run / PARTS / f"{number:04d}.lock", UserError("another job runs the same batch")):
+        with locked(run / PARTS / f"{number:04d}.lock", lambda: UserError("another job runs the same batch")):
             left = _measure(run, number, place)
         late = f"its time was up with {left} repetitions to do"
         end = {"status": "timeout", "reason": late} if left else {"status": "", "reason": ""}
