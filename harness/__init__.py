@@ -1,1 +1,1 @@
-"""Starts, measures, judges and stores. Talks to renderers only through processes."""
+"""Starts renderers, measures, judges and stores their results. Talks to renderers only through processes."""

@@ -1,4 +1,4 @@
-"""Parses durations and sizes of files and the command line: "50 ms", "10 min", "2 GB", "64 MiB"."""
+"""Parses durations and sizes, from files and the command line: "50 ms", "10 min", "2 GB", "64 MiB"."""
 
 import re
 from typing import Annotated, Any
@@ -11,7 +11,10 @@ SIZES |= {f"{letter}iB": 1024**n for n, letter in enumerate("KMGT", 1)}
 
 
 def quantity(value: Any, units: dict, what: str, examples: str) -> Any:
-    """The number that a text such as "50 ms" is of the unit that is 1; what is no text, as it is."""
+    """The number that a text such as "50 ms" stands for; other values are returned unchanged.
+
+    units: factors by name; what, examples: for the message. ValueError for another text.
+    """
     if isinstance(value, str):
         match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*([a-zA-Z]+)\s*", value)
         if not match or match[2] not in units:

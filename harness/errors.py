@@ -1,12 +1,12 @@
-"""Errors that the user can mend, and how messages are made safe to print."""
+"""Defines errors that the user can correct, and makes messages safe to print."""
 
-LINES, LINE = 20, 1000  # of a message, and characters of one: what was given may say any number of things wrongly
+LINES, LINE = 20, 1000  # lines of a message, and characters of a line, at most: input can have any number of faults
 
 
 class UserError(Exception):
-    """A fault in what the user gave. `str()` of it is all that is printed.
+    """A fault in the user's input. Only `str()` of it is printed.
 
-    `file`, `line` and `column` (both from 1) say where, `remedy` what to do about it; each may be left out:
+    file, line, column: its place, the last two from 1; remedy: what to do. Each may be left out:
 
         scenes/a.txt:12:7: expected a number for the radius, found "abc"
         scenes/a.txt:3:1: unknown keyword "SHPERE"; did you mean SPHERE?
@@ -27,12 +27,12 @@ class UserError(Exception):
 
 
 def missing(what: str, extra: str) -> UserError:
-    """The error of a package that only some need, which is not installed. extra: that of rayrace which brings it."""
+    """The error for an optional package that is not installed. extra: rayrace's extra that includes it."""
     return UserError(f"{what} is not installed", remedy=f"pip install 'rayrace[{extra}]'")
 
 
 def fit(text: str) -> str:
-    """`text` as a terminal can show it and a person read it: what is not printable is escaped, what is too long cut."""
+    """`text` for a terminal: unprintable characters are escaped, and long lines and texts are cut."""
     lines = text.split("\n")
     more = [f"and {len(lines) - LINES} more"] if len(lines) > LINES else []
     short = (line if len(line) <= LINE else line[:LINE] + " ..." for line in lines[:LINES])
@@ -40,12 +40,12 @@ def fit(text: str) -> str:
 
 
 def printable(text: str) -> str:
-    """`text` with escapes for what would do something to a terminal, or cannot be printed."""
+    """`text` with escapes for unprintable characters, which could control a terminal."""
     if text.isprintable():
         return text
     return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
 
 
 def of_system(error: OSError, place="system") -> str:
-    """Returns the message of an OSError. place: where it happened, if the error does not say."""
+    """The message of an OSError. place: where it happened, if the error names no file."""
     return f"{error.filename or place}: {error.strerror or error}"

@@ -1,4 +1,4 @@
-"""Reads TOML files into models, and reports every mistake of a file with its line and what was probably meant."""
+"""Reads TOML files into models, and reports every mistake with its line and the probable correction."""
 
 import re
 import tomllib
@@ -11,11 +11,11 @@ from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
 from harness.errors import UserError
 
-DOTS = 10**7  # of a file: sum of their squares by line, as of a list of 3000 numbers in one line
-FAULTS = 100  # of a file that are looked into
-ROUNDS = 20  # of validation, each without the faulty values of those before
+DOTS = 10**7  # sum of the squares of dots in each line, at most; a list of 3000 numbers in one line has that many
+FAULTS = 100  # faults that are reported for a file, at most
+ROUNDS = 20  # rounds of validation, each without the faulty values of earlier ones
 
-# A step of a place in a file: a key, or the number of a table or value.
+# A place in a file, step by step: keys, and numbers of tables or values.
 Place = tuple[str | int, ...]
 _HEADING = re.compile(r"\s*\[(\[?)([^\[\]]+)\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
@@ -29,10 +29,10 @@ class Strict(BaseModel):
 
 
 def read_toml(path: Path) -> dict:
-    """The tables of a TOML file; UserError with file, line and column if it is not one."""
+    """The tables of a TOML file. UserError, with file, line and column, if it is not valid."""
     try:
         text = path.read_text(encoding="utf-8-sig")
-        # A key of n parts takes tomllib time and memory of n * n.
+        # For a key of n parts tomllib takes time and memory proportional to n * n.
         if sum(line.count(".") ** 2 for line in text.splitlines()) > DOTS:
             raise UserError(f"{path}: a line with too many dots", remedy="write tables under headings, lists in lines")
         return tomllib.loads(text)
@@ -40,7 +40,7 @@ def read_toml(path: Path) -> dict:
         raise UserError(f"{path}: {error.strerror}") from None
     except UnicodeDecodeError:
         raise UserError(f"{path}: not a text file (UTF-8)") from None
-    except ValueError as error:  # also of a number of too many digits
+    except ValueError as error:  # also for a number with too many digits
         raise UserError(f"{path}: {error}") from None
     except RecursionError:
         raise _too_deep(path) from None
@@ -57,10 +57,10 @@ def validated(
     given: tuple[str, ...] = (),
     check: Callable[[dict], Iterator[tuple[Place, str]]] = lambda _: iter(()),
 ) -> BaseModel:
-    """`tables` as a `model`; UserError with a line for each mistake: file, line, key, what was meant.
+    """`tables` as a `model`. UserError with a line for each mistake: file, line, key, probable correction.
 
-    A value that is faulty is set aside, so that mistakes of other kinds are found too. given: dotted keys that are not
-    from the file but from the command line. check: finds more mistakes in the tables without the faulty values.
+    Faulty values are set aside, so that mistakes of other kinds are found too. given: dotted keys from the command line
+    instead of the file. check: yields more mistakes, (place, message), in the tables without the faulty values.
     """
     try:
         tables = _frozen(tables)
@@ -75,7 +75,7 @@ def validated(
                     continue
                 new = _faults(error, rest, model, faults)
                 aside = {place if is_value else place[:-1] for place, (_, is_value) in new.items()} - {()}
-                if faults and () in new:  # what is only wrong because a value was set aside is none
+                if faults and () in new:  # ignore faults that follow from values set aside
                     texts = [text for line in new.pop(())[0] for text in line.split("\n")]
                     kept = [text for text in texts if not _follows(text, faults)]
                     new |= {(): (["\n".join(kept)], False)} if kept else {}
@@ -106,7 +106,7 @@ def validated(
 
 
 def _follows(text: str, faults: Iterable[Place]) -> bool:
-    """May a message about the whole file be due to a value that was set aside? It begins with a key, or names some."""
+    """Whether a message about the whole file may follow from a value that was set aside: it begins with its key."""
     places = [tuple(step for step in place if isinstance(step, str)) for place in faults]
     key = text.partition(":")[0].partition('"')[0].strip()
     if "." not in key:
@@ -116,12 +116,12 @@ def _follows(text: str, faults: Iterable[Place]) -> bool:
 
 
 def _lacking(error: ValidationError) -> list[str]:
-    """Names of required fields of the file itself that are not there."""
+    """Names of required top-level fields that are missing."""
     return [fault["loc"][0] for fault in error.errors() if fault["type"] == "missing" and len(fault["loc"]) == 1]
 
 
 def _with_blanks(model: type[BaseModel], names: list[str]) -> type[BaseModel]:
-    """The model with blank values, "" or (), for required fields that were set aside: the others can be looked at."""
+    """The model with blank defaults, "" or (), for required fields that were set aside, to check the others."""
     kinds = {name: get_origin(kind := model.model_fields[name].annotation) or kind for name in names}
     return create_model(model.__name__, __base__=model, **{name: (Any, kind()) for name, kind in kinds.items()})
 
@@ -129,10 +129,10 @@ def _with_blanks(model: type[BaseModel], names: list[str]) -> type[BaseModel]:
 def _faults(
     error: ValidationError, tables: dict, model: type[BaseModel], before: Iterable[Place]
 ) -> dict[Place, tuple[list[str], bool]]:
-    """The messages of each place, and whether it is a value, which can be set aside, or a key that is missing.
+    """The messages for each place, and whether it is a value, which can be set aside, or a missing key.
 
-    before: places that are known to be faulty. What only follows from a fault further down is left out: that a list
-    without its faulty values is too short, or that the value is of no other type either.
+    before: places of known faults. Leaves out faults that follow from one further down, such as a list that is too
+    short without its faulty values, or a value that has no other type of a union either.
     """
     found: dict[Place, tuple[list[str], bool]] = {}
     errors = error.errors(include_url=False)[:FAULTS]
@@ -142,19 +142,19 @@ def _faults(
         if place in above and fault["type"] != "value_error":
             continue
         texts, _ = found.setdefault(place, ([], bool(place) and fault["type"] != "missing"))
-        texts.append(_message(fault, model, place))  # a value that may be of several types has a fault for each
+        texts.append(_message(fault, model, place))  # a value of a union type has a fault for each type
     return found
 
 
 def _frozen(value):
-    """`value` with tuples for its lists, which is what strict models take."""
+    """`value` with tuples instead of lists, as strict models require."""
     if isinstance(value, dict):
         return {key: _frozen(item) for key, item in value.items()}
     return tuple(map(_frozen, value)) if isinstance(value, list) else value
 
 
 def _without(value, place: Place):
-    """`value` without what is at the place in it."""
+    """`value` without the value at `place`."""
     step, *more = place
     if isinstance(value, dict):
         if not more:
@@ -166,7 +166,7 @@ def _without(value, place: Place):
 
 
 def _place(error: dict, tables: dict) -> Place:
-    """The place of a fault, without the names of types that pydantic puts between."""
+    """The place of a fault, without the names of types that pydantic inserts."""
     steps, value = [], tables
     for step in error["loc"]:
         if (isinstance(value, dict) and step in value) or (isinstance(value, tuple) and step in range(len(value))):
@@ -190,14 +190,14 @@ def _message(error: dict, model: type[BaseModel], place: Place) -> str:
 
 
 def _below(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
-    """Names of the tables of a model, each with each of its keys."""
+    """Yields (table, key) for all keys of all tables of a model."""
     for name in model.model_fields:
         for inner in _keys_at(model, (name,)) if name not in ("case", "override") else ():
             yield name, inner
 
 
 def _keys_at(model, place):
-    """Names of the fields of the model found by following `place` down from `model`."""
+    """The fields of the model at `place` below `model`."""
     for step in place:
         if isinstance(step, str) and step in getattr(model, "model_fields", {}):
             model = model.model_fields[step].annotation
@@ -207,7 +207,7 @@ def _keys_at(model, place):
 
 
 class _Lines:
-    """The lines of a TOML file by the place of what they say. Keys within inline tables have the line of the table."""
+    """Finds the line of a place in a TOML file. Keys in inline tables have the line of the table."""
 
     def __init__(self, path: Path):
         self.known: dict[Place, int] = {}
@@ -231,7 +231,7 @@ class _Lines:
                 self.known.setdefault((*table, *_parts(key[1])), number)
 
     def of(self, place: Place | str) -> int | None:
-        """The line of a place, or of the nearest thing around it; None if there is none. A text: its dotted key."""
+        """The line of a place or dotted key, or of the closest table around it; None if there is none."""
         steps = _parts(place) if isinstance(place, str) else place
         first: dict[Place, int] = {}  # of several tables of a name
         for each, line in self.known.items():

@@ -1,1 +1,1 @@
-"""The same run cut into jobs for a cluster."""
+"""A run on a cluster: cut into jobs, submitted, followed."""

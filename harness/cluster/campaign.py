@@ -1,6 +1,6 @@
-"""The front end of a run on a cluster: submits jobs, follows them, and settles what each has done (part.py is the job).
+"""The front end of a run on a cluster: submits its jobs (part.py), follows them, and records how each ended.
 
-Whoever started it may leave and come back: all that is known of it lies in its folder.
+The command may end and be repeated with --resume: the folder of the run has the whole state.
 """
 
 import math
@@ -18,7 +18,7 @@ from harness.experiment.cluster import Dask, Slurm, warning
 from harness.experiment.experiment import Experiment
 from harness.machine import software
 from harness.plan import resume
-from harness.plan.plan import Plan, Turn
+from harness.plan.plan import Plan, Turn, pair_facts
 from harness.plan.predict import Predictor
 from harness.race import race
 from harness.race.bench import timestamp
@@ -26,13 +26,18 @@ from harness.store import store
 from harness.store.jobs import Job, Jobs
 from harness.store.record import identity, key
 
-POLL = 5.0  # s, from one question to the scheduler to the next
-LOOK = 1.0  # s, from one look at the rows to the next
-SETTLE = 2  # questions in a row that a job must have ended for: a shared file system shows its last rows late
+POLL = 5.0  # s between two questions to the scheduler
+LOOK = 1.0  # s between two readings of the rows
+# Statuses by the states of Slurm in which the scheduler ended a job.
+BY_SCHEDULER = {
+    **dict.fromkeys(("CANCELLED", "PREEMPTED", "NODE_FAIL"), "killed"),
+    **dict.fromkeys(("TIMEOUT", "DEADLINE"), "timeout"),
+}
+SETTLE = 2  # answers in a row that a job has ended before it counts: a shared file system shows its last rows late
 
 
 class Campaign:
-    """The run in `folder`, of an experiment that was read from `file`."""
+    """The run in `folder` of an experiment that was read from `file`. name: of the executor."""
 
     def __init__(self, folder: Path, experiment: Experiment, file: Path, plan: Plan, name: str):
         self.folder, self.experiment, self.file, self.plan = Path(folder), experiment, Path(file), plan
@@ -40,10 +45,10 @@ class Campaign:
         self.name = name
         self.jobs = Jobs(self.folder)
         self.batches: list[Batch] = []
-        self.waiting: list[int] = []  # numbers of batches that the scheduler has no room for
+        self.waiting: list[int] = []  # numbers of batches that the scheduler has no room for yet
 
     def begin(self, batches: list[Batch], only: tuple[str, ...], renderers: tuple[Path, ...]) -> None:
-        """Write down what is to be run."""
+        """Writes run.json of a new run. only, renderers: as on the command line."""
         self.batches = batches
         told = {
             "name": self.name,
@@ -58,26 +63,22 @@ class Campaign:
         self._describe({**race.describe(self.experiment, self.plan), "pair": _pair(batches), "executor": told})
 
     def go_on(self) -> None:
-        """Take up the run again. UserError if what it was made with has changed."""
+        """Resumes the run. UserError if cells, versions or software have changed since it was submitted."""
         front, _ = store.read_front(self.folder)
         told = front["executor"]
         changes = software.differences(told["software"], software.here())
         changes += resume.of_cells(front["cells"], self.plan.cells, part.CHECKED)
         names = [batch.name(cell) for cell in self.plan.cells]
         known = {identity(cell) for cell in front["cells"]}
-        changes += [
-            f"{cell.label}: is new" for cell, name in zip(self.plan.cells, names, strict=True) if name not in known
-        ]
+        changes += [f"{cell.label}: is new" for cell in self.plan.cells if batch.name(cell) not in known]
         changes += [f"{', '.join(name)}: is gone" for name in known - set(names)]
-        if changes:
-            listed = "\n  ".join([*changes[:10], *([f"and {len(changes) - 10} more"] if len(changes) > 10 else [])])
-            raise UserError(f"{self.folder}: what it was made with has changed:\n  {listed}", remedy="start a new run")
+        resume.refuse(self.folder, changes, "start a new run")
         self.batches = [batch.restored(each, self.plan) for each in told["batches"]]
         facts = {name: value for name, value in front.items() if name not in ("format", "hosts")}
         self._describe({**facts, "executor": {**told, **self._limits()}})
 
     def _limits(self) -> dict:
-        """The time limit of a job, and how long before its end it is warned."""
+        """The time limit of a job and its warning before the end (s), and the table of the executor."""
         return {"time": self.table.time, "warning": warning(self.table.time), "table": self.table.model_dump()}
 
     def _describe(self, facts: dict) -> None:
@@ -86,10 +87,11 @@ class Campaign:
         front.close()
 
     def turns(self, number: int) -> list[Turn]:
-        return batch.turns(self.plan, self.batches[number], self.experiment.seed, self.experiment.order)
+        """All turns of batch `number`."""
+        return self.batches[number].of(self.plan).order(self.experiment.seed, self.experiment.order)
 
     def missing(self) -> dict[int, list[Turn]]:
-        """Returns the missing turns of each batch by its number; complete batches are left out."""
+        """The missing turns of each batch that is not complete, by its number."""
         done = {key(record) for record in part.finished(self.folder)}
         left = {
             number: [turn for turn in self.turns(number) if _key(turn) not in done]
@@ -98,17 +100,17 @@ class Campaign:
         return {number: turns for number, turns in left.items() if turns}
 
     def submit(self, executor: Executor, say: Callable[[str], None]) -> None:
-        """A job for each batch that has something left and no job, as far as the scheduler takes them."""
+        """Submits a job for each incomplete batch without one, as many as the scheduler takes. say: for messages."""
         self.settle(executor)
         busy = {job.number for job in self.jobs.live}
         self.waiting = [number for number in self.missing() if number not in busy]
         if busy:
-            say(f"{len(busy)} of its jobs are not at their end, and are left to it")
+            say(f"{len(busy)} of its jobs are still waiting or running, and go on")
         count = self._submit(executor)
         if count:
-            say(f"{count} jobs are submitted")
+            say(f"{count} jobs submitted")
         if self.waiting:
-            say(f"{len(self.waiting)} wait for room: the scheduler takes {executor.most} jobs")
+            say(f"{len(self.waiting)} jobs wait for room: the scheduler takes {executor.most}")
 
     def _submit(self, executor: Executor) -> int:
         """Submits as many waiting batches as the scheduler has room for; returns how many."""
@@ -119,7 +121,7 @@ class Campaign:
         return len(numbers)
 
     def follow(self, executor: Executor, tell: race.Tell, say: Callable[[str], None] = lambda _: None) -> None:
-        """Tell of each repetition as it ends, until no job is left; submit what waits as soon as there is room."""
+        """Reports each repetition as it ends, until no job is left, and submits waiting batches when there is room."""
         cells = {batch.name(cell): cell for each in self.batches for cell in each.cells}
         rows, ended, asked, silence = _Rows(self.folder), {}, -math.inf, ""
         seen = {key(record) for record in rows.new()}
@@ -136,7 +138,7 @@ class Campaign:
                 asked = time.monotonic()
                 unknown = self.settle(executor, ended)
                 if unknown and unknown != silence:
-                    say(f"nothing is known of {unknown}; asking again every {POLL:g} s")
+                    say(f"unknown state: {unknown}; asking again every {POLL:g} s")
                 silence = unknown
                 self._submit(executor)
             look()
@@ -144,9 +146,9 @@ class Campaign:
                 time.sleep(LOOK)
 
     def settle(self, executor: Executor, ended: dict[str, int] | None = None) -> str:
-        """Write down how jobs ended; what the scheduler does not tell of, and why, or "".
+        """Records how jobs ended. Returns "", or how many jobs the scheduler gives no state of, and why.
 
-        ended: how often each job was seen to have.
+        ended: how many times in a row each job was seen to have ended; None: one time is enough.
         """
         live = self.jobs.live
         states = executor.states([job.name for job in live]) if live else {}
@@ -163,7 +165,7 @@ class Campaign:
         return f"{len(unknown)} jobs: {states[unknown[0]].reason}" if unknown else ""
 
     def _word(self, job: Job) -> dict | None:
-        """Returns the last message of the job itself."""
+        """The end.json that the job itself wrote; None if there is none."""
         places = sorted((self.folder / part.PARTS).glob(f"{job.number:04d}-{job.name}*"))
         return part.ending(places[-1]) if places else None
 
@@ -171,56 +173,59 @@ class Campaign:
         word = self._word(job)
         host = state.host or (word or {}).get("hostname", "")
         status, reason = _verdict(word, state)
-        self.jobs.end(
-            job, host, status, f"job {job.name}{f' on {host}' if host else ''}: {reason}" if reason else "", timestamp()
-        )
+        if reason:
+            reason = f"job {job.name}{f' on {host}' if host else ''}: {reason}"
+        self.jobs.end(job, host, status, reason, timestamp())
 
 
 def table(experiment: Experiment, name: str):
-    """Returns the experiment's table for this executor. UserError if it needs one and has none."""
+    """The experiment's table for this executor. UserError if dask has none."""
     if name == "dask":
         if experiment.dask is None:
-            raise UserError('--executor dask: the experiment has no [dask] with scheduler = "tcp://.."')
+            raise UserError('--executor dask: the experiment has no [dask] with scheduler = "tcp://..."')
         return experiment.dask
     return experiment.slurm
 
 
 def executor_of(folder: Path, name: str, settings) -> Executor:
+    """The executor `name` for the run in `folder`. settings: its table."""
     logs = Path(folder) / "jobs"
     logs.mkdir(parents=True, exist_ok=True)
     return executors.find(name, settings, logs)
 
 
 def plan_batches(experiment: Experiment, plan: Plan, name: str, predictor: Predictor) -> list[Batch]:
+    """The batches of a plan for the executor `name`."""
     told = table(experiment, name)
     return batch.make(plan, experiment.measure.pair, told.cells, told.time, predictor)
 
 
 @dataclass(frozen=True)
 class Forecast:
-    """The jobs and host hours that a plan asks of a cluster, known before anything is submitted."""
+    """The jobs and host hours that a plan needs on a cluster, before anything is submitted."""
 
     table: Slurm | Dask
     batches: list[Batch]
 
     @property
     def seconds(self) -> float | None:
-        """Predicted for all batches, by the times of this machine; None if that cannot be."""
+        """The predicted duration of all batches, from times of this machine; None if unknown."""
         known = [each.seconds for each in self.batches]
         return None if None in known else sum(known)
 
     @property
     def text(self) -> str:
+        """One sentence for people."""
         jobs, limit = len(self.batches), self.table.time
         most = max(len(each.cells) for each in self.batches)
-        known = "unknown" if self.seconds is None else f"{self.seconds / 3600:.3g} h by the times of this machine"
+        known = "unknown" if self.seconds is None else f"{self.seconds / 3600:.3g} h from times of this machine"
         long = sum(each.seconds is not None and each.seconds > limit for each in self.batches)
         told = (
             f"{jobs} jobs of at most {most} cells, each with a host of its own for at most {limit / 3600:.3g} h:"
             f" at most {jobs * limit / 3600:.3g} host hours, predicted: {known}"
         )
         if long:
-            told += f"; {long} of them are predicted not to end in their time, and go on with --resume"
+            told += f"; {long} of them will probably run out of time; --resume completes them"
         return told
 
     def record(self) -> dict:
@@ -234,21 +239,14 @@ class Forecast:
 
 
 def _verdict(word: dict | None, state: State) -> tuple[str, str]:
-    """Status and reason of what a job has not run, from its own word and the scheduler's."""
+    """Status and reason for the repetitions that a job has not run, from its end.json and the scheduler's state."""
     if word and word["status"] == "":
         return "", ""
-    why = {
-        "CANCELLED": "killed",
-        "PREEMPTED": "killed",
-        "TIMEOUT": "timeout",
-        "DEADLINE": "timeout",
-        "NODE_FAIL": "killed",
-    }
-    if state.word in why:
-        return why[state.word], state.reason
+    if state.word in BY_SCHEDULER:
+        return BY_SCHEDULER[state.word], state.reason
     if word and word["status"] != part.SILENT["status"]:
         return word["status"], word["reason"]
-    said = word["reason"] if word else "left no word"
+    said = word["reason"] if word else "it left no end.json"
     return "failed", f"{state.reason or 'ended'}: {said}"
 
 
@@ -257,15 +255,12 @@ def _key(turn: Turn) -> tuple:
 
 
 def _pair(batches: list[Batch]) -> dict:
-    """For run.json: that of the first batch that has one; each part has its own."""
-    pair = next((each.pair for each in batches if each.pair), None)
-    if pair:
-        return {"cell": pair.key, "label": pair.label}
-    return {"unavailable": batches[0].reason}
+    """For run.json: the pair of the first batch that has one; each part records its own."""
+    return pair_facts(next((each.pair for each in batches if each.pair), None), batches[0].reason)
 
 
 class _Rows:
-    """The rows of all parts, as they come."""
+    """Reads the rows of all parts as they are written."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -273,7 +268,7 @@ class _Rows:
         self.counts: dict[Path, int] = {}
 
     def new(self) -> list[dict]:
-        """Returns the rows that were not there before."""
+        """The rows since the last call."""
         found = []
         for path in sorted(self.folder.glob(f"{part.PARTS}/*/repetitions.jsonl")):
             size = path.stat().st_size

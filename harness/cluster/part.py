@@ -1,7 +1,7 @@
-"""One job on a cluster: runs a batch of a run on the host that it was given, as a run of its own (store.py).
+"""One job on a cluster: runs a batch of a run on its host, as a run of its own (store.py).
 
-Before it measures, it checks that renderers, scenes and software are those that the run was submitted with. Whatever
-ends it, what had finished is there, and end.json says why.
+Before it measures, it checks that renderers, scenes and software are those of the submission. However it ends, finished
+repetitions are stored, and end.json says why it ended.
 """
 
 import contextlib
@@ -16,7 +16,6 @@ import time
 from pathlib import Path
 
 import orjson
-from filelock import FileLock, Timeout
 
 from harness.cluster import batch
 from harness.errors import UserError, of_system
@@ -31,42 +30,37 @@ from harness.race.host import ThisHost
 from harness.race.stopping import Stopped, heed
 from harness.renderer import registry
 from harness.store import lines, merge, store
+from harness.store.alone import locked
 from harness.store.record import identity
 
 PARTS, END = "parts", "end.json"
-LEAST = 1 << 20  # bytes, less than what a job writes
+LEAST = 1 << 20  # bytes: a disk with less room is full, as a job writes more
 BLOCK = 4096  # bytes of end.json, most of them blank
 CHECKED = ("renderer_version", "scene_version", "needs")  # of a cell; its threads are the host's
-SILENT = {"status": "silent", "reason": "it was ended before it could say why"}  # until it does
-TAKES = 3  # of what the host can do at most, when the job begins
-WARNED = (signal.SIGTERM, signal.SIGUSR2)  # before a scheduler kills
-PATIENCE = 1.0  # s, from the first signal of a scheduler to its last, and more
+SILENT = {"status": "silent", "reason": "it was killed before it could say why"}  # end.json until the job ends
+TAKES = 3  # measurements of the host's peaks when the job begins
+WARNED = (signal.SIGTERM, signal.SIGUSR2)  # sent by a scheduler before it kills
+PATIENCE = 1.0  # s: longer than from the first signal of a scheduler to its last
 STARTED = time.monotonic()  # of the job, nearly: this is imported as it begins
 
 
 class Refused(Exception):
-    """It would not be the same run here."""
+    """The run on this host would differ from the one that was submitted."""
 
 
 def work(folder: str, number: int) -> None:
-    """Do what is missing of batch `number` of the run in `folder`. SystemExit(1) unless all of it was done."""
+    """Runs the missing repetitions of batch `number` of the run in `folder`. SystemExit(1) unless all are done."""
     run = Path(folder)
     place = _place(run / PARTS / f"{number:04d}-{job_name()}")
-    _heed(signals=WARNED)
+    heed(WARNED, ": cancelled, pre-empted, or at the end of its time")  # in a Dask worker's own task it does nothing
     end = SILENT
     try:
         place.mkdir(parents=True)
-        _say(place, end)  # a block of the disk that is there when the disk is full
-        lock = FileLock(run / PARTS / f"{number:04d}.lock")
-        lock.acquire(timeout=0)
-        try:
+        _say(place, end)  # reserves a block of the disk
+        with locked(run / PARTS / f"{number:04d}.lock", lambda: UserError("another job runs the same batch")):
             left = _measure(run, number, place)
-        finally:
-            lock.release()
         late = f"its time was up with {left} repetitions to do"
         end = {"status": "timeout", "reason": late} if left else {"status": "", "reason": ""}
-    except Timeout:
-        end = {"status": "failed", "reason": "another job does the same batch"}
     except Refused as error:
         end = {"status": "unavailable", "reason": str(error)}
     except Stopped as error:
@@ -75,7 +69,7 @@ def work(folder: str, number: int) -> None:
         end = {"status": "failed", "reason": str(error)}
     except OSError as error:
         end = {"status": "failed", "reason": of_system(error, place)}
-        if error.errno == errno.ENOSPC or _is_full(place):  # numpy says only how much it has written
+        if error.errno == errno.ENOSPC or _is_full(place):  # numpy reports only how much it has written
             end["reason"] = f"no space is left on the disk of {place}; make room, and resume"
     finally:
         _say(place, end)
@@ -84,13 +78,13 @@ def work(folder: str, number: int) -> None:
 
 
 def _place(wanted: Path) -> Path:
-    """A folder that is not there: a job that was queued again has the name that it had."""
+    """`wanted` with a suffix, if it exists: a job that was queued again keeps its name."""
     names = [wanted, *(wanted.with_name(f"{wanted.name}-{again}") for again in range(2, 100))]
     return next((name for name in names if not name.exists()), wanted)
 
 
 def _measure(run: Path, number: int, place: Path) -> int:
-    """Measure what is missing; how many repetitions still are."""
+    """Runs the missing repetitions, as far as time allows; returns how many are still missing."""
     front, _ = store.read_front(run)
     told = front["executor"]
     experiment = Experiment.model_validate_json(json.dumps(front["experiment"]))
@@ -102,7 +96,7 @@ def _measure(run: Path, number: int, place: Path) -> int:
     try:
         mine = batch.restored(told["batches"][number], whole)
     except KeyError as error:
-        raise Refused(f"the plan has no longer {error}: the experiment's file or its renderers have changed") from None
+        raise Refused(f"the plan no longer has {error}: the experiment's file or its renderers have changed") from None
     different = resume.of_cells(front["cells"], mine.cells, CHECKED)
     if different:
         raise Refused("; ".join(different[:5]))
@@ -121,8 +115,8 @@ def _measure(run: Path, number: int, place: Path) -> int:
 
 
 class JobHost(ThisHost):
-    """The host of a job. A scheduler signals all processes at once, and a renderer's end may be seen before the signal
-    is heard that ended it: it would be taken for the renderer's failure."""
+    """The host of a job. A scheduler signals all processes at once, and a renderer's end may be seen before this
+    process handles its own signal; without the pause the renderer would count as failed."""
 
     @staticmethod
     def run(*told, **more) -> Result:
@@ -133,52 +127,46 @@ class JobHost(ThisHost):
 
 
 def finished(run: Path, number: int | None = None) -> list[dict]:
-    """Rows that need not be run again, of the parts of a batch or of all. What was unavailable on one host may not be
-    on another."""
+    """Rows that need not be run again, of the parts of batch `number` or of all batches. Without unavailable ones, as
+    another host may have what one lacks."""
     pattern = f"{PARTS}/{'*' if number is None else f'{number:04d}'}-*/run.json"
     rows = [record for path in sorted(run.glob(pattern)) for record in store.read(path.parent)[1]]
     return [record for record in merge.standing(rows).values() if record["status"] != "unavailable"]
 
 
 def speed() -> dict:
-    """Measures the peak of one thread of this host: lists of `TAKES` values of calibration.peaks, or why none."""
+    """Measures the peak rates of one thread of this host, TAKES times: {float64, bytes} as lists of rates a second, or
+    {unavailable: reason}."""
     takes = [calibration.peaks(1) for _ in range(TAKES)]
     bad = next((take for take in takes if "unavailable" in take), None)
     return bad or {key: [take["one"][key] for take in takes] for key in ("float64", "bytes")}
 
 
 def job_name() -> str:
-    """Returns the scheduler's name of the job that this process is in."""
+    """The scheduler's name for the job of this process; without a scheduler, host and process number."""
     if "RAYRACE_JOB" in os.environ:  # executors/dask.py
         return os.environ["RAYRACE_JOB"]
     array, task = os.environ.get("SLURM_ARRAY_JOB_ID"), os.environ.get("SLURM_ARRAY_TASK_ID")
-    return (
-        f"{array}_{task}"
-        if array and task
-        else os.environ.get("SLURM_JOB_ID") or f"{socket.gethostname()}-{os.getpid()}"
-    )
+    if array and task:
+        return f"{array}_{task}"
+    return os.environ.get("SLURM_JOB_ID") or f"{socket.gethostname()}-{os.getpid()}"
 
 
 def job_facts() -> dict:
-    """For run.json: the job, and what it was given."""
+    """For run.json: the job's name, partition, nodes and restarts, as far as Slurm reports them."""
     known = {"partition": "SLURM_JOB_PARTITION", "nodes": "SLURM_JOB_NODELIST", "restarts": "SLURM_RESTART_COUNT"}
     told = {key: os.environ[name] for key, name in known.items() if name in os.environ}
     return {"name": job_name(), **told}
 
 
-def _heed(signals: tuple) -> None:
-    """Stop in good order when the scheduler says so. A Dask worker's task is not told."""
-    heed(signals, ": cancelled, pre-empted, or at the end of its time")
-
-
 def _print(cell, record, done, total, left_s) -> None:
-    """A line for each repetition, into the log of the job."""
+    """Prints a line for a repetition to the log of the job."""
     turn = f"{record['pass']} {record['repetition']}"
     print(f"[{done}/{total}] {cell.label}, {turn}: {record['status']} {record['reason']}", flush=True)
 
 
 def _say(place: Path, end: dict) -> None:
-    """Leave word of how it ended, in place, as a full disk has no room for a new file; and in the log of the job."""
+    """Writes end.json in place, as a full disk has no room for a new file; and a line to the log of the job."""
     told = {**end, "at": timestamp(), "job": job_facts(), "hostname": socket.gethostname()}
     text = lines.as_json(told).encode().ljust(BLOCK)
     try:
@@ -201,7 +189,7 @@ def _is_full(place: Path) -> bool:
 
 
 def ending(place: Path) -> dict | None:
-    """Returns the final message of the job that made the part; None if there is none, or it is incomplete."""
+    """end.json of the part in `place`; None if there is none, or it is incomplete."""
     try:
         told = orjson.loads((place / END).read_bytes())
     except (OSError, ValueError):

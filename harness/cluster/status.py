@@ -1,4 +1,4 @@
-"""The progress of a run: finished repetitions, waiting and running jobs, losses with their reasons."""
+"""Reports the progress of a run: finished repetitions, waiting and running jobs, losses with their reasons."""
 
 import json
 from collections import Counter
@@ -17,8 +17,8 @@ TABLES = {"slurm": Slurm, "dask": Dask}
 
 @dataclass(frozen=True)
 class Line:
-    """The state of a batch. done: of `all` repetitions; job: its last, or None; state: the scheduler's now, or None if
-    it has ended or was never submitted."""
+    """The state of a batch. done, all: numbers of repetitions; job: its last one, or None; state: the scheduler's
+    now, or None if the job has ended or was never submitted."""
 
     number: int
     cells: int
@@ -29,12 +29,12 @@ class Line:
 
     @property
     def host(self) -> str:
-        """Where its job runs or ran, if that is known."""
+        """The host that its job runs or ran on; "" if unknown."""
         return (self.state.host if self.state else "") or (self.job.host if self.job else "")
 
     @property
     def said(self) -> str:
-        """How its job is, for people."""
+        """The state of its job, for people."""
         if self.job is None:
             return "not submitted"
         if self.job.ended:
@@ -45,6 +45,8 @@ class Line:
 
 @dataclass(frozen=True)
 class Status:
+    """The state of a run. statuses: rows by status; done, all: numbers of repetitions; unlike: differences of hosts."""
+
     folder: Path
     facts: dict
     statuses: Counter
@@ -55,6 +57,7 @@ class Status:
 
     @property
     def live(self) -> int:
+        """How many jobs have not ended."""
         return sum(line.job is not None and not line.job.ended for line in self.lines)
 
     def record(self) -> dict:
@@ -78,7 +81,7 @@ class Status:
 
 
 def of(folder: Path) -> Status:
-    """The Status of the run in a folder. UserError if it is none."""
+    """The Status of the run in a folder. UserError if `folder` is no run."""
     folder = Path(folder)
     hosts = store.hosts(folder)
     facts, records = store.read(folder, hosts=list(hosts))
@@ -103,7 +106,7 @@ def of(folder: Path) -> Status:
 
 
 def cancel(folder: Path) -> int:
-    """End the jobs of the run in a folder; how many."""
+    """Cancels the jobs of the run in a folder; returns how many."""
     front, _ = store.read_front(Path(folder))
     names = [job.name for job in Jobs(folder).live]
     if names:
@@ -112,6 +115,6 @@ def cancel(folder: Path) -> int:
 
 
 def scheduler(folder: Path, told: dict) -> Executor:
-    """The executor that a run was submitted through; told: `executor` of its run.json."""
+    """The executor that a run was submitted to. told: `executor` of its run.json."""
     settings = TABLES[told["name"]].model_validate_json(json.dumps(told["table"])) if told["name"] in TABLES else None
     return executor_of(folder, told["name"], settings)

@@ -1,7 +1,7 @@
-"""Executors: run tasks in this process or on hosts of a scheduler, each host one task at a time.
+"""Executors run tasks in this process or on hosts of a scheduler, one task at a time on each host.
 
-A task is `work(folder, number)`: a function of a module, a folder that all machines see, and which of the folder's
-tasks it is. All that it is told and all that comes of it lies in the folder: whoever submitted it need not stay.
+A task is `work(folder, number)`: a function of a module, a folder that all machines see, and the number of the task.
+Its input and output are files in that folder, so the process that submitted it may end.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,7 +15,7 @@ Work = Callable[[str, int], None]
 
 class State(NamedTuple):
     """The state of a job. kind: waiting, running, ended or unknown. host: where it runs or ran; "" if unknown. word:
-    the scheduler's own for it. reason: why it waits, or why it ended before its work was done; "" if it need not say.
+    the scheduler's name of the state. reason: why it waits, or why it ended before its work was done; else "".
     """
 
     kind: str
@@ -25,29 +25,29 @@ class State(NamedTuple):
 
 
 class Executor(Protocol):
-    """Has tasks done, one job each."""
+    """Runs tasks, each as a job."""
 
     @property
     def most(self) -> int | None:
-        """How many jobs the scheduler takes at once; None if it sets no limit, or does not tell."""
+        """How many jobs the scheduler accepts at once; None if there is no limit, or it is unknown."""
 
     def submit(self, work: Work, folder: Path, numbers: list[int]) -> Iterator[tuple[int, str]]:
-        """(number, job) of each task as it is accepted. UserError if one is not; those before it are."""
+        """Yields (number, job) for each task as it is accepted. UserError if one is refused; those before it run."""
 
     def states(self, jobs: list[str]) -> dict[str, State]:
         """The State of each of `jobs`."""
 
     def cancel(self, jobs: list[str]) -> None:
-        """End jobs; those that have ended are left alone."""
+        """Cancels jobs; has no effect on ended ones."""
 
 
 NAMES = ("local", "slurm", "dask")
 
 
 def find(name: str, settings, logs: Path) -> Executor:
-    """The executor called so; settings: its table (cluster.py); logs: folder for what jobs print.
+    """The executor of this name. settings: its table (cluster.py); logs: folder for the output of jobs.
 
-    UserError if there is none of that name, or what it needs is not here.
+    UserError for an unknown name, or if a program or package that it needs is missing.
     """
     if name == "local":
         from harness.executors.local import Local
@@ -62,3 +62,8 @@ def find(name: str, settings, logs: Path) -> Executor:
 
         return Dask(settings)
     raise UserError(f"--executor {name}: known: {', '.join(NAMES)}")
+
+
+def first_line(error: BaseException) -> str:
+    """The first line of an error's text that is not blank; without one, the error's class."""
+    return next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)

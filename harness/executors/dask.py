@@ -1,7 +1,7 @@
-"""The Dask executor, for labs with a running scheduler: a job is a Dask task, run by dask_task.py on a worker.
+"""The Dask executor, for a running scheduler: a job is a Dask task, which dask_task.py runs on a worker.
 
-Nobody holds a job's future: who submitted it may end. The scheduler forgets a task when it ends, so the task leaves
-word of how under its name, as an event of the scheduler, which is there as long as the scheduler is.
+No process holds a job's future, so the process that submitted it may end. The scheduler forgets a task when it ends, so
+the task records its end as an event under its name, which the scheduler keeps while it runs.
 """
 
 import importlib.util
@@ -10,13 +10,13 @@ import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
-from harness.errors import UserError
-from harness.executors import State, Work, dask_task
+from harness.errors import UserError, missing
+from harness.executors import State, Work, dask_task, first_line
 from harness.experiment.cluster import Dask as Table
 
-PATIENCE = 10  # s, until a scheduler answers
-TAKEN = 60  # s, until it has taken a list of tasks
-REMEDY = "start it (`dask scheduler`, and `dask worker` on each host), or mend [dask] scheduler"
+PATIENCE = 10  # s for a scheduler to answer
+TAKEN = 60  # s for it to accept a list of tasks
+REMEDY = "start it (`dask scheduler`, and `dask worker` on each host), or correct [dask] scheduler"
 
 
 class Dask:
@@ -26,22 +26,22 @@ class Dask:
 
     def __init__(self, table: Table):
         if importlib.util.find_spec("distributed") is None:
-            raise UserError("--executor dask: distributed is not installed", remedy="pip install 'rayrace[dask]'")
+            raise missing("--executor dask: distributed", "dask")
         self.table = table
         self._connected = None
 
     def submit(self, work: Work, folder: Path, numbers: list[int]) -> Iterator[tuple[int, str]]:
         client = self._client()
-        run = f"rayrace-{uuid.uuid4().hex[:12]}"  # of this submission: what failed before is another task
+        run = f"rayrace-{uuid.uuid4().hex[:12]}"  # unique: a task that failed before has another name
         jobs = [f"{run}-{number}" for number in numbers]
         try:
             self._give(client, work, folder, jobs, numbers)
         except OSError as error:
-            raise UserError(f"{self.table.scheduler} takes no more jobs: {_text(error)}") from None
+            raise UserError(f"{self.table.scheduler} refuses more jobs: {first_line(error)}") from None
         yield from zip(numbers, jobs, strict=True)
 
     def _give(self, client, work: Work, folder: Path, jobs: list[str], numbers: list[int]) -> None:
-        """Until the scheduler has taken every job; UserError if it does not."""
+        """Submits jobs and waits until the scheduler has accepted each; UserError if it does not."""
         import distributed
 
         place = [work.__module__, work.__qualname__, str(folder.resolve())]
@@ -50,13 +50,13 @@ class Dask:
         end = time.monotonic() + TAKEN
         left = jobs
         while left:
-            # Asked before: what has failed since may have been taken, and done, in between.
+            # Read first: a job that fails after this line may have been accepted, and done, before the next.
             failed = {future.key: future for future in futures if future.status == "error"}
             left = client.run_on_scheduler(_left(), left)
             bad = next((failed[job] for job in left if job in failed), None)
             if bad or (left and time.monotonic() > end):
-                why = " ".join(str(bad.exception()).split()) if bad else f"it has not taken them in {TAKEN} s"
-                raise UserError(f"{self.table.scheduler} takes no more jobs: {why}")
+                why = " ".join(str(bad.exception()).split()) if bad else f"it did not accept them in {TAKEN} s"
+                raise UserError(f"{self.table.scheduler} refuses more jobs: {why}")
             time.sleep(0.1 if left else 0)
 
     def states(self, jobs: list[str]) -> dict[str, State]:
@@ -66,7 +66,7 @@ class Dask:
             told = self._client().run_on_scheduler(_look(), jobs)
         except (UserError, OSError) as error:
             self._connected = None
-            return dict.fromkeys(jobs, State("unknown", reason=_text(error)))
+            return dict.fromkeys(jobs, State("unknown", reason=first_line(error)))
         return {job: _state(*told[job]) for job in jobs}
 
     def cancel(self, jobs: list[str]) -> None:
@@ -77,7 +77,7 @@ class Dask:
         live = [job for job in jobs if states[job].kind in ("waiting", "running")]
         if not live:
             return
-        # Workers first: what begins meanwhile ends at once.
+        # Workers first, so that a job that begins meanwhile ends at once.
         client.run(dask_task.stop, live, on_error="ignore")
         waiting = [job for job in live if states[job].kind == "waiting"]
         for job in waiting:
@@ -85,7 +85,7 @@ class Dask:
         client.cancel([distributed.Future(job, client=client) for job in waiting], force=True)
 
     def _client(self):
-        """Connected to the scheduler. UserError if nobody answers."""
+        """The client, connected to the scheduler. UserError if it does not answer."""
         import distributed
 
         if self._connected is None or self._connected.status != "running":
@@ -93,12 +93,12 @@ class Dask:
             try:
                 self._connected = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
             except (OSError, ValueError) as error:
-                why = f"[dask] scheduler = {address!r}: nobody answers there in {PATIENCE} s ({_text(error)})"
+                why = f"[dask] scheduler = {address!r}: no answer in {PATIENCE} s ({first_line(error)})"
                 raise UserError(why, remedy=REMEDY) from None
         return self._connected
 
 
-# What the scheduler sees is a function in a function: it travels whole, so that rayrace need not be installed there.
+# Functions in functions are pickled as code, so the scheduler does not need rayrace.
 
 
 def _run():
@@ -112,7 +112,7 @@ def _run():
 
 def _left():
     def left(jobs, dask_scheduler=None):
-        """Returns the jobs that the scheduler neither has nor had."""
+        """The jobs that the scheduler does not know and has no events of."""
         return [job for job in jobs if job not in dask_scheduler.tasks and not dask_scheduler.get_events(topic=job)]
 
     return left
@@ -120,7 +120,7 @@ def _left():
 
 def _look():
     def look(jobs, dask_scheduler=None):
-        """Returns for each job its own last message, and the scheduler's view: state, host, error."""
+        """For each job its events, and the scheduler's state, host and error."""
         found = {}
         for job in jobs:
             events = [event for _, event in dask_scheduler.get_events(topic=job)]
@@ -147,10 +147,6 @@ def _state(events: list[dict], word: str, host: str, error: str) -> State:
     if word in ("memory", "erred", "forgotten"):
         return State("ended", host, word, error)
     if word:
-        return State("waiting", host, word, "no worker is there" if word == "no-worker" else "")
-    lost = "is known no more to the scheduler: its workers died, or the scheduler was started anew"
+        return State("waiting", host, word, "there is no worker" if word == "no-worker" else "")
+    lost = "the scheduler no longer knows it: its workers died, or the scheduler was restarted"
     return State("ended", reason=lost)
-
-
-def _text(error: BaseException) -> str:
-    return next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)

@@ -1,8 +1,8 @@
-"""A task on a Dask worker (dask.py): a process of its own, which receives signals and can be ended, as on Slurm.
+"""Runs a task on a Dask worker (dask.py), in a process of its own that receives signals and can be ended, as on Slurm.
 
 As a program, `python -m harness.executors.dask_task`, it is that process: it reads {"module", "function", "folder",
-"number"} from a line of its standard input, does the work and prints {"reason"}. RAYRACE_JOB is the job's name. When
-the input closes, the worker has died, and so does it; what it had started notices as much.
+"number"} from a line of standard input, does the work and prints {"reason"}. RAYRACE_JOB is the job's name. If standard
+input closes, the worker has died, and the process ends itself.
 """
 
 import contextlib
@@ -21,13 +21,13 @@ import traceback
 from collections.abc import Iterator
 from pathlib import Path
 
-LOOK = 1.0  # s between looks at what has happened; more often would disturb what is measured
-GRACE = 30.0  # s between SIGTERM and SIGKILL, as Slurm has it
+LOOK = 1.0  # s between two polls; more would disturb measurements
+GRACE = 30.0  # s between SIGTERM and SIGKILL, as Slurm's default
 CANCELLED = "was cancelled"
-LATE = "ran out of its time"
+LATE = "ran out of time"
 LONGEST = 300  # characters of a reason
 
-_stopped: set[str] = set()  # jobs that are to end, of this worker
+_stopped: set[str] = set()  # jobs of this worker that are to end
 
 
 class Failed(Exception):
@@ -35,14 +35,14 @@ class Failed(Exception):
 
 
 def stop(jobs: list[str]) -> None:
-    """On a worker: end these, or do not begin."""
+    """On a worker: ends these jobs, or keeps them from beginning."""
     _stopped.update(jobs)
 
 
 def run(job: str, work: list[str], number: int, time: float) -> None:
-    """work(folder, number) by `module, function, folder`, when it is this host's turn and for `time` seconds at most.
+    """Calls work(folder, number) when the host is free, for at most `time` seconds. work: module, function, folder.
 
-    How it ended is left as an event of the scheduler.
+    Records as an event of the scheduler how the job ended. Raises Failed if its work was not done.
     """
     from distributed import get_worker
 
@@ -77,7 +77,7 @@ def _run(job: str, work: list[str], number: int, seconds: float) -> str:
 
 @contextlib.contextmanager
 def _turn(job: str) -> Iterator[bool]:
-    """While this task has the host to itself; False if it is to end before. Workers of one host take turns."""
+    """Waits until this task has the host to itself; yields False if the task was stopped meanwhile."""
     from filelock import FileLock, Timeout
 
     user = os.getuid() if hasattr(os, "getuid") else 0
@@ -93,9 +93,9 @@ def _turn(job: str) -> Iterator[bool]:
 
 
 def _watch(process: subprocess.Popen, job: str, until: float) -> str:
-    """Wait until the process has ended, or end it; why that was."""
+    """Waits until the process ends, or ends it when it must stop or is late. Returns the reason, or ""."""
     why, kill = "", float("inf")
-    while not select.select([process.stdout], [], [], LOOK)[0]:  # it speaks, or its end closes, when it is done
+    while not select.select([process.stdout], [], [], LOOK)[0]:  # ready when it prints its result or ends
         now = time.monotonic()
         if not why and (job in _stopped or now > until):
             why = CANCELLED if job in _stopped else LATE
@@ -107,26 +107,26 @@ def _watch(process: subprocess.Popen, job: str, until: float) -> str:
     return why
 
 
-def _heed_the_worker() -> None:
-    """End when standard input closes. In a thread: the work has the main one, and with it the signals."""
+def _end_with_the_worker() -> None:
+    """Ends this process when standard input closes. In a thread, as the work needs the main one for its signals."""
 
-    def heed():
+    def watch():
         os.read(0, 1)
         os.kill(os.getpid(), signal.SIGTERM)
         time.sleep(GRACE)
         os.killpg(os.getpid(), signal.SIGKILL)
 
-    threading.Thread(target=heed, daemon=True).start()
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def main() -> None:
     answer = os.dup(1)
-    os.dup2(2, 1)  # what the work prints goes to the worker's log
+    os.dup2(2, 1)  # output of the work goes to the worker's log
     line = b""
     while not line.endswith(b"\n"):
         line += os.read(0, 1) or b"\n"
     told = json.loads(line)
-    _heed_the_worker()
+    _end_with_the_worker()
     try:
         work = importlib.import_module(told["module"])
         for name in told["function"].split("."):

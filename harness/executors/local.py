@@ -1,4 +1,4 @@
-"""The local executor: runs tasks in this process, one after the other."""
+"""The local executor: runs tasks in this process, one after another."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,7 +7,7 @@ from harness.executors import State, Work
 
 
 class Local:
-    """An Executor (harness/executors). A task is done when it is submitted."""
+    """An Executor (harness/executors). Submitting a task runs it."""
 
     most = None
 

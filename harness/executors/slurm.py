@@ -1,10 +1,10 @@
-"""The Slurm executor, through submitit: a job is one exclusive host.
+"""The Slurm executor, through submitit: a job has one exclusive host.
 
-Jobs are arrays, as long as the scheduler takes them. What is asked of a job is in the [slurm] table (cluster.py).
+Jobs are submitted as arrays, as long as the scheduler accepts. The [slurm] table has their options (cluster.py).
 
-A job hears SIGTERM when it is cancelled, pre-empted, or at the end of its time; some seconds later (Slurm's KillWait,
-or the partition's GraceTime) it is killed, with all that it has started. Where Slurm has no cgroups, what it has
-started hears SIGTERM as well. A job whose host is lost is queued again under its name.
+A job receives SIGTERM when it is cancelled, pre-empted, or at the end of its time; some seconds later (Slurm's
+KillWait, or the partition's GraceTime) it is killed with its descendants. Without cgroups the descendants receive
+SIGTERM too. A job whose host is lost is queued again under its name.
 """
 
 import contextlib
@@ -20,52 +20,50 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from harness.errors import UserError
-from harness.executors import State, Work
+from harness.errors import UserError, missing
+from harness.executors import State, Work, first_line
 from harness.experiment.cluster import Slurm as Table
 
-PATIENCE = 60  # s, for a command of Slurm
+PATIENCE = 60  # s for a command of Slurm to answer
 FORMAT = "%i|%T|%N|%r"  # of squeue: job, state, hosts, reason
 SOME = 1000  # indices of an array in one argument of scancel
-ENDED = ("Invalid job id", "already completing or completed")  # what scancel says of jobs that have
+ENDED = ("Invalid job id", "already completing or completed")  # messages of scancel about ended jobs
 RUNNING = ("RUNNING", "COMPLETING", "SUSPENDED", "STOPPED", "SIGNALING", "STAGE_OUT")
 WAITING = ("PENDING", "CONFIGURING", "REQUEUED", "REQUEUE_HOLD", "REQUEUE_FED", "RESIZING", "SPECIAL_EXIT")
 ENDS = {
     "CANCELLED": "was cancelled (scancel)",
-    "TIMEOUT": "ran out of its time",
+    "TIMEOUT": "ran out of time",
     "PREEMPTED": "was pre-empted",
     "NODE_FAIL": "lost its host",
     "OUT_OF_MEMORY": "ran out of memory",
-    "BOOT_FAIL": "had no host that would start",
-    "DEADLINE": "met its deadline",
+    "BOOT_FAIL": "got a host that did not start",
+    "DEADLINE": "reached its deadline",
 }
 
 
 class Slurm:
-    """An Executor (harness/executors). logs: folder for what jobs print and what submitit keeps."""
+    """An Executor (harness/executors). logs: folder for the output of jobs and the files of submitit."""
 
     def __init__(self, table: Table, logs: Path):
         for program in ("sbatch", "squeue", "scancel"):
             if shutil.which(program) is None:
-                raise UserError(f"--executor slurm: no {program} here", remedy="run it where jobs are submitted")
+                raise UserError(f"--executor slurm: no {program} here", remedy="run rayrace on a login node")
         self.table, self.logs = table, logs.resolve()
 
     @property
     def most(self) -> int | None:
-        """Jobs that are in the queue at most."""
+        """The largest number of jobs in the queue."""
         return self._limit("MaxJobCount")
 
     def submit(self, work: Work, folder: Path, numbers: list[int]) -> Iterator[tuple[int, str]]:
         try:
             import submitit
         except ImportError:
-            raise UserError(
-                "--executor slurm: submitit is not installed", remedy="pip install 'rayrace[slurm]'"
-            ) from None
+            raise missing("--executor slurm: submitit", "slurm") from None
 
         logging.getLogger("submitit").setLevel(logging.ERROR)
-        # exec: Python is the job's first process. Slurm signals that alone before the time is up, and a shell in its
-        # place would end at the first SIGTERM; then what it has started is killed, or left to itself on the host.
+        # exec: Python becomes the job's first process. Slurm signals only that before the time is up; a shell would end
+        # at the first SIGTERM, and its children would be killed or left running on the host.
         python = f"exec {shlex.quote(sys.executable)}"
         executor = submitit.SlurmExecutor(folder=self.logs, max_num_timeout=0, python=python)
         executor.update_parameters(**self._parameters())
@@ -73,14 +71,14 @@ class Slurm:
         for start in range(0, len(numbers), longest):
             some = numbers[start : start + longest]
             try:
-                with contextlib.redirect_stderr(io.StringIO()):  # submitit prints what it raises
+                with contextlib.redirect_stderr(io.StringIO()):  # submitit prints errors that it raises
                     jobs = executor.map_array(work, [str(folder.resolve())] * len(some), some)
             except (RuntimeError, OSError, subprocess.CalledProcessError) as error:
-                raise UserError(f"Slurm takes no more jobs: {_first_line(error)}") from None
+                raise UserError(f"Slurm refuses more jobs: {first_line(error)}") from None
             yield from zip(some, (job.job_id for job in jobs), strict=True)
 
     def _parameters(self) -> dict:
-        """The parameters for submitit. No srun: a step of a job may see the cores of one task, not the host's."""
+        """The parameters for submitit. No srun: a step may get the cores of one task, not all of the host's."""
         table = self.table
         asked = {name: getattr(table, name) for name in ("account", "partition", "constraint")}
         parameters = {name: value for name, value in asked.items() if value is not None}
@@ -97,8 +95,8 @@ class Slurm:
             "array_parallelism": table.at_once,
             "setup": list(table.setup) or None,
             "wckey": None,
-            # mem 0: all of the host's. submitit wants to be warned of the end, by a signal that can come a minute early
-            # and ends a Python that is still starting; the jobs know their time themselves. CONT does nothing.
+            # mem 0: all memory of the host. submitit sets a warning signal before the end, which can come a minute
+            # early and end a Python that is still starting; CONT has no effect. Jobs watch their time themselves.
             "additional_parameters": {"mem": 0, "signal": "B:CONT@1", **table.options},
         }
 
@@ -113,10 +111,10 @@ class Slurm:
         return found | (self._accounts(gone) if gone else {})
 
     def _queue(self, jobs: list[str]) -> dict[str, State]:
-        """Returns the jobs that the scheduler still knows: all that have not ended, and those that ended recently. Jobs
-        of an array that are cancelled before they begin are forgotten at once.
+        """The states of jobs that the scheduler still knows: all that have not ended, and those that ended recently. It
+        forgets jobs of an array at once that are cancelled before they begin.
 
-        No --array: of what is left of an array when every other job of it is gone, that loses the last one.
+        Without --array, which omits the last job that is left of an array.
         """
         wanted, found, failed = set(jobs), {}, []
         for line in _ask(["squeue", "--me", "--noheader", "--states=all", f"--format={FORMAT}"]).splitlines():
@@ -133,8 +131,8 @@ class Slurm:
         return found
 
     def _accounts(self, jobs: list[str]) -> dict[str, State]:
-        """Asks Slurm's accounting about jobs that the scheduler has forgotten; they have ended in any case."""
-        found = dict.fromkeys(jobs, State("ended", reason="is known no more to the scheduler"))
+        """The states, from Slurm's accounting, of jobs that the scheduler has forgotten: all of them have ended."""
+        found = dict.fromkeys(jobs, State("ended", reason="the scheduler no longer knows it"))
         if shutil.which("sacct") is None:
             return found
         names = ",".join(_arrays(jobs))
@@ -159,7 +157,7 @@ class Slurm:
                 _ask(["scancel", name])
             except OSError as error:
                 if not any(word in str(error) for word in ENDED):
-                    raise UserError(f"jobs are not cancelled: {error}", remedy="try again") from None
+                    raise UserError(f"jobs were not cancelled: {error}", remedy="try again") from None
 
     def _limit(self, name: str) -> int | None:
         try:
@@ -171,7 +169,7 @@ class Slurm:
 
 
 def _arrays(jobs: list[str]) -> dict[str, list[int]]:
-    """Arrays and single jobs, of the former the indices: `12_0`, `12_1` and `13` are {"12": [0, 1], "13": []}."""
+    """The indices of jobs by array: `12_0`, `12_1` and the single job `13` become {"12": [0, 1], "13": []}."""
     arrays: dict[str, list[int]] = {}
     for job in jobs:
         array, _, index = job.partition("_")
@@ -180,7 +178,7 @@ def _arrays(jobs: list[str]) -> dict[str, list[int]]:
 
 
 def _members(name: str) -> Iterator[str]:
-    """The jobs that squeue calls so: 12, 12_3 or, of those that wait, 12_[0-2,5-9:2%4]."""
+    """Yields the jobs that a name of squeue stands for: 12, 12_3 or, for waiting ones, 12_[0-2,5-9:2%4]."""
     array, bracket, rest = name.partition("_[")
     if not bracket:
         yield name
@@ -188,13 +186,13 @@ def _members(name: str) -> Iterator[str]:
     for some in rest.partition("]")[0].partition("%")[0].split(","):
         told = re.fullmatch(r"(\d+)(?:-(\d+))?(?::(\d+))?", some)
         if told is None:
-            raise OSError(f"squeue: which jobs are {name}?")
+            raise OSError(f"squeue: unknown form of a job name: {name}")
         first, last, step = told.groups()
         yield from (f"{array}_{index}" for index in range(int(first), int(last or first) + 1, int(step or 1)))
 
 
 def _state(word: str, hosts: str, code: str = "", reason: str = "") -> State:
-    """A State by Slurm's words: `CANCELLED by 1000`, say. code: of exit."""
+    """The State for Slurm's name of it, such as `CANCELLED by 1000`. code: the exit code."""
     name = word.split()[0].rstrip("+") if word.split() else ""
     host = "" if hosts in ("", "None assigned") else hosts
     if name in WAITING:
@@ -209,7 +207,7 @@ def _state(word: str, hosts: str, code: str = "", reason: str = "") -> State:
 
 
 def _code(code: str) -> str:
-    """`7:0` as sacct has it, or 1792 as squeue has, the status of wait(2): exit 7."""
+    """The text for an exit code: `7:0` of sacct and 1792 of squeue, a status of wait(2), become "exit 7"."""
     status, _, number = code.partition(":")
     if not status.isdigit():
         return ""
@@ -219,7 +217,7 @@ def _code(code: str) -> str:
 
 def _ask(command: list[str]) -> str:
     """Runs a Slurm command and returns its output. OSError if it fails."""
-    environment = {**os.environ, "LC_ALL": "C", "SLURM_BITSTR_LEN": "0"}  # 0: no `...` in what is left of an array
+    environment = {**os.environ, "LC_ALL": "C", "SLURM_BITSTR_LEN": "0"}  # 0: squeue does not abbreviate arrays
     try:
         answer = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, env=environment)
     except subprocess.TimeoutExpired:
@@ -227,7 +225,3 @@ def _ask(command: list[str]) -> str:
     if answer.returncode:
         raise OSError(f"{command[0]}: {answer.stderr.strip()}")
     return answer.stdout
-
-
-def _first_line(error: Exception) -> str:
-    return next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)

@@ -1,1 +1,1 @@
-"""Which machine this is, and whether it is fit to measure."""
+"""Identifies this machine and checks whether it is fit to measure."""

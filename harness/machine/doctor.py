@@ -1,4 +1,4 @@
-"""Checks whether this machine is fit to measure: names what disturbs timings and the remedy, changes nothing."""
+"""Checks whether this machine is fit to measure: names disturbances and remedies, changes nothing."""
 
 import os
 import shutil
@@ -15,7 +15,7 @@ ROOT = Path("/")
 
 
 def examine(left: dict[Path, str] | None = None) -> list[Finding]:
-    """Every finding. left: temporary folders that rayrace may have left and cannot prove to be its own, and why."""
+    """All findings. left: temporary folders that may be rayrace's, each with the reason why there is no proof."""
     facts = environment.capture()
     return [
         *fitness_cores.findings(facts),
@@ -59,12 +59,12 @@ def memory_peak() -> Finding:
 def descendants(root: Path = ROOT) -> Finding:
     what, own = "processes that a renderer starts", os.getpid()
     if read(root / f"proc/{own}/task/{own}/children") is not None:
-        return Finding("good", what, "looked for at every tick; orphans are counted")
-    return unknown(what, "the system does not list children", "looked for every half second; orphans may be missed")
+        return Finding("good", what, "listed at every tick; orphans are counted")
+    return unknown(what, "the system does not list children", "searched for twice a second; orphans may be missed")
 
 
 def randomisation(value: str) -> Finding:
-    """Layout in memory is worth some per cent of time; fixed, it is an error that no repetition averages out."""
+    """The layout in memory changes times by some per cent; if it is fixed, repetitions do not average that out."""
     what = "address randomisation"
     if value.startswith(UNAVAILABLE):
         return unknown(what, value)
@@ -74,8 +74,8 @@ def randomisation(value: str) -> Finding:
 
 def temporary(left: dict[Path, str]) -> Finding:
     found = "; ".join(f"{place}: {why}" for place, why in left.items())
-    remedy = "rayrace removes only what it can prove to be its own; remove these yourself if nobody needs them"
-    return judged(not left, "temporary folders", found or "none that rayrace has left", remedy)
+    remedy = "rayrace removes only what it can prove to be its own; remove these yourself if they are not needed"
+    return judged(not left, "temporary folders", found or "none left by rayrace", remedy)
 
 
 def compiler(value: str) -> Finding:

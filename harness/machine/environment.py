@@ -1,4 +1,4 @@
-"""Describes the machine and its software now: the study's table 2.1 and what a reader needs beyond it.
+"""Describes the machine and its software: the study's table 2.1, and more that a reader needs.
 
 Every value is text or a number, or "unavailable: " and the reason.
 """
@@ -21,7 +21,7 @@ PACKAGES = ("numpy", "numba", "numba-cuda", "llvmlite", "psutil", "mpmath", "sci
 
 
 def capture() -> dict:
-    """Returns the identity of this machine and its software, and its present state."""
+    """The identity of this machine and its software, and its present state."""
     return {
         "host": socket.gethostname(),
         "os": _os(),
@@ -55,11 +55,12 @@ def capture() -> dict:
 
 
 def python() -> str:
+    """Name and version of the Python implementation."""
     return f"{platform.python_implementation()} {platform.python_version()}"
 
 
 def packages() -> dict[str, str]:
-    """Versions of what makes times and pictures, by name."""
+    """The versions of PACKAGES by name."""
     return {name: _version(name) for name in PACKAGES}
 
 
@@ -111,7 +112,7 @@ def _virtual() -> str:
 
 
 def _disk() -> str:
-    """Kind of the disk below the current directory."""
+    """The kind of disk that has the current directory."""
     try:
         device = os.stat(".").st_dev
         block = Path(f"/sys/dev/block/{os.major(device)}:{os.minor(device)}").resolve(strict=True)
@@ -155,7 +156,7 @@ def _version(package: str) -> str:
 
 
 def _commit() -> str:
-    """Commit of the checkout that this file is in, with "-dirty" if it differs from it."""
+    """The commit of the checkout with this file, and "-dirty" if files differ from it."""
     here = Path(__file__).resolve().parent
     try:
         answer = subprocess.run(

@@ -1,4 +1,4 @@
-"""Identifies a machine with its software, so that rows of two are never pooled silently."""
+"""Identifies a machine with its software, so that rows of two machines are never pooled silently."""
 
 import hashlib
 import json
@@ -8,14 +8,14 @@ SOFTWARE = "os", "kernel", "python", "compilers", "packages"
 
 
 def of(environment: dict) -> str:
-    """A machine's name with a hash of all that makes it and its software; of the same, the same."""
+    """The host name with a hash of the machine's properties and software. environment: from capture()."""
     told = {name: environment.get(name) for name in (*MACHINE, *SOFTWARE)}
     digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
     return f"{environment.get('host', 'unknown')}-{digest[:8]}"
 
 
 def changes(before: dict, now: dict, names: tuple[str, ...], prefix: str = "") -> list[tuple[str, object, object]]:
-    """(name, old, new) of each value that is not the same; tables are looked into."""
+    """(name, old, new) for each value of `names` that differs; tables are compared key by key, with dotted names."""
     found = []
     for name in names:
         old, new = before.get(name), now.get(name)

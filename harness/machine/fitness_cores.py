@@ -1,4 +1,4 @@
-"""Checks whether the processor and its clock are fit to measure: findings for the doctor."""
+"""Checks whether the processor and the clock are fit to measure: findings for the doctor."""
 
 import os
 import subprocess
@@ -13,10 +13,10 @@ from harness.system import cgroup, trouble
 from harness.system.finding import UNAVAILABLE, Finding, judged, read, unknown
 
 ROOT = Path("/")
-# Clocks that the kernel reads without leaving the program; the others cost a system call or a slow device.
+# Clocks that are read without a system call; the others need one, or a slow device.
 QUICK_CLOCKS = ("tsc", "kvm-clock", "hyperv_clocksource_tsc_page", "arch_sys_counter")
 SLOW_READ = 200e-9  # s
-OF_THE_HOST = "of a virtual machine, only its host knows"
+OF_THE_HOST = "in a virtual machine only the host knows"
 CORE = "sys/devices/system/cpu"
 
 PIN = """import os
@@ -26,7 +26,7 @@ print(os.sched_getaffinity(0) == {min(cores)})"""
 
 
 def findings(facts: dict, root: Path = ROOT) -> list[Finding]:
-    """facts: of environment.capture()."""
+    """All findings. facts: from environment.capture()."""
     return [
         governor(facts["governor"]),
         turbo(facts["turbo"]),
@@ -51,15 +51,15 @@ def governor(value: str) -> Finding:
 def turbo(value: str) -> Finding:
     if value.startswith(UNAVAILABLE):
         return unknown("turbo", value, OF_THE_HOST)
-    remedy = "clock and so times depend on heat and on the other cores; turn it off in the firmware for steady times"
+    remedy = "the clock rate depends on heat and on other cores; turn turbo off in the firmware for steady times"
     return judged(value != "on", "turbo", value, remedy)
 
 
 def throttled(root: Path = ROOT) -> Finding:
-    what, count = "slowed down for heat", trouble.look(root)["throttled"]
+    what, count = "slowed down by heat", trouble.look(root)["throttled"]
     if isinstance(count, str):
         return unknown(what, count, OF_THE_HOST)
-    remedy = "better cooling, or fewer threads; each repetition says whether it happened meanwhile"
+    remedy = "better cooling, or fewer threads; each repetition records whether it happened"
     return judged(count == 0, what, f"{count} times since the system started", remedy)
 
 
@@ -86,7 +86,7 @@ def virtual(value: str) -> Finding:
 
 
 def pinning() -> Finding:
-    """Tried in a process of its own, so that nothing changes here."""
+    """Tries it in a process of its own, so that nothing changes here."""
     what = "pinning to a core"
     if not hasattr(os, "sched_setaffinity"):
         return unknown(what, "this system has no call for it")
@@ -98,12 +98,12 @@ def pinning() -> Finding:
 
 
 def siblings(virtual_machine: str, root: Path = ROOT) -> Finding:
-    """Do two of the cores that may be used share one physical core?"""
+    """Checks whether two usable cores share a physical core."""
     what = "hyper-threads (SMT)"
     allowed = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set(range(os.cpu_count() or 1))
     groups = {read(root / CORE / f"cpu{core}/topology/thread_siblings_list"): core for core in sorted(allowed)}
     if None in groups:
-        return unknown(what, "the system does not tell which cores are one")
+        return unknown(what, "the system does not list the siblings of a core")
     pick = ",".join(map(str, sorted(groups.values())))
     remedy = f"two threads on one core slow each other down; use one of each pair: taskset -c {pick} rayrace run .."
     found = f"{len(allowed)} usable on {len(groups)} physical cores"
@@ -120,31 +120,28 @@ def quota(root: Path = ROOT) -> Finding:
     if cores is None:
         return Finding("good", what, f"none (version {version})")
     found = f"{cores:g} cores (version {version})"
-    found += f", which stopped it {stopped[0]} times, {stopped[1]:.3g} s" if stopped else ""
-    remedy = f"programs stop for parts of 0.1 s once it is used up: raise cpu.max, or at most {int(cores)} threads"
+    found += f", which stopped it {stopped[0]} times for {stopped[1]:.3g} s" if stopped else ""
+    remedy = f"programs stop for parts of 0.1 s when it is used up: raise cpu.max, or use {int(cores)} threads at most"
     return judged(cores >= usable_cores() and not (stopped and stopped[0]), what, found, remedy)
 
 
 def clock(root: Path = ROOT) -> Finding:
-    """Its source, its resolution, and what it costs to read."""
+    """Checks the clock's source, its resolution, and the time to read it."""
     told = time.get_clock_info("monotonic")
     readings = [time.monotonic_ns() for _ in range(20001)]
     cost = min(b - a for a, b in zip(readings[::1000], readings[1000::1000], strict=False)) / 1000 * 1e-9
     places = root / "sys/devices/system/clocksource/clocksource0"
     source = read(places / "current_clocksource")
-    found = f"{source or 'source not told'}, resolution {told.resolution:.0e} s, read in {cost * 1e9:.0f} ns"
+    found = f"{source or 'source unknown'}, resolution {told.resolution:.0e} s, read in {cost * 1e9:.0f} ns"
     good = told.resolution <= 1e-6 and cost <= SLOW_READ and (source is None or source in QUICK_CLOCKS)
-    better = next(
-        (name for name in QUICK_CLOCKS if name in (read(places / "available_clocksource") or "").split()), None
-    )
-    remedy = (
-        f"start the system with clocksource={better}" if better else "frames must be long beside it: see least_frame"
-    )
+    known = (read(places / "available_clocksource") or "").split()
+    better = [f"start the system with clocksource={name}" for name in QUICK_CLOCKS if name in known]
+    remedy = better[0] if better else "frames must be much longer: see least_frame"
     return judged(good, "clock", found, remedy)
 
 
 def ranges(numbers: list[int]) -> str:
-    """0, 1, 2, 5 as "0-2,5"."""
+    """Formats sorted numbers as ranges: 0, 1, 2, 5 as "0-2,5"."""
     runs = []
     for number in numbers:
         if runs and number == runs[-1][1] + 1:

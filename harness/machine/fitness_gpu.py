@@ -4,12 +4,13 @@ from harness.system import nvml
 from harness.system.finding import UNAVAILABLE, Finding, judged, unknown
 from harness.system.gpu import Gpu
 
-FREE = ("none", "idle", "application clocks")  # states of the clocks that hold no work back
+FREE = ("none", "idle", "application clocks")  # throttle reasons that do not slow work down
 CLOCK = nvml.Way("nvmlDeviceGetClockInfo", (nvml.CLOCK_SM,))
 USERS = nvml.Way("nvmlDeviceGetComputeRunningProcesses", (), lambda listed, gpu: len(listed), of_part=True)
 
 
 def findings() -> list[Finding]:
+    """All findings about the GPU."""
     gpu = Gpu()
     if gpu.unavailable:
         return [unknown("GPU", gpu.unavailable, "without an NVIDIA driver the GPU columns stay empty")]

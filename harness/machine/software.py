@@ -1,4 +1,4 @@
-"""Compares rayrace, Python and packages between the hosts that make parts of one run."""
+"""Compares rayrace, Python and packages between the hosts of one run."""
 
 import hashlib
 from functools import cache
@@ -10,7 +10,7 @@ NAMES = "rayrace", "python", "packages"
 
 
 def here() -> dict:
-    """Returns the versions in this process. rayrace: a hash of the harness's sources, whatever its version says."""
+    """The versions in this process. rayrace: a hash of the harness's sources, as its version may not change."""
     return {"rayrace": _own(), "python": environment.python(), "packages": environment.packages()}
 
 
@@ -25,7 +25,7 @@ def _own() -> str:
 
 
 def differences(wanted: dict, found: dict) -> list[str]:
-    """A line for each value of `found` that is not as `wanted`."""
+    """A line for each value of `found` that differs from `wanted`."""
     return [
         f"{name} is {new} here, {old} where it was submitted"
         for name, old, new in fingerprint.changes(wanted, found, NAMES)

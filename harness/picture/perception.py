@@ -1,7 +1,7 @@
-"""Perceptual difference of two pictures as a display shows them: PSNR, SSIM and FLIP.
+"""Computes the perceptual difference of two pictures as a display shows them: PSNR, SSIM and FLIP.
 
-A display shows sRGB, clipped to 0..1. The pictures must have been judged before (judge.py): all finite, of one shape;
-FLIP makes a small number of a NaN.
+A display shows sRGB, clipped to 0..1. Judge the pictures first (judge.py): they must be finite and of one shape, as
+FLIP hides NaN.
 """
 
 from dataclasses import dataclass
@@ -16,10 +16,11 @@ C1, C2 = 0.01**2, 0.03**2  # SSIM's constants for data of range 1
 
 @dataclass(frozen=True)
 class Perception:
-    """Each a number, or {"unavailable": reason}. flip_map: (height, width) float32, 0 not seen to 1 as seen as can be.
+    """Differences, each a number or {"unavailable": reason}.
 
-    psnr_db: of data of range 1. ssim: mean structural similarity, 1 for equal pictures. flip: mean of the map, for a
-    viewer 0.7 m from a display 0.7 m and 3840 pixels wide, 67 pixels a degree (Andersson et al., HPG 2020).
+    psnr_db: for data of range 1. ssim: mean structural similarity, 1 for equal pictures. flip: mean of flip_map, for a
+    viewer 0.7 m from a display 0.7 m and 3840 pixels wide, 67 pixels a degree (Andersson et al., HPG 2020). flip_map:
+    (height, width) float32, from 0 (invisible) to 1.
     """
 
     psnr_db: float | dict
@@ -32,12 +33,12 @@ class Perception:
 
 
 def perceive(picture: np.ndarray, reference: np.ndarray, arithmetic: str = "linear") -> Perception:
-    """Compares a judged `picture` (height, width, 3) with its reference; both hold sRGB if the arithmetic is `srgb`."""
+    """Compares a judged `picture` (height, width, 3) with its reference. arithmetic: srgb if both are sRGB."""
     import flip_evaluator
 
     shown, right = (_shown(each, arithmetic) for each in (picture, reference))
     if np.array_equal(shown, right):
-        psnr = {"unavailable": "the display shows no difference: it is infinite"}
+        psnr = {"unavailable": "infinite: the display shows no difference"}
     else:
         psnr = float(-10 * np.log10(np.mean((right - shown) ** 2)))
     ssim = {"unavailable": f"the picture is smaller than its window of {WINDOW} x {WINDOW} pixels"}
@@ -48,7 +49,7 @@ def perceive(picture: np.ndarray, reference: np.ndarray, arithmetic: str = "line
 
 
 def _ssim(a: np.ndarray, b: np.ndarray) -> float:
-    """Mean structural similarity over the channels and the windows that lie inside (Wang et al., equation 13)."""
+    """Mean structural similarity over the channels and all windows inside the picture (Wang et al., equation 13)."""
     from scipy.ndimage import gaussian_filter
 
     def blur(values: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Writes pictures: .png (sRGB, 8 bits), .exr (linear, float32), .npy and .tif (linear, as rendered).
 
-The last two are for pictures of any size: they can be written while only a small part of the picture is in memory.
+The last two suit pictures of any size: only a small part of the picture is in memory while it is written.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,16 +15,16 @@ from harness.store.store import write_part
 
 SUFFIXES = (".png", ".exr", ".npy", ".tif")
 ANY_SIZE = (".tif", ".npy")
-BLOCK = 256  # pixels: side of the blocks that a .tif consists of (TIFF calls them tiles), where it is not smaller
-BAND = 2**24  # bytes of a .npy that are in memory at a time, if a row of pixels is not longer
-CLASSIC = 2**32 - 2**25  # bytes of pixels up to which a .tif is a classic one, whose offsets have 32 bits; then BigTIFF
+BLOCK = 256  # pixels: largest side of the blocks of a .tif (TIFF calls them tiles)
+BAND = 2**24  # bytes of a .npy in memory at a time, but at least one row of pixels
+CLASSIC = 2**32 - 2**25  # bytes of pixels up to which a .tif is classic, with offsets of 32 bits; larger: BigTIFF
 
-# crop(x0, y0, x1, y1): those pixels of a picture, half open, shape (y1 - y0, x1 - x0, 3)
+# crop(x0, y0, x1, y1) returns these pixels of a picture, half open, shape (y1 - y0, x1 - x0, 3)
 Crop = Callable[[int, int, int, int], np.ndarray]
 
 
 def check_suffix(path: Path) -> None:
-    """UserError unless a picture can be saved at `path`."""
+    """UserError if no picture can be saved at `path`: unknown suffix, or no such folder."""
     if path.suffix not in SUFFIXES:
         known = f"known: {', '.join(SUFFIXES)}, .pov for a scene"
         raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; {known}')
@@ -32,13 +32,13 @@ def check_suffix(path: Path) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """UserError unless the folder of a file to be written is there."""
+    """UserError if the folder of `path` does not exist."""
     if not path.parent.is_dir():
         raise UserError(f"{path.parent}: no such folder")
 
 
 def save(path: Path, linear: np.ndarray, arithmetic: str = "linear") -> None:
-    """Save a picture of RGB, shape (height, width, 3), row 0 on top; `arithmetic` as in the experiment."""
+    """Saves an RGB picture, shape (height, width, 3), row 0 on top. arithmetic: as in the experiment."""
     if path.suffix in ANY_SIZE:
         write(path, *linear.shape[:2], linear.dtype, lambda x0, y0, x1, y1: linear[y0:y1, x0:x1])
     elif path.suffix == ".exr":
@@ -58,9 +58,9 @@ def save(path: Path, linear: np.ndarray, arithmetic: str = "linear") -> None:
 
 
 def write(path: Path, height: int, width: int, dtype: np.dtype, crop: Crop) -> None:
-    """Write a .tif or .npy of linear RGB, row 0 on top, crop by crop; it is there whole or not at all.
+    """Writes a .tif or .npy of linear RGB, row 0 on top, crop by crop; the file exists whole or not at all.
 
-    Its bytes depend on the pixels alone: not on the time, nor on how the picture was come by.
+    Its bytes depend on the pixels alone.
     """
     kind = _write_tif if path.suffix == ".tif" else _write_npy
     write_part(path, lambda file: kind(file, height, width, np.dtype(dtype), crop), own=False)
@@ -76,7 +76,7 @@ def _write_npy(file: BinaryIO, height: int, width: int, dtype: np.dtype, crop: C
 
 
 def _write_tif(file: BinaryIO, height: int, width: int, dtype: np.dtype, crop: Crop) -> None:
-    """Not compressed: what zlib makes of pixels differs from version to version."""
+    """Writes without compression, as the output of zlib differs between versions."""
     try:
         import tifffile
     except ImportError:

@@ -9,26 +9,30 @@ from pathlib import Path
 
 from harness.experiment.experiment import Experiment
 from harness.plan import predict, resume
-from harness.plan.plan import Cell, Plan
+from harness.plan.plan import Cell, Plan, pair_facts
 from harness.plan.predict import Prediction, Predictor
-from harness.process.repetition import unsupported
 from harness.store import store
 
 
 @dataclass(frozen=True)
 class Line:
-    """A cell. left: its processes that are due, those of the pair too. skipped: None, or why it will not run."""
+    """The prediction for a cell.
+
+    left: number of due processes, including those of the pair. begun: its first repetition is done. skipped: None, or
+    why it will not run. first: for its first repetition, with all that is made once; later: for each other. Both are
+    None if unknown.
+    """
 
     cell: Cell
     left: int
-    begun: bool  # its first repetition is done
+    begun: bool
     skipped: str | None
-    first: Prediction | None  # of its first repetition, with all that is made once
-    later: Prediction | None  # of each other; both are None if unknown
+    first: Prediction | None
+    later: Prediction | None
 
     @property
     def seconds(self) -> float | None:
-        """Predicted seconds of all due repetitions; None if unknown."""
+        """The predicted duration of all due repetitions (s); None if unknown."""
         if self.skipped or not self.left:
             return 0.0
         if self.later is None:
@@ -37,17 +41,16 @@ class Line:
 
 
 class Forecast:
-    """The prediction for a plan, without the processes that are `done`: (cell key, number, kind)."""
+    """The prediction for a plan. done: finished processes, (cell key, number, kind) each."""
 
     def __init__(self, plan: Plan, experiment: Experiment, predictor: Predictor, done: Collection[tuple] = ()):
         self.plan, self.predictor = plan, predictor
         self.order = plan.order(experiment.seed, experiment.order)
         self.due = [turn for turn in self.order if (turn.cell.key, turn.number, turn.kind) not in done]
         left = Counter(turn.cell.key for turn in self.due)
-        unavailable = {cell.entry.name: cell.entry.unavailable for cell in plan.cells}
         self.lines = []
         for cell in plan.cells:
-            skipped = unavailable[cell.entry.name] or unsupported(cell.entry, cell.parameters, cell.needs)
+            skipped = cell.refused
             later = None if skipped else predictor.seconds(cell)
             first = later and (predictor.seconds(cell, first=True) or later)
             begun = (cell.key, 0, "timed") in done
@@ -55,24 +58,24 @@ class Forecast:
 
     @cached_property
     def seconds(self) -> float:
-        """Predicted seconds of all due repetitions that can be predicted."""
+        """The predicted duration (s) of all due repetitions that can be predicted."""
         return sum(line.seconds or 0.0 for line in self.lines)
 
     @property
     def sources(self) -> dict[str, int]:
-        """How many cells are predicted from what."""
+        """The number of cells by the source of their prediction."""
         return Counter(line.later.source for line in self.lines if line.seconds)
 
     @property
     def unknown(self) -> dict[str, int]:
-        """How many cells cannot be predicted, by variant."""
+        """The number of cells without a prediction, by variant."""
         return Counter(line.cell.entry.name for line in self.lines if line.seconds is None)
 
     def cut(self, budget: float) -> tuple[int, int] | None:
-        """How many processes fit in `budget` (s), and how many whole rounds of the plan there are then.
+        """How many processes fit in `budget` (s), and how many whole rounds of the plan these are.
 
-        A first process is begun as long as there is time, another if it is predicted to end in it, as race.py has it.
-        None if some cannot be predicted.
+        As in race.py, a first process begins as long as there is time, another only if it is predicted to end in time.
+        None if a cell has no prediction.
         """
         if self.unknown:
             return None
@@ -89,6 +92,7 @@ class Forecast:
 
     @property
     def rounds(self) -> int:
+        """The number of rounds of the plan."""
         return max(cell.processes for cell in self.plan.cells)
 
     def record(self, budget: float = math.inf) -> dict:
@@ -102,17 +106,15 @@ class Forecast:
             "unknown": self.unknown,
             "left_out": [{"constraint": constraint, "cells": count} for constraint, count in plan.left_out],
             "warnings": list(plan.warnings),
-            "pair": {"cell": plan.pair.key, "label": plan.pair.label}
-            if plan.pair
-            else {"unavailable": plan.pair_reason},
+            "pair": pair_facts(plan.pair, plan.pair_reason),
             "fitting": cut and {"repetitions": cut[0], "rounds": cut[1]},
         }
 
 
 def make(plan: Plan, experiment: Experiment, results: Path, run: Path | None = None) -> Forecast:
-    """The forecast by the runs of this machine in the folder `results`; run: one that would be gone on with.
+    """The forecast from runs of this machine in the folder `results`. run: the run to be resumed, if any.
 
-    UserError if what that was made with has changed.
+    UserError if that run cannot be resumed.
     """
     _, records = resume.check(run, plan) if run and not store.is_blank(run) else ({}, [])
     predictor = predict.Predictor([*predict.history(results, but=run), *records])

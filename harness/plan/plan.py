@@ -1,4 +1,4 @@
-"""Turns an experiment into cells, and orders their repetitions."""
+"""Turns an experiment into cells and orders their repetitions."""
 
 import hashlib
 import itertools
@@ -19,19 +19,20 @@ from harness.experiment.image import Image
 from harness.experiment.where import Constraints
 from harness.judge import truth
 from harness.judge.hits import Aimed
-from harness.plan.source import Source, Sources
+from harness.plan.sources import Sources
 from harness.process.repetition import unsupported
 from harness.renderer import registry
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.scene import warnings
+from harness.scene.source import Source
 from harness.statistics.statistics import LEAST
 from harness.stress.job import Stressed
 from harness.stress.row import ROUNDOFF
 
-PAIRED = ("cpp", "numba", "cpp-threads", "numpy")  # whose cell is run twice: the first of them that can
-PROCESSES = 10**6  # of a run
+PAIRED = ("cpp", "numba", "cpp-threads", "numpy")  # variants for the A/A pair, in order of preference
+PROCESSES = 10**6  # of a run, at most
 
 
 class NoCells(UserError):
@@ -40,7 +41,7 @@ class NoCells(UserError):
 
 @dataclass(frozen=True)
 class Cell:
-    """One point of the sweep. `key` is a hash of all that makes it: renderer, scene content, parameters."""
+    """A variant at one point of the sweep. key: a hash of renderer, scene content and parameters."""
 
     key: str
     entry: Entry
@@ -51,30 +52,30 @@ class Cell:
     processes: int
     timeout: float
     point: dict  # the swept values, as the experiment spells them
-    objects: int  # that a ray is tried against
+    objects: int  # that a ray is tested against
     lights: int
-    stressed: Stressed | None = None  # what it is put under, of a [[stress]] experiment
+    stressed: Stressed | None = None  # of a [[stress]] experiment
     limits: Limits = DEFAULT
 
     @property
     def label(self) -> str:
-        """For people and file names: variant, scene, swept values."""
+        """The cell's name for people and files: variant, scene, swept values."""
         swept = [f"{key} {value}" for key, value in self.point.items()]
         return ", ".join([self.entry.name, Path(self.scene).stem, *swept])
 
     @property
     def refused(self) -> str | None:
-        """None, or why its variant cannot do it, or cannot run here."""
+        """Why its variant cannot run here, or cannot do the job; None if it can."""
         return self.entry.unavailable or unsupported(self.entry, self.parameters, self.needs)
 
     @property
     def work(self) -> int:
-        """The work of a frame by the study's equation 4.1: p * d * (o + l), for d + 1 orders of rays."""
+        """The work of a frame by the study's equation 4.1: pixels * orders of rays * (objects + lights)."""
         x0, y0, x1, y1 = self.parameters.bounds()
         return (x1 - x0) * (y1 - y0) * (self.parameters.depth + 1) * (self.objects + self.lights)
 
     def facts(self) -> dict:
-        """Returns the part of a row that is known before the cell runs (harness/store/record.py)."""
+        """The part of a row that is known before the cell runs (harness/store/record.py)."""
         renderer = self.entry.renderer
         return {
             "cell": self.key,
@@ -92,7 +93,7 @@ class Cell:
 
 
 class Turn(NamedTuple):
-    """One process of a cell. kind: timed; pair, the second process of the A/A pair in a round; cold, with no cache."""
+    """One process of a cell. kind: timed; pair: the second process of the A/A pair in a round; cold: with no cache."""
 
     cell: Cell
     number: int
@@ -101,22 +102,30 @@ class Turn(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
+    """The cells of an experiment.
+
+    arrays: flattened scenes by scene_version. pair: the cell that runs twice in every round, for the noise floor; None
+    for the given pair_reason. left_out: expressions of `where`, and how many cells each left out. cold: every cell
+    also runs without a cache, once a round. peaks: the machine is calibrated before every timed repetition.
+    warnings: about its scenes.
+    """
+
     cells: tuple[Cell, ...]
-    arrays: dict[str, dict]  # flattened scenes by scene_version
-    pair: Cell | None = None  # the cell that is run twice in every round, which tells the noise floor
-    pair_reason: str = ""  # why there is none
-    left_out: tuple[tuple[str, int], ...] = ()  # expressions of `where`, and how many cells each left out
+    arrays: dict[str, dict]
+    pair: Cell | None = None
+    pair_reason: str = ""
+    left_out: tuple[tuple[str, int], ...] = ()
     truths: "Truths | None" = None
-    cold: bool = False  # is every cell also run without a cache, once a round?
-    peaks: bool = False  # is the machine calibrated before every timed repetition?
-    warnings: tuple[str, ...] = ()  # of its scenes
+    cold: bool = False
+    peaks: bool = False
+    warnings: tuple[str, ...] = ()
 
     def order(self, seed: int, how: str = "interleaved") -> list[Turn]:
-        """Every process of the plan in turn.
+        """All processes of the plan in the order in which they run.
 
-        interleaved: every cell once, and then again, so that a run that is cut off is a thin study of everything. A
-        round is shuffled, and the next is the same one backwards: a linear drift of the machine then adds the same to
-        every cell's mean over the two. sequential: all of a cell before the next, in the order of the file.
+        interleaved: in rounds with every cell once, so that a run that is cut off is a thinner study of everything. A
+        round is shuffled, and the next is its reverse: a linear drift of the machine then adds the same to every cell's
+        mean over the two. sequential: all processes of a cell before the next cell, in the order of the file.
         """
         members = []
         for cell in self.cells:
@@ -132,10 +141,10 @@ class Plan:
 
 
 def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tuple[str, ...] = ()) -> Plan:
-    """The plan of an experiment read from `file`.
+    """The plan of an experiment read from `file`. known: variants by name; only: names, if not all are to run.
 
-    UserError for an unknown renderer, a faulty scene, swept value or constraint, and if two cells are the same that no
-    two [[points]] tables hold.
+    UserError for an unknown renderer, a faulty scene, swept value or constraint, and for two equal cells unless they
+    are from different [[points]] tables.
     """
     chosen = [registry.find(name, known, file) for name in experiment.renderers]
     if unknown := [name for name in only if name not in experiment.renderers]:
@@ -158,7 +167,7 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
     if not cells:
         raise NoCells("every cell is left out by where", file=file)
     if (asked := sum(cell.processes for cell in cells)) > PROCESSES:
-        raise UserError(f"{len(cells)} cells are {asked} processes, {PROCESSES} at most", file=file)
+        raise UserError(f"{len(cells)} cells have {asked} processes, {PROCESSES} at most", file=file)
     pair, reason = pair_of(cells, experiment.measure.pair)
     truths = Truths(cells, sources, experiment.reference)
     left_out = tuple(constraints.left_out.items())
@@ -169,7 +178,7 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
 
 
 class Truths:
-    """The truth jobs of all cells, worked out on first use: a plan can have many cells."""
+    """The truth jobs of all cells, made on first use, as a plan can have many cells."""
 
     def __init__(self, cells: tuple[Cell, ...], sources: dict[str, Source], wanted: Reference | None):
         self.cells, self.sources, self.wanted = cells, sources, wanted
@@ -177,6 +186,7 @@ class Truths:
         self.jobs: dict[str, dict] = {}  # by scene_version, then by view
 
     def of(self, cell: Cell) -> truth.Job:
+        """The truth job of a cell."""
         version = cell.scene_version
         if version not in self.jobs:
             shown = [other.parameters for other in self.cells if other.scene_version == version]
@@ -186,7 +196,7 @@ class Truths:
 
 @dataclass(frozen=True)
 class _Picture:
-    """A point of the sweep before it is said who renders it. table: the [[points]] table that it is from."""
+    """A point of the sweep for all variants. table: number of its [[points]] table."""
 
     source: Source | Aimed | Stressed
     image: Image
@@ -221,7 +231,7 @@ class _Picture:
             )
 
     def _names(self, entry: Entry, threads: int, frames: int, processes: int) -> dict:
-        """The values of where.NAMES."""
+        """The values of where.NAMES for one variant."""
         objects, lights = self.source.counts
         image = self.image
         return {
@@ -243,7 +253,7 @@ class _Picture:
 
 
 def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
-    """Every point of every scene. UserError for a value that it cannot have."""
+    """Yields every point of every scene. UserError for a value out of range."""
     if experiment.stress:
         yield from _stressed(experiment, file)
         return
@@ -271,11 +281,11 @@ def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
             found = _image(chosen, file, [*where, *([f"sweep {swept}"] if swept else [])])
             yield _Picture(sources.aimed(source, found), found, point, table)
         if not seen:
-            raise UserError(f"generate: no point is of {Path(name).stem}, which lacks a count of each", file=file)
+            raise UserError(f"generate: every point sweeps a count that {Path(name).stem} does not have", file=file)
 
 
 def _stressed(experiment: Experiment, file: Path) -> Iterator[_Picture]:
-    """Every level of every row, with every combination of its sweep and of the experiment's."""
+    """Yields every level of every row, with every combination of the row's sweep and the experiment's."""
     known, image, made = stress.rows(), experiment.image.model_dump(), {}
     for asked in experiment.stress:
         if asked.row not in known:
@@ -305,14 +315,18 @@ def _image(chosen: dict, file: Path, where: list[str]) -> Image:
 
 
 def pair_of(cells: tuple[Cell, ...], wanted: str) -> tuple[Cell | None, str]:
-    """The cell with the most work of the first variant that can have one run twice, or why there is none."""
+    """The cell for the A/A pair, and why there is none. wanted: measure.pair: "auto", "off" or a variant.
+
+    It is the cell with the most work of the first suitable variant.
+    """
     if wanted == "off":
         return None, 'measure.pair is "off"'
     variants = dict.fromkeys(cell.entry.name for cell in cells)
     order = dict.fromkeys([*(name for name in PAIRED if name in variants), *variants])
-    reason = f"no cell {'here' if wanted == 'auto' else f'of {wanted}'} that runs, is no exhibit and is not simulated"
+    whose = "any variant" if wanted == "auto" else wanted
+    reason = f"no cell of {whose} runs here without being an exhibit or simulated"
     for name in order if wanted == "auto" else [wanted]:
-        able = _comparable([cell for cell in cells if cell.entry.name == name])
+        able = [cell for cell in cells if cell.entry.name == name and _comparable(cell)]
         many = [cell for cell in able if cell.processes >= LEAST]
         if many:
             return max(many, key=lambda cell: cell.work), ""
@@ -321,14 +335,14 @@ def pair_of(cells: tuple[Cell, ...], wanted: str) -> tuple[Cell | None, str]:
     return None, reason
 
 
-def _comparable(cells: list[Cell]) -> list[Cell]:
-    """Returns the cells of one variant that run here and may be compared."""
-    if not cells:
-        return []
-    entry = cells[0].entry
-    if entry.variant.exhibit or entry.simulated or entry.unavailable:
-        return []
-    return [cell for cell in cells if unsupported(entry, cell.parameters, cell.needs) is None]
+def pair_facts(pair: Cell | None, reason: str) -> dict:
+    """`pair` of run.json."""
+    return {"cell": pair.key, "label": pair.label} if pair else {"unavailable": reason}
+
+
+def _comparable(cell: Cell) -> bool:
+    """Whether a cell runs here and may be compared."""
+    return not (cell.entry.variant.exhibit or cell.entry.simulated or cell.refused)
 
 
 def _key(entry: Entry, scene_version: str, parameters: Parameters) -> str:

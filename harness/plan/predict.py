@@ -13,22 +13,22 @@ from harness.machine import environment
 from harness.plan.plan import Cell
 from harness.store import schema, store
 
-HISTORY = 16 * 2**20  # bytes of old runs that are read at most
+HISTORY = 16 * 2**20  # bytes of old runs to read, at most
 NEVER_RAN = ("unavailable", "unsupported")
 
 
 class Prediction(NamedTuple):
-    """source: what it is from, such as "12 finished repetitions of numba"."""
+    """A predicted duration. source: such as "12 finished repetitions of numba"."""
 
     seconds: float
     source: str
 
 
 class Predictor:
-    """Predicts by a cell's own repetitions, else by those of its variant.
+    """Predicts from a cell's own repetitions, else from those of its variant.
 
-    The first repetition of a cell is apart: builds, compilation and the reference picture are made with it. Where no
-    later one is known, the wall time of the first processes alone stands for it.
+    The first repetition of a cell is predicted separately, as it includes builds, compilation and the reference
+    picture. If no later one is known, the wall time of the first process replaces it.
     """
 
     def __init__(self, records: Iterable[dict] = ()):
@@ -38,7 +38,7 @@ class Predictor:
             self.add(record)
 
     def add(self, record: dict) -> None:
-        """Learn from a row of store.py. Of the passes load and cold, which last longer, nothing is to be learnt."""
+        """Learns from a row (store.py). Rows of the passes load and cold, which last longer, are ignored."""
         took, kind = record.get("took_s") or record.get("wall_s"), record.get("pass", "timed")
         if not took or kind in ("load", "cold"):
             return
@@ -56,7 +56,7 @@ class Predictor:
     def seconds(self, cell: Cell, first: bool = False) -> Prediction | None:
         """Predicts a later repetition of a cell, or its first: the median of its own rows, else a fit over its variant.
 
-        None if neither can tell.
+        None if there are too few rows for both.
         """
         for what in ("first", "later") if first else ("later", "process"):
             own = self._own.get((cell.key, what))
@@ -70,12 +70,12 @@ class Predictor:
 
 
 class _Fit:
-    """T = a + b * work with a, b >= 0, by least squares of the relative error, so that short and long count alike."""
+    """Fits T = a + b * work with a, b >= 0, by least squares of the relative error."""
 
     def __init__(self):
         self.took: list[float] = []
         self.least, self.most = float("inf"), 0
-        self.ones = self.works = 0.0  # sums of 1/T and of w/T; and of their products
+        self.ones = self.works = 0.0  # sums of 1/T and of w/T; below those of their products
         self.ones_ones = self.ones_works = self.works_works = 0.0
 
     def add(self, work: int, took: float) -> None:
@@ -88,10 +88,10 @@ class _Fit:
         self.works_works += share * share
 
     def at(self, work: int) -> float | None:
-        """Seconds for a work. One size alone says nothing of another: None."""
+        """Seconds for an amount of work; None for another size if only one size is known."""
         if self.most <= 1.001 * self.least:
             return statistics.median(self.took) if self.least <= work <= self.most else None
-        # Normal equations. Where the best has a negative one, the best without is on the border.
+        # Normal equations. If a or b is negative, the best fit is on the border, where it is 0.
         determinant = self.ones_ones * self.works_works - self.ones_works**2
         a = (self.ones * self.works_works - self.works * self.ones_works) / determinant
         b = (self.works * self.ones_ones - self.ones * self.ones_works) / determinant
@@ -103,7 +103,7 @@ class _Fit:
 
 
 def _work(record: dict) -> int:
-    """Cell.work of all frames of a row."""
+    """Cell.work of all frames of a row, and one for the warm-up."""
     parameters = record["parameters"]
     x0, y0, x1, y1 = map(int, parameters["region"].split(","))
     things = sum(record["shapes"].values()) + record["lights"]
@@ -115,9 +115,9 @@ def _count(rows: list) -> str:
 
 
 def history(results: Path, but: Path | None = None, most: int = HISTORY) -> list[dict]:
-    """Rows that ran on this machine, of the runs in the folder `results`, the newest first: `most` bytes in all.
+    """Rows that ran on this machine, from the runs in the folder `results`, newest first: `most` bytes in total.
 
-    but: a run that is left out, as its rows are at hand.
+    but: a run to leave out, as its rows are known.
     """
     found = [path for kind in ("*", "*/parts/*") for path in results.glob(f"{kind}/repetitions.jsonl")]
     runs = sorted(found, key=lambda path: path.stat().st_mtime, reverse=True)
@@ -130,7 +130,7 @@ def history(results: Path, but: Path | None = None, most: int = HISTORY) -> list
             break
         try:
             told = store.facts_of(path.parent)
-        except UserError:  # that run's report will say so
+        except UserError:  # a damaged run
             continue
         if any((told.get("environment") or {}).get(name) != here[name] for name in ("host", "cpu")):
             continue
@@ -143,7 +143,7 @@ def history(results: Path, but: Path | None = None, most: int = HISTORY) -> list
 
 
 def _tail(path: Path, most: int) -> bytes:
-    """The end of a file; a line that is cut is none."""
+    """The last `most` bytes of a file; its first line may be torn."""
     with open(path, "rb") as file:
         file.seek(max(0, path.stat().st_size - most))
         return file.read(most)

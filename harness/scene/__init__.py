@@ -1,4 +1,4 @@
-"""Scenes: read from files, flattened to the arrays of a job, and generated."""
+"""Scenes: reads them from files, checks, flattens and generates them."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ READERS = {".txt": text.read, ".nff": nff.read}
 
 
 def load(path):
-    """The `Scene` in a file; its suffix picks the reader. UserError if it is missing or faulty."""
+    """The `Scene` in a file, whose suffix selects the reader. UserError if it is missing or faulty."""
     path = Path(path)
     read = READERS.get(path.suffix.lower())
     if read is None and not path.is_dir():

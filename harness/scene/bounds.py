@@ -1,6 +1,6 @@
-"""Axis-aligned bounding boxes of objects: arrays (2, 3), the low corner and the high one.
+"""Computes axis-aligned bounding boxes of objects: arrays (2, 3) of the low and the high corner.
 
-A box with a low above its high holds nothing; one from -inf to inf everything.
+A box whose low corner is above its high one is empty; a box from -inf to inf contains everything.
 """
 
 import numpy as np
@@ -10,24 +10,24 @@ from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere
 _EMPTY = np.array([[np.inf] * 3, [-np.inf] * 3])
 _ALL = -_EMPTY
 
-# Of the largest coordinate of a box: what rounding can do to one. Faces that were meant to be in one place then touch.
+# Relative to the largest coordinate of a box: a bound of rounding errors. Padded boxes with a common face touch.
 PADDING = 2.0**-46
 
 
 def bounds(objects):
-    """The boxes (N, 2, 3) round the objects."""
+    """The boxes (N, 2, 3) of the objects."""
     return np.array([_BOUNDS[type(thing)](thing) for thing in objects], np.float64).reshape(-1, 2, 3)
 
 
 def padded(boxes):
-    """The boxes, larger by what rounding can do."""
+    """The boxes (N, 2, 3), larger by a bound of rounding errors."""
     finite = np.where(np.isfinite(boxes), np.abs(boxes), 0)
     padding = PADDING * finite.max(axis=(1, 2), initial=0)[:, None, None]
     return boxes + padding * [[[-1.0], [1.0]]]
 
 
 def volume(box):
-    """To nine digits, so that equal shapes in different places have equal volumes."""
+    """The volume of a box, rounded to nine digits, so that equal shapes in different places have equal volumes."""
     return float(f"{np.maximum(box[1] - box[0], 0).prod():.8e}")
 
 

@@ -1,27 +1,27 @@
-"""Checks shapes for faults. A check returns the `Fault` it found or None, and is scale-free.
+"""Checks shapes for faults. A check returns the first `Fault` or None, and does not depend on the scale.
 
-Numbers that reach it are at most LARGEST in size.
+All numbers must be at most LARGEST in size.
 """
 
 import math
 from itertools import pairwise
 from typing import NamedTuple
 
-# With lengths in this range no product that a renderer forms of a shape or a hit leaves float64; the largest
-# is aΔ of ELL-1, with semi-axes of the smallest length that are all but flat and an origin at the largest.
+# With lengths in this range no product in a renderer overflows float64; the largest is aΔ of ELL-1, for an almost flat
+# ellipsoid with semi-axes of the smallest length and an origin at the largest distance.
 SMALLEST = 1e-30
 LARGEST = 1e30
 
-# Volume of a box over the product of its edges, and area of a polygon over its extent squared, at which it
-# is flat. Rounding alone makes about 1e-16; below 1e-9 a reciprocal vector keeps too few digits.
+# A box is flat if its volume is at most this share of the product of its edges, a polygon if its area is at most this
+# share of its extent squared. Rounding alone makes about 1e-16; below 1e-9 a reciprocal vector has too few digits.
 FLAT = 1e-9
 
-# Slack, of the largest extent or of a radian, for numbers that were written down with six digits.
+# Tolerance, of the largest extent or of a radian, for numbers that were written with six digits.
 SLACK = 1e-6
 
 
 class Fault(NamedTuple):
-    """What is wrong, and the index of the faulty vector in the order of the file."""
+    """A fault. index: of the faulty vector, in the order of the file; text: what is wrong."""
 
     index: int
     text: str
@@ -29,7 +29,7 @@ class Fault(NamedTuple):
 
 
 class Concave(Fault):
-    """A polygon turns inward. Nothing else that `polygon` looks at before is wrong with it."""
+    """A polygon is concave. It passes all checks of `polygon` that come before."""
 
 
 def screen(u, v):

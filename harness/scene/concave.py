@@ -1,7 +1,7 @@
-"""Concave polygons, cut into the triangles of a flat mesh.
+"""Cuts concave polygons into the triangles of a flat mesh.
 
-The constrained Delaunay triangulation of the outline (the library CDT, whose geometric predicates are exact) covers the
-polygon and nothing else, without overlaps, and uses the polygon's own vertices alone.
+The constrained Delaunay triangulation of the outline (the library CDT, whose geometric predicates are exact) covers
+exactly the polygon, without overlaps, and uses only the polygon's vertices.
 """
 
 import re
@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.scene import check, mesh
 
-# Vertices. So many take at most some 0.1 s; but some outlines take the square of their number, which here is 2 s.
+# Vertices, at most. Most outlines take 0.1 s then; some take time quadratic in their number, here 2 s.
 MOST = 20_000
 
 _CROSSING = re.compile(r"\((\d+), (\d+)\) intersects \((\d+), (\d+)\)")
@@ -19,8 +19,8 @@ _CROSSING = re.compile(r"\((\d+), (\d+)\) intersects \((\d+), (\d+)\)")
 def triangulate(vertices):
     """Points (N, 3) and triangles (T, 3) of the polygon round `vertices`, or the `check.Fault` of its outline.
 
-    `vertices` passed `check.polygon`, but for being convex. The points are the vertices, moved along the normal onto
-    the plane of POL-1, so that all triangles have the polygon's own normal to rounding.
+    `vertices` passed `check.polygon`, except that they are concave. The points are the vertices, moved along the normal
+    to the plane of POL-1, so that all triangles have the polygon's normal, except for rounding.
     """
     if len(vertices) > MOST:
         why = f"a concave polygon of {len(vertices):,} vertices; at most {MOST:,} are cut into triangles"
@@ -29,7 +29,7 @@ def triangulate(vertices):
     arms = vertices - vertices[0]
     normal = np.array(check.unit(np.cross(arms[:-1], arms[1:]).sum(axis=0).tolist()))
     points = vertices - (arms @ normal)[:, None] * normal
-    # Two coordinates as they are, rather than ones in a rotated frame: these would be rounded.
+    # Drops one coordinate instead of rotating the frame, which would round the others.
     seen = np.delete(points, np.abs(normal).argmax(), axis=1)
     found = _cut(seen)
     return found if isinstance(found, check.Fault) else mesh.with_area(points, found)
@@ -48,8 +48,8 @@ def _cut(points):
     cdt = pythoncdt.Triangulation(order, strategy, 0.0)
     try:
         cdt.insert_vertices(points)
-        # In a random order few sides cross many triangles; from end to end all sides of a serpentine do (Shewchuk and
-        # Brown, Fast segment insertion, Computational Geometry 48(8), 2015).
+        # In random order few sides cross many triangles; in the order of the outline all sides of a serpentine do
+        # (Shewchuk and Brown, Fast segment insertion, Computational Geometry 48(8), 2015).
         cdt.insert_edges(np.random.default_rng(0).permutation(outline))
     except RuntimeError as error:
         crossing = _CROSSING.search(str(error))

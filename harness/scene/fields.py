@@ -1,4 +1,4 @@
-"""Parses the fields of scene text: numbers, vectors, materials; errors name their place."""
+"""Parses the fields of scene text: numbers, vectors, materials. Errors name line and column."""
 
 import re
 from typing import NamedTuple
@@ -10,7 +10,8 @@ from harness.scene.tokens import tokens
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
-_LONGEST = 1000  # characters of a path
+_COUNT = re.compile(r"\d{1,9}", re.ASCII)
+_LONGEST = 1000  # characters of a path, at most
 
 
 class Range(NamedTuple):
@@ -26,25 +27,29 @@ FRACTION = Range(0, 1, "a number from 0 to 1")
 
 
 class Fields:
-    """Takes one token after the other; `self.token` is the next one."""
+    """Takes one token after another; `self.token` is the next one. UserError, with its place, for a faulty one."""
 
     def __init__(self, text, file):
         self.file = file
         self.tokens = tokens(text)
         self.token = next(self.tokens)
+        if not self.token.text:
+            raise self.error("the file is empty", self.token)
 
     def take(self):
+        """The next token, which is consumed, except at the end of the file."""
         token = self.token
         if token.text:
             self.token = next(self.tokens)
         return token
 
     def numeric(self):
-        """Whether the next token is meant as a number, be it a good one or not."""
+        """Whether the next token is meant as a number, valid or not."""
         text = self.token.text
         return bool(text[:1] in tuple("+-.0123456789") or _NOT_FINITE.fullmatch(text))
 
     def number(self, name, within=ANY):
+        """A number. name: what errors call it."""
         token = self.take()
         if not _NUMBER.fullmatch(token.text):
             kind = "a finite number" if _NOT_FINITE.fullmatch(token.text) else "a number"
@@ -54,7 +59,15 @@ class Fields:
             raise self.error(f"expected {within.words} for {name}, found {token}", token)
         return value
 
+    def count(self):
+        """A number of vertices."""
+        token = self.take()
+        if not _COUNT.fullmatch(token.text) or int(token.text) < 3:
+            raise self.error(f"expected a whole number of vertices, 3 or more, found {token}", token)
+        return int(token.text)
+
     def vector(self, name, within=ANY):
+        """Three numbers (x,y,z)."""
         if self.token.text != "(":
             raise self.error(f"expected a vector (x,y,z) for {name}, found {self.token}", self.token)
         numbers = []
@@ -65,7 +78,7 @@ class Fields:
         return tuple(numbers)
 
     def vectors(self, names):
-        """The vectors of these names, and the token that each begins with."""
+        """The vectors with these names, and the first token of each."""
         vectors, places = [], []
         for name in names:
             places.append(self.token)
@@ -73,12 +86,13 @@ class Fields:
         return tuple(vectors), places
 
     def mark(self, mark, name):
+        """Consumes a parenthesis or comma."""
         token = self.take()
         if token.text != mark:
             raise self.error(f'expected "{mark}" in the vector for {name}, found {token}', token)
 
     def path(self, name):
-        """A word, or words between quotes; and its token."""
+        """A word, or words between quotes, without them; and its token."""
         token = self.take()
         if token.text in ("", "(", ")", ","):
             raise self.error(f"expected {name}, found {token}", token)
@@ -87,9 +101,8 @@ class Fields:
         if not token.text.startswith('"'):
             return token.text, token
         if len(token.text) < 3 or not token.text.endswith('"'):
-            raise self.error(
-                f"expected {name} between quotes, found {token}", token, 'close it with " on the same line'
-            )
+            remedy = 'close it with " on the same line'
+            raise self.error(f"expected {name} between quotes, found {token}", token, remedy)
         return token.text[1:-1], token
 
     def colour(self):
@@ -106,6 +119,7 @@ class Fields:
         return Material(diffuse, k_s, exponent, attenuation, eps_r, mu_r, roughness)
 
     def blame(self, fault, places):
+        """Raises a `check.Fault`, if there is one. places: the token of each vector."""
         if fault:
             raise self.error(fault.text, places[fault.index], fault.remedy)
 

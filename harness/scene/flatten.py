@@ -8,15 +8,15 @@ from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Operator, Polygon, Sp
 
 FLOAT = np.dtype("<f8")
 INTEGER = np.dtype("<i4")
-SPHERE, BOX, ELLIPSOID, MESH, OR, AND, NOT = range(7)  # the words of csg_code
+SPHERE, BOX, ELLIPSOID, MESH, OR, AND, NOT = range(7)  # words of csg_code
 OPERATORS = {Operator.OR: OR, Operator.AND: AND, Operator.NOT: NOT}
 
 
 def flatten(scene, arithmetic="linear"):
     """The arrays of a job by name, with the dtypes and shapes of the contract.
 
-    Colours are made linear (COL-2), or, with the arithmetic `srgb`, left as they are written. Objects are numbered
-    from 0 in the order of the file. Equal materials share a row. UserError if there are too many media.
+    arithmetic: "linear" makes colours linear (COL-2), "srgb" leaves them as they are written. Objects are numbered from
+    0 in the order of the file. Equal materials share a row. UserError if there are too many media.
     """
     rows = {}
     for thing in scene.objects:
@@ -37,14 +37,16 @@ def flatten(scene, arithmetic="linear"):
     csg_ranges = [code.add(solid) for _, solid in solids]
     ranked = [(i, rows[scene.objects[i].material], eye) for i, eye in media(scene)]
     camera, air = scene.camera, scene.air
+    lights = [(*light.position, *light.colour, light.radius) for light in scene.lights]
+    materials = [(*m.diffuse, m.k_s, m.exponent, *m.attenuation, m.eps_r, m.mu_r, m.roughness) for m in rows]
     colours = {"linear": colour.decode, "srgb": np.asarray}[arithmetic]
     return {
         "camera": _table([camera.centre, camera.u, camera.v, camera.e], 3),
         "ambient": colours(np.array(scene.ambient, FLOAT)),
         "background": colours(np.array(scene.background, FLOAT)),
         "air": np.array([air.eps_r, air.mu_r, *air.attenuation], FLOAT),
-        "lights": _coloured(_table([_light(light) for light in scene.lights], 7), slice(3, 6), colours),
-        "materials": _coloured(_table([_material(material) for material in rows], 11), slice(0, 3), colours),
+        "lights": _coloured(_table(lights, 7), slice(3, 6), colours),
+        "materials": _coloured(_table(materials, 11), slice(0, 3), colours),
         "spheres": _spheres(s for _, s in spheres),
         "boxes": _boxes(b for _, b in boxes),
         "polygon_vertices": _table([v for _, p in polygons for v in p.vertices], 3),
@@ -70,14 +72,14 @@ def flatten(scene, arithmetic="linear"):
 
 
 class _Triangles:
-    """The triangles of all meshes one after the other: those of objects, then those of parts of CSG solids."""
+    """Concatenates the triangles of all meshes: of objects first, then of parts of CSG solids."""
 
     def __init__(self):
         self.vertices, self.triangles = [], []
         self.vertex_count = self.triangle_count = 0
 
     def add(self, mesh):
-        """Its first triangle and their number."""
+        """Adds a mesh; returns the index of its first triangle, and the number of its triangles."""
         first, number = self.triangle_count, len(mesh.triangles)
         self.vertices.append(mesh.vertices.astype(FLOAT))
         self.triangles.append((mesh.triangles + self.vertex_count).astype(INTEGER))
@@ -87,14 +89,14 @@ class _Triangles:
 
 
 class _Code:
-    """The postfix of all CSG solids one after the other, and their parts by kind."""
+    """Concatenates the postfix code of all CSG solids, and collects their parts by kind."""
 
     def __init__(self, triangles):
         self.triangles = triangles
         self.code, self.parts = [], {SPHERE: [], BOX: [], ELLIPSOID: [], MESH: []}
 
     def add(self, solid):
-        """Its first row and their number."""
+        """Adds a solid; returns the index of its first row, and the number of its rows."""
         first = len(self.code)
         for word in solid.code:
             if isinstance(word, Operator):
@@ -116,14 +118,6 @@ def _boxes(boxes):
 
 def _ellipsoids(ellipsoids):
     return _table([np.ravel((e.centre, *e.axes)) for e in ellipsoids], 12)
-
-
-def _light(light):
-    return (*light.position, *light.colour, light.radius)
-
-
-def _material(m):
-    return (*m.diffuse, m.k_s, m.exponent, *m.attenuation, m.eps_r, m.mu_r, m.roughness)
 
 
 def _table(rows, columns, dtype=FLOAT):

@@ -1,4 +1,4 @@
-"""Ranks the transparent solids that overlap others (MED-2), and finds those that hold the eye."""
+"""Ranks the clear solids that overlap other objects (MED-2), and finds those that contain the eye."""
 
 from itertools import islice
 
@@ -9,20 +9,20 @@ from harness.scene import check, surface
 from harness.scene.bounds import bounds, padded, volume
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Sphere
 
-MOST = 63  # a renderer keeps a set of them in the bits of one integer
+MOST = 63  # ranked solids: a renderer stores a set of them in the bits of one integer
 OPAQUE = (0.0, 0.0, 0.0)
-TOGETHER = 64  # solids that lie close to each other, compared at once with all that is near them
+TOGETHER = 64  # neighbouring solids that are compared at once with all objects near them
 
 
 def solid(thing):
-    """Whether it has an inside: everything but a polygon and an open mesh (HIT-3)."""
+    """Whether an object has an inside: all but polygons and open meshes have one (HIT-3)."""
     return isinstance(thing, Sphere | Box | Ellipsoid | Csg) or (isinstance(thing, Mesh) and thing.closed)
 
 
 def media(scene):
-    """(object, holds the eye) of the clear solids with a rank, lowest first. UserError if there are more than MOST.
+    """(index of the object, whether it contains the eye) of each ranked clear solid, lowest rank first.
 
-    One with k_s = 0 transmits nothing: nothing is ever in it but an eye.
+    A solid with k_s = 0 transmits nothing, so only the eye can be in it. UserError if there are more than MOST.
     """
     clear = [i for i, t in enumerate(scene.objects) if t.material.attenuation != OPAQUE and solid(t)]
     if not clear:
@@ -37,7 +37,7 @@ def media(scene):
     if len(ranked) > MOST:
         last = scene.objects[ranked[MOST]]
         raise UserError(
-            f"more than {MOST} clear solids touch other objects or hold the eye",
+            f"more than {MOST} clear solids touch other objects or contain the eye",
             file=scene.file,
             line=last.line or None,
             remedy="make some opaque, with attenuation (0,0,0), move them apart or join them with OR",
@@ -47,7 +47,7 @@ def media(scene):
 
 
 def _meeting(boxes, chosen):
-    """Yields those of `chosen` whose box meets that of any other object; boxes whose faces touch meet."""
+    """Yields those of `chosen` whose box meets the box of any other object. Boxes whose faces touch meet."""
     for some in _close(boxes[chosen, 0]):
         some = chosen[some]
         low, high = boxes[some, 0], boxes[some, 1]
@@ -58,7 +58,7 @@ def _meeting(boxes, chosen):
 
 
 def _close(points):
-    """Indices of points (N, 3), TOGETHER at a time: cut into slabs by x, those into columns by y, sorted by z."""
+    """Yields indices of neighbouring points (N, 3), TOGETHER at a time: slabs of x, columns of y, sorted by z."""
     ranks = points.argsort(axis=0).argsort(axis=0)
     cuts = max(round((len(points) / TOGETHER) ** (1 / 3)), 1)
     slab, column, _ = (ranks * cuts // max(len(points), 1)).T
@@ -67,7 +67,7 @@ def _close(points):
 
 
 def holds(thing, point):
-    """Whether a point is inside of a solid; the surface is not."""
+    """Whether a point (3,) is inside a solid; its surface is outside."""
     return bool(_HOLDS[type(thing)](thing, point))
 
 

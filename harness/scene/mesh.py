@@ -1,7 +1,8 @@
 """Reads meshes (OBJ, PLY, STL, OFF, glTF), cleans them and places them in the scene's frame.
 
-Equal vertices become one, so that triangles that meet share their edge; faces of more corners are cut in a fan of
-triangles, which suits convex ones; triangles without an area go. What is closed then is turned outward (surface.py).
+Equal vertices become one, so that adjacent triangles share an edge; faces of more corners are cut in a fan of
+triangles, which is right for convex ones; triangles without an area are removed. A closed mesh is then turned outward
+(surface.py).
 """
 
 import io
@@ -15,15 +16,12 @@ from harness.errors import UserError
 from harness.scene import check, surface
 
 SUFFIXES = (".obj", ".ply", ".stl", ".off", ".glb", ".gltf")
-MEMORY = 1 << 30  # bytes that reading a mesh may take, beside 100 times its size
-COPIES = 10**7  # triangles, at most, of meshes that a scene names again: a short text could ask for any number
+MEMORY = 1 << 30  # bytes that reading a mesh may take, in addition to 100 times its size
+COPIES = 10**7  # triangles, at most, in repeated meshes: a short text could ask for any number
 
 
 class Files:
-    """The meshes of one scene; `folder` is where relative paths begin. A file is read once, however often it is used.
-
-    UserError, without a place, for a file that holds none.
-    """
+    """The meshes of one scene, each file read once. folder: the start of relative paths."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -31,7 +29,10 @@ class Files:
         self.copied = 0
 
     def placed(self, path, position, rotation, scale):
-        """Vertices, triangles and whether they are closed, moved by T * Rx * Ry * Rz * S (angles in degrees)."""
+        """Vertices (V, 3), triangles (T, 3) and whether they are closed, moved by T * Rx * Ry * Rz * S.
+
+        rotation: three angles in degrees. UserError, without a place, for a file without a valid mesh.
+        """
         again = path in self.read
         if not again:
             self.read[path] = _clean(*_load(path, self.folder / path), path)
@@ -50,7 +51,7 @@ class Files:
 
 
 def rotate(degrees):
-    """The matrix Rx * Ry * Rz of three angles. Quarter turns are exact."""
+    """The matrix Rx * Ry * Rz for three angles in degrees. Quarter turns are exact."""
     matrix = np.eye(3)
     for axis, angle in enumerate(degrees):
         quarters = round(math.remainder(angle, 360) / 90)
@@ -65,7 +66,7 @@ def rotate(degrees):
 
 
 def _load(path, file):
-    """Vertices (V, 3) and triangles (T, 3) as the file has them, all its parts in one frame."""
+    """Vertices (V, 3) and triangles (T, 3) of a file, all its parts in one frame."""
     if file.suffix.lower() not in SUFFIXES:
         known = "supported: " + ", ".join(SUFFIXES)
         raise UserError(f'unknown kind of mesh file "{path}"', remedy=known)
@@ -77,21 +78,21 @@ def _load(path, file):
         with _at_most(MEMORY + 100 * len(content)):
             vertices, triangles = _parsed(content, file)
     except MemoryError:
-        raise UserError(f'the mesh "{path}" promises far more than it holds', remedy=remedy) from None
-    except Exception as error:  # trimesh raises of all kinds at a file that is not what it says
+        raise UserError(f'the mesh "{path}" declares far more elements than it has', remedy=remedy) from None
+    except Exception as error:  # trimesh raises errors of any kind for a damaged file
         why = " ".join(str(error).split()) or type(error).__name__
         raise UserError(f'the mesh "{path}" cannot be read: {why[:200]}', remedy=remedy) from None
     if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
-        raise UserError(f'the mesh "{path}" names vertices that it does not have')
+        raise UserError(f'the mesh "{path}" refers to vertices that it does not have')
     return vertices, triangles
 
 
 def _parsed(content, file):
-    """`_load` of a file with this content; raises whatever trimesh raises."""
+    """`_load` for a file with this content; raises any error of trimesh."""
     import trimesh  # here, because few scenes have a mesh
 
     kind, resolver = file.suffix.lower()[1:], trimesh.resolvers.FilePathResolver(file)
-    # Names and comments of OBJ may be in any encoding, and nobody needs them.
+    # Names and comments of OBJ may have any encoding, but are not used.
     source = io.StringIO(content.decode("utf-8", "replace")) if kind == "obj" else io.BytesIO(content)
     loaded = trimesh.load_scene(source, file_type=kind, process=False, skip_materials=True, resolver=resolver)
     vertices, triangles, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
@@ -100,7 +101,7 @@ def _parsed(content, file):
         part = loaded.geometry[name]
         if not isinstance(part, trimesh.Trimesh):
             continue  # points or lines
-        # Products with a matrix that says nothing may still round.
+        # A product with the identity could still round.
         still = np.array_equal(matrix, np.eye(4))
         points = np.asarray(part.vertices, np.float64)
         vertices.append(points if still else points @ matrix[:3, :3].T + matrix[:3, 3])
@@ -111,8 +112,8 @@ def _parsed(content, file):
 
 @contextmanager
 def _at_most(more):
-    """MemoryError, where the system can do it, if what is done takes so many bytes more: a file of a few can announce
-    any number of them, and a library believes it."""
+    """MemoryError, where the system supports it, if the block takes this many more bytes: a small file can declare any
+    number of elements, for which a library would allocate memory."""
     try:
         import resource
 
@@ -137,7 +138,7 @@ def _is_file(file):
 
 
 def _clean(vertices, triangles, path):
-    """Vertices, triangles and whether they are closed; each vertex once, no triangle twice."""
+    """Vertices, triangles and whether they are closed, without duplicates, turned outward if closed."""
     if not len(triangles):
         raise UserError(f'the mesh "{path}" has no triangles')
     if not np.isfinite(vertices[triangles]).all():
@@ -146,7 +147,7 @@ def _clean(vertices, triangles, path):
     triangles = numbers.reshape(-1)[triangles]
     a, b, c = triangles.T
     triangles = triangles[(a != b) & (b != c) & (c != a)]
-    # The same three vertices in the same turn, from whichever of them.
+    # Duplicates have the same vertices in the same cyclic order.
     turned = np.take_along_axis(triangles, (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
     triangles = triangles[np.sort(np.unique(turned, axis=0, return_index=True)[1])]
     if not len(triangles):
@@ -156,9 +157,9 @@ def _clean(vertices, triangles, path):
 
 
 def with_area(vertices, triangles):
-    """Without triangles that have no normal (TRI-2), and without vertices that no triangle has.
+    """Vertices and triangles without triangles that have no normal (TRI-2), and without unused vertices.
 
-    Call it after `surface.outward`: where three vertices in line fill a seam, the seam stays closed.
+    Call it after `surface.outward`, for which triangles without an area may close a seam.
     """
     a, b, c = (vertices[corner] for corner in triangles.T)
     normals = np.cross(b - a, c - a)

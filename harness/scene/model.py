@@ -1,7 +1,7 @@
-"""The scene as its file describes it: numbers as written, colours in sRGB, lengths in the scene's own unit.
+"""Defines a scene as its file describes it: numbers as written, colours in sRGB, lengths in the scene's own unit.
 
-A `Vector` is three floats: a point, a direction or red, green, blue. What the readers hand out is valid:
-finite, in range and of proper shapes (check.py).
+A `Vector` is three floats: a point, a direction or red, green, blue. Scenes from the readers are valid: finite, in
+range and of proper shapes (check.py).
 """
 
 from collections.abc import Callable
@@ -30,6 +30,8 @@ class Camera:
 
 @dataclass(frozen=True, slots=True)
 class Light:
+    """A point light, or with a radius a sphere."""
+
     position: Vector
     colour: Vector
     radius: float
@@ -37,7 +39,7 @@ class Light:
 
 @dataclass(frozen=True, slots=True)
 class Air:
-    """The medium around everything. Attenuation is what is left, per channel, after a unit of length."""
+    """The medium around all objects. attenuation: the transmitted share of light, per channel, for a unit of length."""
 
     eps_r: float = 1.0
     mu_r: float = 1.0
@@ -70,6 +72,8 @@ class Object:
 
 @dataclass(frozen=True, slots=True)
 class Sphere(Object):
+    """A centre and a radius."""
+
     centre: Vector
     radius: float
 
@@ -84,7 +88,7 @@ class Box(Object):
 
 @dataclass(frozen=True, slots=True)
 class Polygon(Object):
-    """Convex and planar; vertices in order round it, either way."""
+    """A convex, planar polygon; vertices in order, in either direction."""
 
     vertices: tuple[Vector, ...]
 
@@ -101,8 +105,8 @@ class Ellipsoid(Object):
 class Mesh(Object):
     """Triangles in the scene's frame, as mesh.py makes them: float64 `vertices` (V, 3), int32 `triangles` (T, 3).
 
-    A closed mesh is a solid, its triangles turned outward; an open one is flat. `path` and what follows say where
-    it is from and how it was placed: T * Rx * Ry * Rz * S, angles in degrees. Meshes are equal if their triangles are.
+    A closed mesh is a solid, its triangles turned outward; an open one is flat. path: its file; position, rotation and
+    scale: how it was placed, T * Rx * Ry * Rz * S, angles in degrees. Meshes are equal if their triangles are.
     """
 
     vertices: np.ndarray
@@ -133,7 +137,7 @@ class Operator(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Csg(Object):
-    """A solid made of others: a tree in postfix, so that no nesting is too deep for anything that reads it.
+    """A solid made of others: a tree in postfix notation, so that any depth of nesting is read without recursion.
 
     Parts are spheres, boxes, ellipsoids and closed meshes, of material None.
     """
@@ -141,10 +145,11 @@ class Csg(Object):
     code: tuple[Object | Operator, ...]
 
     def parts(self):
+        """The solids in the tree."""
         return [word for word in self.code if not isinstance(word, Operator)]
 
     def fold(self, part: Callable, either: Callable, both: Callable, other: Callable) -> Any:
-        """Evaluates the tree: each part becomes `part(it)`, and OR, AND and NOT are the other three functions."""
+        """Evaluates the tree: `part` for each part; `either`, `both` and `other` for OR, AND and NOT."""
         stack = []
         for word in self.code:
             if word is Operator.NOT:
@@ -160,7 +165,7 @@ class Csg(Object):
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """`objects` are in the order of the file, which is `file`, if it came from one."""
+    """A scene. objects: in the order of the file; file: its path, if it came from one."""
 
     camera: Camera
     objects: tuple[Object, ...] = ()

@@ -1,4 +1,4 @@
-"""Works out the features that a picture of a scene uses: a renderer's manifest must name them to get the job."""
+"""Determines the features that a picture of a scene uses; a renderer gets the job if its manifest names them."""
 
 from harness.scene.media import media, solid
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere
@@ -23,13 +23,13 @@ def needs(scene, parameters):
     ambient         the ambient light is not black
     diffuse         there is a light, and some diffuse colour is not black
     phong           there is a light, and some k_s > 0
-    shadows         asked for, and there are a light and an object
+    shadows         parameter shadows, and there are a light and an object
     soft            shadows, with feelers to a light that has a radius
     reflection      depth > 0, and some k_s > 0
     transmission    depth > 0, and some k_s > 0 with an attenuation that is not (0, 0, 0)
     glossy          reflection, with glossy rays
     attenuation     not (1, 1, 1) in AIR, or in a clear solid that a ray can be in: one of `transmission`, one that
-                    holds the eye, or any if the eye is a lens
+                    contains the eye, or any if there is a lens
     media           some clear solids have a rank (MED-2)
     supersampling   sampler uniform or jittered
     adaptive        sampler adaptive
@@ -66,7 +66,7 @@ def needs(scene, parameters):
 
 
 def shapes(scene):
-    """The set of names of the shapes in a scene: all that a list of rays needs."""
+    """The set of names of the shapes in a scene: the needs of a list of rays."""
     parts = (part for thing in scene.objects if isinstance(thing, Csg) for part in thing.parts())
     meshes = {"mesh"} if any(isinstance(part, Mesh) for part in parts) else set()
     return meshes | {SHAPES[type(thing)] for thing in scene.objects}

@@ -1,38 +1,36 @@
-"""Reader of NFF (`.nff`), the format of Haines' Standard Procedural Databases (NFF.TXT, 1987, revised to 1993).
+"""Reads NFF (`.nff`), the format of Haines' Standard Procedural Databases (NFF.TXT, 1987, revised to 1993).
 
     v from x y z at x y z up x y z angle degrees hither h resolution x y      once
     b r g b                                 background
     l x y z [r g b]                         light; without a colour sqrt(n)/(2 n) in each channel, n lights in all
-    f r g b Kd Ks Shine T ior               material of what follows
+    f r g b Kd Ks Shine T ior               material of the following shapes
     s x y z radius                          sphere
     p n  x y z  ...                         polygon, convex or concave
-    pp n  x y z nx ny nz  ...               polygon with normals, which are passed over
+    pp n  x y z nx ny nz  ...               polygon with normals, which are ignored
     # comment
 
-What our light model makes of it:
+How it is mapped to our light model:
 
 - Colours are linear light; a `Scene` has sRGB, so they are encoded here and decoded again by flatten.py.
 - Diffuse is Kd (r,g,b), the exponent is Shine.
 - T = 0 is opaque: k_s = Ks, attenuation (0,0,0), eps_r = 1e6, which reflects all but 0.4 % (REF-2) as Ks alone would.
-- T > 0 is clear: attenuation (1,1,1), eps_r = ior^2, k_s = max(Ks, T). Ks and T weigh the two rays of a hit there; here
-  k_s weighs both, and Fresnel's R and T share it out. The larger of the two loses neither.
+- T > 0 is clear: attenuation (1,1,1), eps_r = ior^2, k_s = max(Ks, T). In NFF, Ks and T weigh the two rays of a hit;
+  here k_s weighs both, and Fresnel's R and T divide it. The larger of Ks and T keeps both rays.
 - The eye is at `from`. The screen stands at distance 1 and reaches to tan(angle/2) both ways: pictures are square.
-  `hither` and `resolution` are passed over: nothing is cut off, and the job has the size.
+  `hither` and `resolution` are ignored: nothing is cut off, and the job has the size.
 - There is no ambient light. A polygon is seen from both sides. A concave one becomes an open mesh (concave.py), flat as
-  a polygon is: it bounds no medium (MED-4). One that crosses or touches itself is refused. A vertex that is the next
-  one too is passed over.
-- Cones and cylinders (`c`) are no shapes of the light model and are refused.
+  a polygon is: it bounds no medium (MED-4). One that crosses or touches itself is refused. A repeated vertex is
+  ignored.
+- Cones and cylinders (`c`) are not in the light model and are refused.
 """
 
 import math
-import re
 
 from harness.picture import colour
 from harness.scene import check, concave
 from harness.scene.fields import ANY, NOT_NEGATIVE, POSITIVE, Fields, Range
 from harness.scene.model import Camera, Light, Material, Mesh, Polygon, Scene, Sphere
 
-_COUNT = re.compile(r"\d{1,9}", re.ASCII)
 _ANGLE = Range(1e-6, 180 - 1e-6, "an angle between 0 and 180 degrees")
 CLEAR, OPAQUE = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 
@@ -49,16 +47,16 @@ class _Reader(Fields):
         self.objects, self.lights = [], []
 
     def scene(self):
-        if not self.token.text:
-            raise self.error("the file is empty", self.token)
         while self.token.text:
             keyword = self.take()
             if keyword.text == "c":
-                why = "cones and cylinders (c) are not in the light model, which has of NFF's shapes s, p and pp"
+                why = "cones and cylinders (c) are not in the light model, which has s, p and pp of NFF's shapes"
                 remedy = "leave them out, or turn them into polygons, as the SPD's own programs do with -t"
                 raise self.error(why, keyword, remedy)
             if keyword.text in _VIEW:
-                raise self.error(f"{keyword} outside of a viewpoint", keyword, f"it is v {' '.join(_VIEW)}, in turn")
+                raise self.error(
+                    f"{keyword} outside of a viewpoint", keyword, f"a viewpoint is v {' '.join(_VIEW)}, in this order"
+                )
             if keyword.text not in _ENTITIES:
                 known = "an NFF file has " + ", ".join(_ENTITIES) + ", c (not supported) and comments (#)"
                 raise self.error(f"expected an entity, found {keyword}", keyword, known)
@@ -129,11 +127,9 @@ class _Reader(Fields):
         self.objects.append(Sphere(self.filled(keyword), centre, radius, line=keyword.line))
 
     def polygon(self, keyword):
-        count = self.take()
-        if not _COUNT.fullmatch(count.text) or int(count.text) < 3:
-            raise self.error(f"expected a whole number of vertices, 3 or more, found {count}", count)
+        count = self.count()
         material, vertices, places = self.filled(keyword), [], []
-        for i in range(int(count.text)):
+        for i in range(count):
             places.append(self.token)
             vertices.append(self.triple(f"vertex {i + 1}"))
             if keyword.text == "pp":
@@ -166,7 +162,7 @@ class _Reader(Fields):
 
 
 def _distinct(vertices, places):
-    """Without vertices that are the next one too, which say nothing; all of them where no three would be left."""
+    """The vertices without repetitions, and their places; all of them if fewer than three would be left."""
     count = len(vertices)
     kept = [i for i, vertex in enumerate(vertices) if vertex != vertices[(i + 1) % count]]
     if len(kept) in range(3, count):

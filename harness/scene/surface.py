@@ -1,4 +1,4 @@
-"""Triangle surfaces: tests whether they are closed, orients them outward, tests points for inside."""
+"""Tests whether triangle surfaces are closed, turns them outward, and counts their windings around points."""
 
 import numpy as np
 
@@ -6,14 +6,14 @@ import numpy as np
 def outward(vertices, triangles):
     """The triangles (T, 3) turned outward, or None if they do not close.
 
-    Closed: every edge has two triangles, and they can be turned so that it runs in opposite directions in them. Of the
-    connected parts, one that lies within an odd number of others bounds a hollow: out is into the hollow.
+    Closed: every edge has two triangles, which can be turned so that the edge runs in opposite directions in them. A
+    connected part within an odd number of other parts bounds a hollow: there, outward is into the hollow.
     """
     joined = _pairs(triangles)
     if joined is None:
         return None
     first, second, same = joined
-    # Each triangle is two nodes, as it is and turned over; what must go together is joined.
+    # Each triangle has two nodes, as it is and turned over; edges join nodes that must go together.
     from scipy.sparse import coo_array  # here, because few scenes have a mesh
     from scipy.sparse.csgraph import connected_components
 
@@ -23,7 +23,7 @@ def outward(vertices, triangles):
     graph = coo_array((np.ones(len(starts), np.int8), (starts, ends)), (2 * count, 2 * count))
     labels = connected_components(graph, directed=False)[1]
     if (labels[:count] == labels[count:]).any():
-        return None  # as a Klein bottle: it has one side
+        return None  # one-sided, such as a Klein bottle
     volumes = _volumes(vertices, triangles)
     sums = np.bincount(labels, np.concatenate([volumes, -volumes]))[labels[:count]]
     if not sums.all():
@@ -35,9 +35,9 @@ def outward(vertices, triangles):
 
 
 def winding(vertices, triangles, points):
-    """How often the surface goes round each of the points (N, 3): 1 inside, 0 outside of a closed outward one.
+    """The winding number of the surface around points (N, 3): 1 inside, 0 outside of a closed surface turned outward.
 
-    The sum of solid angles (van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30(2), 1983).
+    It is the sum of solid angles (van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30(2), 1983).
     """
     sums = []
     for point in points:
@@ -54,7 +54,7 @@ def _dots(a, b):
 
 
 def _pairs(triangles):
-    """The two triangles of each edge, and whether it runs in the same direction in both. None if one has not two."""
+    """The two triangles of each edge, and whether it runs in the same direction in both. None unless each has two."""
     starts, ends = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
     low, high = np.minimum(starts, ends), np.maximum(starts, ends)
     order = np.lexsort((high, low))
@@ -70,14 +70,14 @@ def _pairs(triangles):
 
 
 def _volumes(vertices, triangles):
-    """Six times the signed volume between each triangle and the middle of all."""
+    """Six times the signed volume between each triangle and the centre of the bounding box."""
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     a, b, c = (vertices[corner] - middle for corner in triangles.T)
     return np.einsum("ij,ij->i", a, np.cross(b, c))
 
 
 def _nesting(vertices, triangles, parts):
-    """In how many others each connected part lies. `parts` has the number of each triangle's part."""
+    """For each connected part, the number of other parts that contain it. parts: the part of each triangle."""
     count = parts.max() + 1
     depth = np.zeros(count, np.int64)
     if count == 1:
@@ -92,7 +92,7 @@ def _nesting(vertices, triangles, parts):
     for outer in range(count):
         within = ((low > low[outer]) & (high < high[outer])).all(axis=1)
         for inner in np.flatnonzero(within):
-            # Some vertices of it: parts that cut each other are not one in the other.
+            # Several vertices are tested, as parts that intersect do not contain each other.
             some = vertices[np.unique(triangles[members[inner]])]
             some = some[:: max(1, len(some) // 4)]
             depth[inner] += np.all(winding(vertices, triangles[members[outer]], some) > 0.5)

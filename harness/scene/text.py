@@ -1,4 +1,4 @@
-"""Reader of the course's scene text (`.txt`), the format of DigiPen's CS500, with meshes as files and CSG in blocks.
+"""Reads the course's scene text (`.txt`), the format of DigiPen's CS500, with meshes as files and CSG in blocks.
 
 Entities come in any order. Keywords are in capitals, `vec` is `(x,y,z)`, `#` begins a comment:
 
@@ -20,24 +20,21 @@ Entities come in any order. Keywords are in capitals, `vec` is `(x,y,z)`, `#` be
     material = vec:diffuse k_s exponent vec:attenuation eps_r mu_r [roughness]
 
 One CAMERA is required. A number after mu_r is the roughness, else 0. In another dialect of the course a
-BOX is a centre and three half-axes. A file cannot tell which it means: here it is always a corner and three edges.
+BOX is a centre and three half-axes. A file does not say which it uses; here it is always a corner and three edges.
 
-A path is a word, or "words between quotes"; it is taken from the folder of the scene file, which it may leave: a mesh
-is only read, and of a file that is none nothing is told. A mesh is scaled, then turned about z, y and x by the angles
-of `rotation`, in degrees, then moved: T * Rx * Ry * Rz * S. One that is not closed is flat (HIT-3) and bounds no
-medium. A block is one solid of one material: AND a NOT b END END is a without b.
+A path is a word, or "words between quotes", relative to the folder of the scene file. It may lead out of that folder: a
+mesh is only read, and errors do not quote the content of a file. A mesh is scaled, then turned about z, y and x by the
+angles of `rotation`, in degrees, then moved: T * Rx * Ry * Rz * S. An open mesh is flat (HIT-3) and bounds no medium. A
+block is one solid of one material: AND a NOT b END END is a without b.
 """
 
 import difflib
-import re
 from pathlib import Path
 
 from harness.errors import UserError
 from harness.scene import check, mesh
 from harness.scene.fields import ANY, FRACTION, NOT_NEGATIVE, POSITIVE, Fields
 from harness.scene.model import Air, Box, Camera, Csg, Ellipsoid, Light, Mesh, Operator, Polygon, Scene, Sphere
-
-_COUNT = re.compile(r"\d{1,9}", re.ASCII)
 
 
 def read(text, file="scene.txt"):
@@ -54,8 +51,6 @@ class _Reader(Fields):
         self.meshes = mesh.Files(Path(file).parent)
 
     def scene(self):
-        if not self.token.text:
-            raise self.error("the file is empty", self.token)
         objects, lights, once, lines = [], [], {}, {}
         while self.token.text:
             keyword = self.take()
@@ -108,10 +103,7 @@ class _Reader(Fields):
         return Air(eps_r, mu_r, self.vector("the attenuation", FRACTION))
 
     def polygon(self, line):
-        count = self.take()
-        if not _COUNT.fullmatch(count.text) or int(count.text) < 3:
-            raise self.error(f"expected a whole number of vertices, 3 or more, found {count}", count)
-        vertices, places = self.vectors(f"vertex {i + 1}" for i in range(int(count.text)))
+        vertices, places = self.vectors(f"vertex {i + 1}" for i in range(self.count()))
         self.blame(check.polygon(vertices), places)
         return Polygon(self.material(), vertices, line=line)
 
@@ -145,8 +137,8 @@ class _Reader(Fields):
     # CSG
 
     def block(self, keyword):
-        """The postfix code of a block, to its last END. A loop, so that no nesting is too deep."""
-        code, waiting = [], []  # waiting: the keyword and the number of parts of each block that is not at its END
+        """The postfix code of a block, to its last END. A loop instead of recursion, so that nesting has no limit."""
+        code, waiting = [], []  # waiting: [keyword, number of parts] of each open block
         while True:
             word = keyword.text
             if word in _BLOCKS:
@@ -167,7 +159,7 @@ class _Reader(Fields):
                 shape, fields = _SOLIDS[word](self)
                 part = shape(None, *fields, line=keyword.line)
                 if shape is Mesh and not part.closed:
-                    why = f'a ray is never inside of the open mesh "{part.path}", so it cannot be a part of CSG'
+                    why = f'the open mesh "{part.path}" has no inside, so it cannot be a part of CSG'
                     raise self.error(why, place, "close its holes, or use it outside of CSG")
                 code.append(part)
                 self.add_part(code, waiting[-1])
@@ -177,7 +169,7 @@ class _Reader(Fields):
 
     @staticmethod
     def add_part(code, block):
-        """A part of `block` has just been put at the end of `code`: fold it with those before (left to right)."""
+        """Counts the part that was just appended to `code`, and combines it with the parts of `block` before it."""
         block[1] += 1
         if block[1] > 1:
             code.append(Operator[block[0].text])
@@ -189,13 +181,13 @@ class _Reader(Fields):
     def no_part(self, opened, token):
         block = f"{opened.text} of line {opened.line}"
         if token.text == "POLYGON":
-            return self.error("a ray is never inside of a POLYGON, so it cannot be a part of CSG", token, "use a BOX")
+            return self.error("a POLYGON has no inside, so it cannot be a part of CSG", token, "use a BOX")
         if not token.text:
             return self.error(f"expected END for the {block}, found {token}", token)
         if token.text in _KEYWORDS:
-            return self.error(f"{token.text} inside of the {block}", token, "is an END missing before it?")
+            return self.error(f"{token.text} in the {block}", token, "is an END missing before it?")
         if token.text == "(" or token.text[:1] in tuple("+-.0123456789"):
-            late = "the parts of a block have no material; it follows the last END"
+            late = "parts of a block have no material; that of the block follows its last END"
             return self.error(f"expected a part or END in the {block}, found {token}", token, late)
         return self.unknown(token)
 

@@ -1,4 +1,4 @@
-"""Reads text files and splits them into tokens."""
+"""Reads text files and splits text into tokens."""
 
 import io
 import re
@@ -11,7 +11,7 @@ _TOKEN = re.compile(r'#.*|"[^"\n]*"|[(),]|[^\s(),]+')
 
 
 class Token(NamedTuple):
-    """`line` and `column` count from 1, in characters. The end of the file is a token with no text."""
+    """A token with its place; `line` and `column` count from 1, in characters. The end of the file has no text."""
 
     text: str
     line: int
@@ -25,10 +25,10 @@ class Token(NamedTuple):
 
 
 def tokens(text):
-    """Yield the tokens of `text`, then the end just behind the last one.
+    """Yields the tokens of `text`, then the end of the file, directly after the last one.
 
-    Whitespace separates, but not between quotes; `(`, `)` and `,` stand alone; `#` at the start of a token begins a
-    comment.
+    Whitespace separates tokens, except between quotes; `(`, `)` and `,` are tokens of their own; `#` at the start of a
+    token begins a comment.
     """
     line, column = 1, 1
     for number, content in enumerate(io.StringIO(text, newline=None), 1):
@@ -40,7 +40,7 @@ def tokens(text):
 
 
 def read_text(path):
-    """The text of a file in UTF-8, without its byte order mark. UserError if there is no such text."""
+    """The text of a UTF-8 file, without a byte order mark. UserError if it cannot be read, or is no text."""
     try:
         text = Path(path).read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:

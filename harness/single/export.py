@@ -17,7 +17,7 @@ from harness.renderer.registry import Entry, Renderer
 
 
 def find(suffix: str, known: dict[str, Entry]) -> Renderer | None:
-    """The first renderer that writes files with this suffix."""
+    """The first renderer that exports to files with this suffix; None if there is none. known: variants by name."""
     for entry in known.values():
         export = entry.renderer.manifest.export
         if export and export.suffix == suffix:
@@ -33,7 +33,7 @@ def write(
     needs: tuple[str, ...],
     timeout: float = 600.0,
 ) -> None:
-    """Let `renderer` write the job to the file `out`. UserError, with its reason, if it does not."""
+    """Exports a job to the file `out` with `renderer`. timeout: s. UserError, with its reason, if it fails."""
     picture.check_folder(out)
     with scratch() as here:
         job.write(here / "job", arrays, parameters, needs)

@@ -9,26 +9,27 @@ from harness.executors import Executor
 from harness.single import tiles
 
 POLL = 5.0  # s
-LOOKS = {"ended": 3, "unknown": 60}  # at what a job left: a shared file system, or a scheduler, may tell late
-SILENT = "it ended before its tiles were there, and did not say why"
+LOOKS = {"ended": 3, "unknown": 60}  # polls before a job in this state counts as lost: file systems may lag
+SILENT = "it ended before its tiles were done, and gave no reason"
 
-Tell = Callable[[int, int, str], None]  # tiles that are there, all, about the last one
+Tell = Callable[[int, int, str], None]  # number of finished tiles, of all tiles, text about the last one
 
 
 class Following:
-    """Jobs for the tiles that are missing. executor is called `name`; cells: tiles of a job at most; timeout: of a
-    tile, s. Jobs of an earlier command that are still waiting or running are followed too, and not submitted again.
+    """The jobs for the missing tiles. name: of the executor; cells: tiles in a job, at most; timeout: s for each tile.
+
+    Jobs of an earlier command that are still waiting or running are followed too, and not submitted again.
     """
 
     def __init__(self, place: tiles.Folder, executor: Executor, name: str, cells: int, timeout: float):
         self.place, self.executor, self.name = place, executor, name
         self.count, self.there = place.grid.count, place.there()
-        self.reasons: Counter = Counter()  # why jobs ended before their tiles were there
+        self.reasons: Counter = Counter()  # why jobs ended before their tiles were done
         self._looked: Counter = Counter()
         self._groups = [batch["tiles"] for batch in place.batches()]
         before = {batch: job for batch, job in place.jobs(name).items() if self._lacks(batch)}
         states = executor.states(list(before.values())) if before else {}
-        # Of all jobs that may still be about it, and of those whose tiles are not all there: job by batch.
+        # names: job by batch, of all jobs that may still run; live: batches of these with missing tiles.
         self.names = {batch: job for batch, job in before.items() if states[job].kind in ("waiting", "running")}
         self.live = set(self.names)
         taken = {tile for batch in self.live for tile in self._groups[batch]}
@@ -36,19 +37,20 @@ class Following:
         groups = [free[start : start + cells] for start in range(0, len(free), cells)]
         self._waiting = list(place.add(groups, timeout)) if groups else []
         self._groups += groups
-        self._most = 1 if name == "local" else executor.most  # local: to hear of each tile when it is there
+        self._most = 1 if name == "local" else executor.most  # local: one by one, to report each tile
 
     @property
     def due(self) -> int:
-        """Jobs that are still to be submitted."""
+        """The number of jobs to be submitted."""
         return len(self._waiting)
 
     @property
     def missing(self) -> int:
+        """The number of missing tiles."""
         return self.count - len(self.there)
 
     def run(self, tell: Tell) -> None:
-        """Return when all tiles are there, or nobody is left who would make those that are missing."""
+        """Returns when all tiles exist, or no job is left for the missing ones. tell: called for each new tile."""
         while self.missing and (self.live or self._waiting):
             self._submit()
             if self.name != "local":
@@ -56,7 +58,7 @@ class Following:
             self._look(tell)
 
     def wait(self) -> None:
-        """Wait a little for jobs whose last tile is there: they still write into the folder."""
+        """Waits a little for jobs to end after their last tile: they still write to the folder."""
         for _ in range(LOOKS["ended"] if self.names and self.name != "local" else 0):
             states = self.executor.states(list(self.names.values()))
             if not any(state.kind == "running" for state in states.values()):
@@ -67,7 +69,7 @@ class Following:
         return not self.there.issuperset(self._groups[batch])
 
     def _submit(self) -> None:
-        """Submits waiting batches, as many as the scheduler takes."""
+        """Submits as many waiting batches as the scheduler takes."""
         room = len(self._waiting) if self._most is None else max(0, self._most - len(self.live))
         batches, self._waiting = self._waiting[:room], self._waiting[room:]
         try:
@@ -77,10 +79,10 @@ class Following:
                 self.live.add(batch)
         except UserError as error:
             self._waiting = []
-            self.reasons[str(error)] += 1  # what it has taken goes on
+            self.reasons[str(error)] += 1  # jobs that it accepted go on
 
     def _look(self, tell: Tell) -> None:
-        """Hear of tiles that are there now, and of jobs that have ended without theirs."""
+        """Reports new tiles, and gives up jobs that ended without theirs."""
         for tile in sorted(self.place.there() - self.there):
             self.there.add(tile)
             tell(len(self.there), self.count, self._line(tile))
@@ -95,7 +97,7 @@ class Following:
             if word or self.name == "local" or self._looked[batch] >= LOOKS[state.kind]:
                 self.live.discard(batch)
                 self.reasons[word or self._words(state)] += 1
-                self._waiting = []  # what has stopped one would stop the next
+                self._waiting = []  # the next would fail for the same reason
 
     @staticmethod
     def _words(state) -> str:

@@ -1,4 +1,4 @@
-"""Puts a picture together from tiles that an executor rendered (tiles.py)."""
+"""Renders a picture in tiles by an executor, and assembles it (tiles.py)."""
 
 import json
 import sys
@@ -24,13 +24,13 @@ from harness.scene.needs import needs as needs_of
 from harness.single import single, tiles
 from harness.single.following import Following, Tell
 
-NOT_JUDGED = "not measured; a picture in tiles is compared with no reference"
+NOT_JUDGED = "not measured; pictures in tiles are not compared with a reference"
 SHARED = "corners on the edge of two tiles are counted in both (SAM-5)"
 
 
 @dataclass(frozen=True)
 class Way:
-    """Who has the tiles rendered. table: cluster.Slurm, cluster.Dask or None. cells: tiles of a job at most."""
+    """The executor of the tiles. table: cluster.Slurm, cluster.Dask or None. cells: tiles in a job, at most."""
 
     name: str
     table: object
@@ -38,11 +38,11 @@ class Way:
 
 
 def way(name: str, settings: tuple[str, ...], address: str) -> Way:
-    """By --executor, --slurm and --dask."""
+    """The Way for --executor, --slurm and --dask. UserError for options that contradict each other."""
     if settings and name != "slurm":
         raise UserError("--slurm: only with --executor slurm")
     if (name == "dask") != bool(address):
-        raise UserError("--executor dask and --dask ADDRESS, of its scheduler, go together")
+        raise UserError("--executor dask and --dask ADDRESS (of the scheduler) go together")
     if name == "slurm":
         tables = {}
         for each in settings:
@@ -56,12 +56,12 @@ def way(name: str, settings: tuple[str, ...], address: str) -> Way:
 
 
 def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json) -> None:
-    """Render `scene` to the picture `out` in tiles of at most side x side pixels, and print what it took.
+    """Renders `scene` to the picture `out` in tiles of at most side x side pixels, and prints its facts.
 
-    SystemExit(1) if tiles are missing in the end: the same command goes on from those that are there.
+    timeout: s for each tile. SystemExit(1) if tiles are missing in the end; the same command then renders those alone.
     """
     if out.suffix not in picture.ANY_SIZE:
-        raise UserError(f"{out}: a picture in tiles is {' or '.join(picture.ANY_SIZE)}")
+        raise UserError(f"{out}: with --tiles the picture must be {' or '.join(picture.ANY_SIZE)}")
     picture.check_suffix(out)
     read = load(scene)
     parameters = image.parameters(1, 0)
@@ -72,7 +72,7 @@ def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json
     reason = repetition.unsupported(entry, tile, needs)
     if reason:
         raise UserError(f"{entry.name} is unsupported: {reason}")
-    if way.name == "local" and entry.unavailable:  # elsewhere there may be what is missing here
+    if way.name == "local" and entry.unavailable:  # other hosts may have what this one lacks
         raise UserError(f"{entry.name} is unavailable: {entry.unavailable}")
     now = tiles.describe(entry, flatten(read, parameters.arithmetic), parameters, side)
     doubts = warnings(read)
@@ -85,12 +85,12 @@ def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json
         if place.is_begun() and (differs := tiles.changes(place.spec["picture"], now)):
             if place.there():
                 why = f"{place.path} has tiles of another picture: {differs}"
-                raise UserError(why, remedy="remove it to begin anew")
+                raise UserError(why, remedy="remove it to start again")
             place = place.forget()
         place.begin(scene, entry.renderer.folder, image.threads, now)
         kept = len(place.there())
         if kept:
-            print(f"{kept} of {grid.count} tiles are in {place.path}", file=sys.stderr)
+            print(f"{kept} of {grid.count} tiles are already in {place.path}", file=sys.stderr)
         following = Following(place, executor, way.name, way.cells, timeout)
         if way.name != "local":
             jobs = f"{following.due} to be submitted, {len(following.live)} submitted before"
@@ -113,7 +113,7 @@ def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json
 
 @contextmanager
 def _alone(place: tiles.Folder) -> Iterator[None]:
-    """Held while tiles are submitted and put together: two that do it would do all of it twice."""
+    """Locks the folder while tiles are submitted and assembled, so that two commands do not do the same work."""
     place.is_begun()
     place.path.mkdir(exist_ok=True)
     lock = FileLock(place.path / "lock")
@@ -121,7 +121,7 @@ def _alone(place: tiles.Folder) -> Iterator[None]:
         lock.acquire(timeout=0)
     except Timeout:
         raise UserError(f"{place.path}: another rayrace is at work on it") from None
-    except NotImplementedError:  # a file system without locks; work that is done twice makes no wrong picture
+    except NotImplementedError:  # a file system without locks; tiles that are rendered twice are still right
         pass
     try:
         yield
@@ -131,7 +131,7 @@ def _alone(place: tiles.Folder) -> Iterator[None]:
 
 @contextmanager
 def progress() -> Iterator[Tell]:
-    """A function to call for each tile that is there: moves a bar on a terminal, prints a line elsewhere."""
+    """Yields a function to call for each new tile: it moves a bar on a terminal, or prints a line."""
     if not sys.stderr.isatty():
         yield lambda done, count, told: print(f"[{done}/{count}] {told}", file=sys.stderr, flush=True)
         return
@@ -147,11 +147,11 @@ def progress() -> Iterator[Tell]:
 
 def _say_stopped(following: Following) -> None:
     place = following.place.path
-    print(f"stopped; the tiles that are there stay in {place}; the same command goes on", file=sys.stderr)
+    print(f"stopped; finished tiles stay in {place}; the same command goes on", file=sys.stderr)
     jobs = [following.names[batch] for batch in following.live]
     if jobs and following.name != "local":
         shown = ", ".join([*jobs[:5], *(["..."] if len(jobs) > 5 else [])])
-        print(f"{len(jobs)} jobs of --executor {following.name} go on without it: {shown}", file=sys.stderr)
+        print(f"{len(jobs)} jobs of --executor {following.name} go on: {shown}", file=sys.stderr)
 
 
 def _stop_unless_whole(following: Following) -> None:
@@ -160,12 +160,13 @@ def _stop_unless_whole(following: Following) -> None:
     for reason, count in following.reasons.most_common():
         print(f"{count} {'job' if count == 1 else 'jobs'}: {reason}", file=sys.stderr)
     left = f"{following.missing} of {following.count} tiles are missing"
-    logs = "" if following.name == "local" else f"; what jobs printed is in {following.place.path / 'logs'}"
+    logs = "" if following.name == "local" else f"; output of the jobs is in {following.place.path / 'logs'}"
     raise SystemExit(f"error: {left}; the same command renders those alone{logs}")
 
 
 def facts(out: Path, place: tiles.Folder, name: str, kept: int) -> dict:
-    """Returns the facts of a complete picture for JSON. UserError if its tiles do not fit together."""
+    """The facts of a complete picture for JSON. kept: number of tiles from an earlier command. UserError if the tiles
+    have different types."""
     grid = place.grid
     found = [place.facts(tile) for tile in range(grid.count)]
     kinds = {told["dtype"] for told in found}
@@ -202,10 +203,10 @@ def facts(out: Path, place: tiles.Folder, name: str, kept: int) -> dict:
 
 
 def tell_people(found: dict, parameters: Parameters) -> None:
-    """Print the facts of a picture for people."""
+    """Prints the facts of a picture for people."""
     counts, hosts = found["rays"], found["hosts"]
     traced = single.traced(counts) + (" of the tiles" if found["rays_note"] else "")
-    kept = f", {found['kept']} of them there before" if found["kept"] else ""
+    kept = f", {found['kept']} of them from an earlier command" if found["kept"] else ""
     places = hosts[0] if len(hosts) == 1 else f"{len(hosts)} hosts"
     size = f"{Path(found['picture']).stat().st_size / 1e6:,.4g} MB"
     print(
@@ -215,5 +216,5 @@ def tell_people(found: dict, parameters: Parameters) -> None:
     )
     single.tell_doubts(found)
     if found["processors"] > 1:
-        print("note: hosts with different processors made it: last digits may differ", file=sys.stderr)
+        print("note: rendered by hosts with different processors: last digits may differ", file=sys.stderr)
     print(f"error: {NOT_JUDGED}")

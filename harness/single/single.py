@@ -1,4 +1,4 @@
-"""One job from the command line: a picture of a scene, or the hits of a list of rays."""
+"""Runs one job from the command line: a picture of a scene, or the hits of a list of rays."""
 
 import json
 import sys
@@ -30,7 +30,7 @@ FASTEST = ("cpp-threads", "numba-parallel", "numpy", "python")
 
 
 def pick(name: str, known: dict, parameters: Parameters, needs: tuple[str, ...]) -> registry.Entry:
-    """The variant called `name`, or the first of FASTEST that can do the job here."""
+    """The variant `name`, or without a name the first of FASTEST that can do the job here. UserError if none can."""
     if name:
         return registry.find(name, known)
     reasons = []
@@ -43,28 +43,28 @@ def pick(name: str, known: dict, parameters: Parameters, needs: tuple[str, ...])
 
 
 def image(region: str, **values) -> Image:
-    """The options of the command line, checked as those of an experiment are."""
+    """The options of the command line as an Image. UserError, with the option, for a value out of range."""
     try:
         return Image(**values, region=_region(region, values["width"], values["height"]))
     except ValidationError as error:
         fault = error.errors()[0]
         why = fault["msg"].removeprefix("Value error, ")
-        if fault["loc"]:  # else it is of several options, and names them
+        if fault["loc"]:  # else it concerns several options, and names them
             why = f"--{str(fault['loc'][0]).replace('_', '-')} {fault['input']}: {why}"
         raise UserError(why) from None
 
 
 def render(scene, variant, out, image, frames, timeout, folders, as_json) -> None:
-    """Render `scene` to the picture `out` and print what it took. SystemExit(1) if the renderer fails.
+    """Renders `scene` to the picture `out` and prints its facts. timeout: s. SystemExit(1) if the renderer fails.
 
-    If a renderer has an exporter for the suffix of `out`, the scene is written in that format instead.
+    If a renderer exports to files with the suffix of `out`, writes the scene in that format instead.
     """
     exporter = None if out.suffix in picture.SUFFIXES else export.find(out.suffix, registry.entries(folders))
     if exporter:
         if variant:
-            raise UserError(f"-r {variant}: {out.name} is a scene, which nobody renders; leave -r out")
+            raise UserError(f"-r {variant}: {out.name} is a scene, so nothing is rendered; leave -r out")
         if frames:
-            raise UserError(f"--frames: {out.name} is a scene, which nobody renders; leave --frames out")
+            raise UserError(f"--frames: {out.name} is a scene, so nothing is rendered; leave --frames out")
         read = load(scene)
         _export(read, out, exporter, image, timeout, as_json)
         warn(warnings(read))
@@ -87,7 +87,7 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
 
 
 def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
-    """How far it is from a reference that a run made before: keys of judge.Verdict, "reference"; or why not."""
+    """The error against a reference that a run has made: judge.Verdict and "reference"; or {unavailable: reason}."""
     kept = Kept(cache_folder("references"))
     found = reference.find(kept, entry, known, fingerprint(arrays), parameters)
     if found is None:
@@ -111,16 +111,12 @@ def _told(accuracy: dict) -> str:
 
 
 def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Result, dict]:
-    """Make one picture and save it at `out`: the Result, and facts for JSON. SystemExit(1) if the renderer fails."""
+    """Renders a picture and saves it at `out`. Returns the Result, and facts for JSON. SystemExit(1) if it fails."""
     result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
     _stop_unless_ok(entry, result)
     if out.suffix == ".png" and not np.isfinite(result.array).all():
         raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
     picture.save(out, result.array, parameters.arithmetic)
-    limit = None
-    if result.dropped is not None:
-        bounds = bound.bound(arrays, parameters.depth, result.dropped)
-        limit = {"max": float(bounds.max()), "mean": float(bounds.mean())}
     return result, {
         "picture": str(out),
         "renderer": entry.name,
@@ -129,21 +125,29 @@ def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Res
         "frames_s": [frame["end"] - frame["start"] for frame in result.said.frames],
         "wall_s": result.outcome.wall_s,
         "rays": result.said.rays,
-        "bound": limit,
+        "bound": cut_off(arrays, parameters, result),
         "device": result.said.device,
         "unranked": row.unranked(entry, result.said),
     }
 
 
 def warn(found: list[str]) -> list[str]:
-    """Print the warnings of a scene whose picture is there; returns them."""
+    """Prints the warnings about a scene whose picture has been saved; returns them."""
     for text in found:
         print(f"warning: {text}", file=sys.stderr)
     return found
 
 
+def cut_off(arrays, parameters: Parameters, result: repetition.Result) -> dict | None:
+    """The largest and the mean bound of the error by a cut-off (linear RGB); None without a cut-off."""
+    if result.dropped is None:
+        return None
+    bounds = bound.bound(arrays, parameters.depth, result.dropped)
+    return {"max": float(bounds.max()), "mean": float(bounds.mean())}
+
+
 def tell(facts: dict, parameters: Parameters) -> None:
-    """Print the facts of a picture for people."""
+    """Prints the facts of a picture for people."""
     print(
         f"{facts['picture']}: {facts['width']} x {facts['height']}, {facts['renderer']}, {parameters.precision}: "
         f"{min(facts['frames_s']):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced(facts['rays'])}"
@@ -152,19 +156,19 @@ def tell(facts: dict, parameters: Parameters) -> None:
 
 
 def traced(counts: dict | None) -> str:
-    """How many rays, for people."""
+    """The number of rays, for people. counts: by kind, or None."""
     if not counts:
-        return "rays unavailable: it does not count them"
+        return "rays unavailable: the renderer does not count them"
     total = sum(counts.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
     return f"{total:,} rays"
 
 
 def tell_doubts(facts: dict) -> None:
-    """Print what limits the worth of a picture."""
+    """Prints the bound of a cut-off, and warnings."""
     if facts["bound"]:
         print(
-            f"cut off: no pixel is further than {facts['bound']['max']:.3g} from the picture without a cut-off,"
-            f" on average not further than {facts['bound']['mean']:.3g} (linear RGB, proven)"
+            f"cut-off: every pixel is within {facts['bound']['max']:.3g} of the picture without it,"
+            f" on average within {facts['bound']['mean']:.3g} (linear RGB, proven)"
         )
     if facts["unranked"]:
         print(f"note: {facts['unranked']}", file=sys.stderr)
@@ -180,7 +184,10 @@ def _export(scene, out, exporter, image, timeout, as_json) -> None:
 
 
 def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
-    """Trace the rays of a CSV file and write their hits. SystemExit(1) if the renderer fails."""
+    """Traces the rays of a CSV file and writes their hits to `out`, or to standard output if it is None.
+
+    methods: of the job; timeout: s. SystemExit(1) if the renderer fails.
+    """
     if out is not None:
         picture.check_folder(out)
     read = load(scene)
@@ -199,7 +206,7 @@ def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
 
 
 def kernels(entry: registry.Entry) -> Path:
-    """Where a renderer keeps compiled code from one command to the next. A measured run starts with an empty folder."""
+    """The folder in which a renderer keeps compiled code between commands. Measured runs have folders of their own."""
     return cache_folder("kernels") / entry.renderer.manifest.name
 
 

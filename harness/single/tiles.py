@@ -1,14 +1,14 @@
-"""Renders a picture in tiles: regions, one by one, on whatever hosts an executor has.
+"""Renders the tiles of a picture: regions, one by one, on the hosts of an executor.
 
-The folder of tiles lies beside the picture until all are there:
+The folder of tiles lies beside the picture until all tiles exist:
 
-    spec.json       what the picture is of: `picture`, which must be the same wherever and whenever a tile is rendered;
-                    and where the scene and the renderer are, and how many threads it may use
-    batches.json    [{tiles: [number, ..], timeout: seconds of each}, ..]: tasks, which are numbered by their place
-    jobs.jsonl      a line for each task that an executor has taken: {batch, job, executor}
-    N.npy           tile N, whole or not there: linear RGB, shape (height, width, 3)
-    N.json          what making it took
-    refused-B.txt   why task B ended before all of its tiles were there
+    spec.json       `picture`: its description, which must be equal wherever and whenever a tile is rendered; the paths
+                    of scene and renderer, and the number of threads
+    batches.json    [{tiles: [number, ..], timeout: seconds for each}, ..]: the tasks, numbered by their place
+    jobs.jsonl      a line for each task that an executor has accepted: {batch, job, executor}
+    N.npy           tile N, which exists whole or not at all: linear RGB, shape (height, width, 3)
+    N.json          facts of its rendering
+    refused-B.txt   why task B ended before all of its tiles were done
     logs/           of the executor
 """
 
@@ -25,7 +25,6 @@ from pathlib import Path
 import numpy as np
 
 from harness.errors import UserError
-from harness.judge import bound
 from harness.machine import environment, fingerprint
 from harness.picture.grid import Grid
 from harness.process import repetition
@@ -37,17 +36,17 @@ from harness.scene import load
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.single import single
-from harness.store import store
+from harness.store import lines, store
 
 FORMAT = 1
-# The files that rayrace writes there, beside logs/. Nothing else is ever removed.
+# Names of all files that rayrace writes there, beside logs/. No other file is ever removed.
 OWN = re.compile(r"((spec|batches)\.json|refused-\d+\.txt|\d+(-.+-\d+)?\.(npy|json))(\.part)?|jobs\.jsonl|lock")
-BLANK = {"spec.json.part", "lock", "logs"}  # what may lie in a folder that was given up before it had a spec
+BLANK = {"spec.json.part", "lock", "logs"}  # what a folder may contain before it has a spec
 AGAIN = "remove {}, and the same command renders the tile again"
 
 
 def describe(entry: Entry, arrays: dict[str, np.ndarray], parameters: Parameters, side: int) -> dict:
-    """Describes the picture and its tiles for JSON: tiles with equal descriptions fit together."""
+    """The description of a picture in tiles, for JSON. Tiles with equal descriptions fit together. side: pixels."""
     asked = {name: value for name, value in asdict(parameters).items() if name not in ("threads", "region")}
     told = {
         "scene": job.fingerprint(arrays),
@@ -61,7 +60,7 @@ def describe(entry: Entry, arrays: dict[str, np.ndarray], parameters: Parameters
 
 
 def changes(before: dict, now: dict) -> str:
-    """Returns the differences of two descriptions; "" if there are none."""
+    """The differences of two descriptions as text; "" if there are none."""
     found = fingerprint.changes(before, now, tuple(now))
     return ", ".join(f"{name} was {json.dumps(old)}, is {json.dumps(new)}" for name, old, new in found)
 
@@ -73,7 +72,7 @@ class Folder:
         self.path = Path(path)
 
     def is_begun(self) -> bool:
-        """Is it a folder of tiles? UserError if it is a folder of something else."""
+        """Whether it is a folder of tiles. UserError if it is another folder."""
         if (self.path / "spec.json").is_file():
             return True
         if self.path.exists() and not {path.name for path in self.path.iterdir()} <= BLANK:
@@ -81,13 +80,13 @@ class Folder:
         return False
 
     def begin(self, scene: Path, folder: Path, threads: int | str, picture: dict) -> None:
-        """Say what the picture is of. scene: its file; folder: of the renderer; picture: by `describe`."""
+        """Writes spec.json. scene: its file; folder: of the renderer; picture: from `describe`."""
         where = {"scene": str(scene.resolve()), "renderer": str(folder), "threads": threads}
         text = json.dumps({"format": FORMAT, **where, "picture": picture}, indent=1)
         store.write_whole(self.path / "spec.json", text + "\n")
 
     def forget(self) -> "Folder":
-        """The folder without what was submitted for another picture; for when it has no tiles."""
+        """Removes the files of another picture, and returns the empty folder. Call it only if there are no tiles."""
         for path in self.path.iterdir():
             if OWN.fullmatch(path.name) and path.name not in BLANK:
                 path.unlink()
@@ -95,17 +94,19 @@ class Folder:
 
     @cached_property
     def spec(self) -> dict:
-        path = self.path / "spec.json"
+        """The content of spec.json. UserError if it is damaged, or of another version."""
+        path, remedy = self.path / "spec.json", f"remove {self.path} to start again"
         try:
             found = json.loads(path.read_text(encoding="utf-8"))
         except ValueError as error:
-            raise UserError(f"{path}: {error}", remedy=f"remove {self.path} to begin anew") from None
+            raise UserError(f"{path}: {error}", remedy=remedy) from None
         if found.get("format") != FORMAT:
-            raise UserError(f"{path}: expected format {FORMAT}", remedy=f"remove {self.path} to begin anew")
+            raise UserError(f"{path}: expected format {FORMAT}", remedy=remedy)
         return found
 
     @cached_property
     def grid(self) -> Grid:
+        """How the picture is cut into tiles."""
         picture = self.spec["picture"]
         return Grid(tuple(picture["parameters"]["region"]), picture["tiles"])
 
@@ -113,12 +114,12 @@ class Folder:
         return (self.path / f"{number}.npy").is_file()
 
     def there(self) -> set[int]:
-        """The tiles that are there."""
+        """The numbers of the finished tiles."""
         names = (name.removesuffix(".npy") for name in os.listdir(self.path) if name.endswith(".npy"))
         return {int(name) for name in names if name.isdecimal()}
 
     def keep(self, number: int, array: np.ndarray, facts: dict) -> None:
-        """Keep a tile. Two tasks may be about the same one: each writes files of its own, and the last one stays."""
+        """Stores a tile. Two tasks may render the same one: each writes files of its own, and the last ones stay."""
         mine = self.path / f"{number}-{socket.gethostname()}-{os.getpid()}"
         for suffix, write in (
             (".json", lambda path: store.write_whole(path, json.dumps(facts) + "\n")),
@@ -129,6 +130,7 @@ class Folder:
             os.replace(part, self.path / f"{number}{suffix}")
 
     def facts(self, number: int) -> dict:
+        """The facts of a tile. UserError if they are damaged."""
         path = self.path / f"{number}.json"
         try:
             return json.loads(path.read_text(encoding="utf-8"))
@@ -136,7 +138,7 @@ class Folder:
             raise UserError(f"{path}: {error}", remedy=AGAIN.format(f"{number}.npy")) from None
 
     def tile(self, number: int) -> np.ndarray:
-        """A tile, mapped: what is not looked at takes no memory. UserError if it is damaged."""
+        """A tile (height, width, 3), mapped from its file into memory. UserError if it is damaged."""
         path = self.path / f"{number}.npy"
         try:
             found = np.load(path, mmap_mode="r", allow_pickle=False)
@@ -148,7 +150,7 @@ class Folder:
         return found
 
     def crop(self, x0: int, y0: int, x1: int, y1: int) -> np.ndarray:
-        """Pixels of the picture, counted from its own corner, shape (y1 - y0, x1 - x0, 3), of tiles that are there."""
+        """Pixels of the picture, (y1 - y0, x1 - x0, 3), counted from the corner of its region. All tiles must exist."""
         side, found = self.grid.side, None
         for top in range(y0 // side * side, y1, side):
             for left in range(x0 // side * side, x1, side):
@@ -162,69 +164,56 @@ class Folder:
         return found
 
     def batches(self) -> list[dict]:
+        """The content of batches.json; [] if there is none."""
         try:
             return json.loads((self.path / "batches.json").read_text(encoding="utf-8"))
         except FileNotFoundError:
             return []
 
     def add(self, groups: list[list[int]], timeout: float) -> range:
-        """Make a batch of each group of tiles; their numbers."""
+        """Adds a batch for each group of tiles; returns their numbers. timeout: s for each tile."""
         before = self.batches()
         after = [*before, *({"tiles": group, "timeout": timeout} for group in groups)]
         store.write_whole(self.path / "batches.json", json.dumps(after) + "\n")
         return range(len(before), len(after))
 
     def submitted(self, batch: int, name: str, executor: str) -> None:
-        """Write down that an executor has taken a batch as the job `name`."""
-        line = json.dumps({"batch": batch, "job": name, "executor": executor})
-        with open(self.path / "jobs.jsonl", "a", encoding="utf-8") as file:
-            file.write(f"\n{line}")  # in front, for the line before it may have been cut off
-            file.flush()
-            os.fsync(file.fileno())
+        """Records that an executor has accepted a batch as the job `name`."""
+        lines.append(self.path / "jobs.jsonl", {"batch": batch, "job": name, "executor": executor})
 
     def jobs(self, executor: str) -> dict[int, str]:
-        """The job of each batch that this executor has taken."""
-        try:
-            lines = (self.path / "jobs.jsonl").read_text(encoding="utf-8").splitlines()
-        except FileNotFoundError:
-            return {}
-        found = {}
-        for line in filter(None, lines):
-            try:
-                told = json.loads(line)
-            except ValueError:  # it was cut off
-                continue
-            if told["executor"] == executor:
-                found[told["batch"]] = told["job"]
-        return found
+        """The job of each batch that this executor has accepted."""
+        told = lines.read(self.path / "jobs.jsonl")
+        return {line["batch"]: line["job"] for line in told if line["executor"] == executor}
 
     def refuse(self, batch: int, why: str) -> None:
+        """Records why the task of a batch ended."""
         store.write_whole(self.path / f"refused-{batch}.txt", why + "\n")
 
     def refused(self, batch: int) -> str | None:
-        """Why the task ended before its tiles were there, in its own words; None if it has not said so."""
+        """The reason that the task of a batch recorded; None if there is none."""
         try:
             return (self.path / f"refused-{batch}.txt").read_text(encoding="utf-8").strip()
         except FileNotFoundError:
             return None
 
     def remove(self) -> None:
-        """Remove it, the spec last, so that the rest is a folder of tiles still after a kill. Files of others stay."""
+        """Removes it, spec.json last, so that it is still a folder of tiles after a kill. Other files stay."""
         for path in self.path.iterdir():
-            if path.name == "logs":  # jobs that are about to end may still write there
+            if path.name == "logs":  # ending jobs may still write there
                 shutil.rmtree(path, ignore_errors=True)
             elif OWN.fullmatch(path.name) and path.name != "spec.json":
                 path.unlink(missing_ok=True)
         (self.path / "spec.json").unlink(missing_ok=True)
-        with contextlib.suppress(OSError):  # not empty: it holds files that rayrace did not write
+        with contextlib.suppress(OSError):  # not empty: it has files that rayrace did not write
             self.path.rmdir()
 
 
 def work(folder: str, number: int) -> None:
-    """Render what is missing of batch `number`: the task of an executor. Why it could not is left in the folder."""
+    """Renders the missing tiles of batch `number`, as the task of an executor; records in the folder why it failed."""
     place = Folder(Path(folder))
     if not place.is_begun() or number >= len(place.batches()):
-        print(f"{folder}: the picture is finished, or was begun anew")
+        print(f"{folder}: the picture is finished, or was started again")
         return
     batch = place.batches()[number]
     try:
@@ -240,7 +229,7 @@ def work(folder: str, number: int) -> None:
 
 @dataclass(frozen=True)
 class _Ready:
-    """All that a renderer is given, but for the region."""
+    """The inputs of a renderer for all tiles; only the region differs."""
 
     entry: Entry
     arrays: dict[str, np.ndarray]
@@ -250,7 +239,7 @@ class _Ready:
 
 @lru_cache(maxsize=1)
 def _ready(text: str) -> _Ready:
-    """By the text of the spec. UserError if what is here would make another picture."""
+    """The inputs, from the text of spec.json. UserError if scene, renderer or packages on this host differ from it."""
     spec = json.loads(text)
     picture = spec["picture"]
     entry = registry.find(picture["variant"], registry.entries((Path(spec["renderer"]),)))
@@ -261,7 +250,7 @@ def _ready(text: str) -> _Ready:
     arrays = flatten(scene, parameters.arithmetic)
     differs = changes(picture, describe(entry, arrays, parameters, picture["tiles"]))
     if differs:
-        raise UserError(f"what is here makes another picture: {differs}")
+        raise UserError(f"this host would render another picture: {differs}")
     return _Ready(entry, arrays, parameters, needs_of(scene, parameters))
 
 
@@ -272,18 +261,14 @@ def _render(place: Folder, number: int, timeout: float) -> None:
     result = repetition.run(entry, ready.arrays, parameters, ready.needs, timeout, cache=single.kernels(entry))
     if result.status != "ok":
         raise UserError(f"{entry.name}: {result.status} at --region {','.join(map(str, region))}: {result.reason}")
-    if changed := entry.renderer.changed():  # else nobody knows which of the two has made it
-        raise UserError(f"{entry.name} was edited meanwhile: {', '.join(changed)}")
-    limit = None
-    if result.dropped is not None:
-        bounds = bound.bound(ready.arrays, parameters.depth, result.dropped)
-        limit = {"max": float(bounds.max()), "mean": float(bounds.mean())}
+    if changed := entry.renderer.changed():  # either version may have made the tile
+        raise UserError(f"{entry.name} was edited during rendering: {', '.join(changed)}")
     facts = {
         "dtype": str(result.array.dtype),
         "render_s": sum(frame["end"] - frame["start"] for frame in result.said.frames),
         "wall_s": result.outcome.wall_s,
         "rays": result.said.rays,
-        "bound": limit,
+        "bound": single.cut_off(ready.arrays, parameters, result),
         "device": result.said.device,
         "unranked": row.unranked(entry, result.said),
         "host": socket.gethostname(),

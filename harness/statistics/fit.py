@@ -16,11 +16,11 @@ import numpy as np
 
 from harness.statistics.statistics import LEVEL
 
-FREE = 3  # observations more than coefficients that a fit needs
+FREE = 3  # observations that a fit needs beyond the number of coefficients
 
 
 class Unfit(ValueError):
-    """There is no such fit; its text says why."""
+    """The data determine no fit; the text says why."""
 
 
 class Coefficient(NamedTuple):
@@ -33,9 +33,8 @@ class Coefficient(NamedTuple):
 
 @dataclass(frozen=True)
 class Line:
-    """T = a + b * work, of so many cells. a: s. b: s per unit of work.
-
-    spread: of the relative residuals, as a standard deviation.
+    """The fit T = a + b * work. a: s; b: s per unit of work; spread: standard deviation of the relative residuals;
+    cells: their number.
     """
 
     a: Coefficient
@@ -44,21 +43,22 @@ class Line:
     cells: int
 
     def seconds(self, work: np.ndarray) -> np.ndarray:
+        """T in s for amounts of work."""
         return self.a.value + self.b.value * work
 
 
 def line(work: np.ndarray, seconds: np.ndarray) -> Line:
-    """The weighted least squares line through cells, one work and one time (s) each. Unfit if there is none."""
+    """The weighted least squares line through cells, each with its work and its time (s). Unfit if there is none."""
     work, seconds = np.asarray(work, dtype=float), np.asarray(seconds, dtype=float)
-    unit = work.max(initial=0) or 1.0  # of work, so that both columns are of one size
+    unit = work.max(initial=0) or 1.0  # of work, so that both columns have similar sizes
     (a, b), spread = _fit({"work": work / unit}, seconds, 1 / seconds**2)
     return Line(a, Coefficient(*(float(end / unit) for end in b)), spread, len(seconds))
 
 
 def exponents(factors: dict[str, np.ndarray], seconds: np.ndarray) -> dict[str, Coefficient]:
-    """The power of each factor, all of them positive, in T = c * product of powers. Unfit if there is none.
+    """The exponent of each factor in T = c * product of powers. factors: positive values. Unfit if there is none.
 
-    A time a + b * w grows with the power 1 - a / T of w, not 1: give cells whose time is well above a.
+    A time a + b * w has the exponent 1 - a / T in w, not 1, so give cells whose time is well above a.
     """
     logs = {name: np.log(np.asarray(values, dtype=float)) for name, values in factors.items()}
     (_, *found), _ = _fit(logs, np.log(np.asarray(seconds, dtype=float)), 1.0)
@@ -66,9 +66,9 @@ def exponents(factors: dict[str, np.ndarray], seconds: np.ndarray) -> dict[str, 
 
 
 def noise(per_process: list[float]) -> float:
-    """Relative standard error of the median over processes, from their MAD, which an outlier does not move; NaN of one.
+    """Relative standard error of the median over processes, from their MAD, which is robust; NaN for one process.
 
-    Both as of a normal distribution: 1.4826 MAD for its standard deviation, of which sqrt(pi / 2 n) is the error.
+    As for a normal distribution: the standard deviation is 1.4826 MAD, the error of the median sqrt(pi / 2 n) of that.
     """
     from scipy import stats
 
@@ -80,7 +80,7 @@ def noise(per_process: list[float]) -> float:
 
 
 def _fit(columns: dict[str, np.ndarray], y: np.ndarray, weights) -> tuple[list[Coefficient], float]:
-    """Coefficients of a constant and the columns, and the standard deviation of weighted residuals."""
+    """The coefficients of a constant and of the columns, and the standard deviation of the weighted residuals."""
     from scipy import stats
 
     matrix = np.column_stack([np.ones(len(y)), *columns.values()])
@@ -89,13 +89,15 @@ def _fit(columns: dict[str, np.ndarray], y: np.ndarray, weights) -> tuple[list[C
         raise Unfit(f"{len(y)} cell{'s' * (len(y) != 1)}, {need} are needed")
     if np.linalg.matrix_rank(matrix) < matrix.shape[1]:
         fixed = [name for name, values in columns.items() if np.ptp(values) == 0]
-        raise Unfit(f"{' and '.join(fixed)} not varied" if fixed else f"not all of {', '.join(columns)} varied apart")
+        raise Unfit(
+            f"{' and '.join(fixed)} not varied" if fixed else f"not all of {', '.join(columns)} varied independently"
+        )
     root = np.sqrt(np.broadcast_to(weights, len(y)))
     matrix, y = matrix * root[:, None], y * root
     q, r = np.linalg.qr(matrix)
     leverage = (q**2).sum(axis=1)
     if leverage.max() > 1 - 1e-9:  # HC3 divides by 1 - leverage
-        raise Unfit("a coefficient hangs on one cell alone")
+        raise Unfit("a coefficient depends on one cell alone")
     values = np.linalg.solve(r, q.T @ y)
     residuals = y - matrix @ values
     free = len(y) - len(values)

@@ -1,5 +1,6 @@
-"""Medians and ratios with intervals, outliers, and the noise floor. The process is the unit: frames of one process are
-not independent of each other.
+"""Computes medians and ratios with intervals, outliers, and the noise floor.
+
+The unit of observation is the process, as frames of one process are not independent of each other.
 """
 
 from collections.abc import Sequence
@@ -10,16 +11,16 @@ from statistics import median as middle  # without numpy: quicker for the few fr
 import numpy as np
 
 LEVEL = 0.95
-LEAST = 5  # processes that an interval needs: the range of 5 covers the median with 93.75 %, that of 4 with 87.5 %
+LEAST = 5  # processes that an interval needs: the range of 5 covers the median with 93.75 %, of 4 with 87.5 %
 RESAMPLES = 4999
 OUTLYING = 14.826  # times MAD, which is 10 standard deviations of a normal distribution, as in hyperfine
-LEAST_MAD = 0.002  # of the median: repetitions that agree better than the clock and the system can are not noiseless
+LEAST_MAD = 0.002  # of the median: closer agreement of repetitions is chance, given clock and system
 NOT_RESOLVED = "not resolved"
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value and its 95 % interval; low and high are None, and `note` says why, where processes are too few."""
+    """A value and its 95 % interval; low and high are None for too few processes, with the reason in `note`."""
 
     value: float
     low: float | None
@@ -30,10 +31,9 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Floor:
-    """The noise floor of a run, from a cell that was run twice in every round (an A/A pair).
+    """The noise floor of a run, from a cell that ran twice in every round (an A/A pair).
 
-    ratio: of its two medians, which differ by noise alone; None if there is no such pair. reason: "" or why `value`
-    is None.
+    ratio: of the two processes, which differ by noise alone; None without a pair. reason: "", or why `value` is None.
     """
 
     ratio: Estimate | None
@@ -41,21 +41,22 @@ class Floor:
 
     @property
     def value(self) -> float | None:
-        """The largest relative difference that the interval of the pair holds; None if that is not known."""
+        """The largest relative difference in the interval of the pair; None if unknown."""
         if self.ratio is None or self.ratio.low is None:
             return None
         return max(difference(self.ratio.low), difference(self.ratio.high))
 
 
 def too_few(processes: int) -> str:
+    """The note of an Estimate without an interval."""
     return f"no interval from {processes} process{'es' if processes > 1 else ''}"
 
 
 def median(per_process: Sequence[float]) -> Estimate:
-    """Median over processes; the interval lies between two of them and holds for any distribution.
+    """Median over processes, with an interval between two of them that holds for any distribution.
 
-    Of the pairs of ranks (k, n + 1 - k) the narrowest that covers the median with at least 95 %, by the binomial
-    distribution (Conover, Practical Nonparametric Statistics, 1999, section 3.2); of 5 processes the range.
+    The ends have the ranks (k, n + 1 - k): the narrowest pair that covers the median with at least 95 % by the binomial
+    distribution (Conover, Practical Nonparametric Statistics, 1999, section 3.2); for 5 processes the range.
     """
     values = np.sort(np.asarray(per_process, dtype=float))
     count = len(values)
@@ -68,7 +69,7 @@ def median(per_process: Sequence[float]) -> Estimate:
 
 @lru_cache
 def _rank(count: int) -> int:
-    """The rank, from 1, of the lower end of the interval."""
+    """The rank, from 1, of the interval's lower end."""
     from scipy import stats
 
     return max(1, int(stats.binom.ppf((1 - LEVEL) / 2, count, 0.5)))
@@ -77,11 +78,11 @@ def _rank(count: int) -> int:
 def ratio(above: Sequence[float], below: Sequence[float], paired: bool = False, seed: int = 1) -> Estimate:
     """Ratio of two times with its interval.
 
-    Of the medians over processes, with a bootstrap interval (percentile): those of each side are resampled for
-    themselves. If paired, the `median` over rounds, of one process each, of the ratio in a round: what disturbed both
-    of a round cancels, and what a drift leaves of one round is undone by the next, which runs backwards. (The medians
-    of 5 processes are of one round each, and apart by what drifted within it. A bootstrap of the median of 7 rounds
-    covers 88 %, so theirs is the interval of `median`.) Then both have the same length and order, else ValueError.
+    Not paired: the ratio of the medians over processes, with a bootstrap interval (percentile); both sides are
+    resampled independently. Paired: the `median` over rounds of the ratio within a round. Disturbances of a whole round
+    cancel, and the drift within a round is undone by the next, which runs in reverse order. Its interval is that of
+    `median`, as a bootstrap of the median of 7 rounds covers only 88 %. `above` and `below` then have one process for
+    each round, in order; ValueError if their lengths differ.
     """
     if not paired:
         return _ratio(tuple(above), tuple(below), seed)
@@ -109,9 +110,9 @@ def _ratio(above: tuple[float, ...], below: tuple[float, ...], seed: int) -> Est
 
 
 def outliers(values: Sequence[float]) -> list[bool]:
-    """For each value: does it lie further from the median than 14.826 times the median absolute deviation (MAD)?
+    """For each value: whether its distance from the median is above 14.826 times the median absolute deviation (MAD).
 
-    The MAD is taken as 0.2 % of the median at least. Fewer than 5 values have no outliers: their MAD says nothing.
+    The MAD is set to at least 0.2 % of the median. Fewer than 5 values have no outliers, as their MAD means nothing.
     """
     if len(values) < LEAST:
         return [False] * len(values)
@@ -122,7 +123,7 @@ def outliers(values: Sequence[float]) -> list[bool]:
 
 
 def noise_floor(first: Sequence[float], again: Sequence[float]) -> Floor:
-    """Computes the noise floor of an A/A pair: times of the first and the second process of each round, in order."""
+    """The noise floor of an A/A pair. first, again: times of the first and the second process of each round."""
     if not len(first) or not len(again):
         return Floor(None, "no round has a steady time of both processes of the pair")
     found = ratio(again, first, paired=True)
@@ -130,14 +131,13 @@ def noise_floor(first: Sequence[float], again: Sequence[float]) -> Floor:
 
 
 def difference(ratio: float) -> float:
-    """How far a ratio is from 1, the same for a / b and b / a: 0.25 for 1.25 and for 0.8."""
+    """The distance of a ratio from 1, equal for a / b and b / a: 0.25 for 1.25 and for 0.8."""
     return max(ratio, 1 / ratio) - 1
 
 
 def verdict(ratio: Estimate, floor: float | None) -> str:
-    """ "faster", "slower" or "not resolved": is the ratio surely below or above 1, and by more than the noise floor?
-
-    Without a floor the interval alone decides; without an interval nothing is resolved.
+    """ "faster" or "slower" if the ratio is significantly below or above 1 and differs from 1 by more than the noise
+    floor, else "not resolved". Without a floor the interval alone decides; without an interval nothing is resolved.
     """
     if ratio.low is None or ratio.low <= 1 <= ratio.high or difference(ratio.value) <= (floor or 0.0):
         return NOT_RESOLVED

@@ -1,19 +1,19 @@
 """Separates warm-up from steady state in the frames of one process, by one rule.
 
-Frame 0 is never steady: it may have what happens once. With fewer than 10 later frames nothing more can be told:
-all of them are taken as steady, and the state is "assumed". Otherwise:
+Frame 0 is never steady, as it may include one-time work. Fewer than 10 later frames are too few to judge: all of them
+count as steady, and the state is "assumed". Otherwise:
 
 1. The level is the median of the last half of the later frames. The band around it is as wide as 5 standard deviations
    of that half (1.4826 MAD), and 2 % of the level at least, on either side.
-2. The warm-up ends at the first frame in the band of whose next 8 at least half are in the band too, so that neither an
-   outlier after it nor a lucky frame within it counts for more than it is.
-3. The state is "steady" if what follows is at least 2/3 of the later frames, and if the medians of its two halves
-   differ by no more than 5 %, or than 3 standard errors where frames scatter so much. Otherwise it is "none": the
-   process was still warming up, drifted, or changed its level.
+2. The warm-up ends at the first frame in the band for which at least half of the next 8 frames are in the band too.
+   So neither a later outlier nor one fast frame during the warm-up decides.
+3. The state is "steady" if the frames from there on are at least 2/3 of the later frames, and the medians of their two
+   halves differ by at most 5 %, or 3 standard errors if that is more. Otherwise it is "none": the process was still
+   warming up, drifted, or changed its level.
 
-After Kalibera and Jones (Rigorous benchmarking in reasonable time, ISMM 2013), who find the end of the warm-up for each
-benchmark, and Barrett et al. (Virtual machine warmup blows hot and cold, OOPSLA 2017), who let a process have no steady
-state; here by a rule instead of by eye or by change points, which need hundreds of frames.
+After Kalibera and Jones (Rigorous benchmarking in reasonable time, ISMM 2013), who determine the end of the warm-up for
+each benchmark by eye, and Barrett et al. (Virtual machine warmup blows hot and cold, OOPSLA 2017), who also report "no
+steady state" but use change points, which need hundreds of frames.
 """
 
 import math
@@ -31,9 +31,10 @@ DRIFT, ERRORS = 0.05, 3.0  # between halves: relative; standard errors
 
 @dataclass(frozen=True)
 class Steady:
-    """first: the first steady frame, None if there is none. state: "steady", "assumed" or "none". note: "" or why none.
+    """The steady frames of a process.
 
-    warm_up: frames before the level was reached, frame 0 included; None if it cannot be told.
+    first: the first one, None if there is none. state: "steady", "assumed" or "none". note: "", or why there is none.
+    warm_up: number of frames before the level was reached, with frame 0; None if unknown.
     """
 
     first: int | None
@@ -43,12 +44,12 @@ class Steady:
 
     @property
     def start(self) -> int:
-        """From which frame on its frames count: where there is no steady state, all but the first stand for it."""
+        """The first frame that counts; without a steady state that is frame 1."""
         return 1 if self.first is None else self.first
 
 
 def find(frames_s: Sequence[float]) -> Steady:
-    """The steady frames of a process, from the seconds of all its frames, the first one first."""
+    """Finds the steady frames of a process. frames_s: durations of all its frames in order, s."""
     later = len(frames_s) - 1
     if later < 1:
         return Steady(None, "none", NO_FRAMES)
@@ -63,12 +64,12 @@ def find(frames_s: Sequence[float]) -> Steady:
     first = max(1, warm_up)
     rest = frames_s[first:]
     if len(rest) < SHARE * later:
-        return Steady(None, "none", f"{NO_STATE}: {first} of {later + 1} frames went by before the last ones' level")
+        return Steady(None, "none", f"{NO_STATE}: {first} of {later + 1} frames came before the last level")
     early, late = rest[: len(rest) // 2], rest[len(rest) // 2 :]
     before, after = median(early), median(late)
     error = math.hypot(_error(early, before), _error(late, after))
     if abs(after - before) > max(DRIFT * min(before, after), ERRORS * error):
-        return Steady(None, "none", f"{NO_STATE}: its frames still get {_change(before, after)}")
+        return Steady(None, "none", f"{NO_STATE}: its frames still became {_change(before, after)}")
     return Steady(first, "steady", warm_up=warm_up)
 
 
@@ -77,12 +78,12 @@ def _stays(following: list[bool]) -> bool:
 
 
 def _scale(values: Sequence[float], centre: float) -> float:
-    """Standard deviation, from the median absolute deviation, which outliers hardly move."""
+    """Standard deviation, estimated from the median absolute deviation, which is robust."""
     return 1.4826 * median(abs(value - centre) for value in values)
 
 
 def _error(values: Sequence[float], centre: float) -> float:
-    """Standard error of the median, that of normal values."""
+    """Standard error of the median of normal values."""
     return math.sqrt(math.pi / 2 / len(values)) * _scale(values, centre)
 
 

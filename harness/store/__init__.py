@@ -1,1 +1,1 @@
-"""The result folder of a run: its rows, how they are checked when read, packed runs, parts of a run."""
+"""The result folder of a run: rows and how they are checked when read, packed runs, parts of a run."""

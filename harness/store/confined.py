@@ -9,11 +9,11 @@ from pathlib import Path
 from harness.errors import UserError
 
 NAME = re.compile(r"(pictures|series|logs)/[\w-][\w.,'+-]*")
-LOOKED_INTO = "", "pictures", "series", "logs", "parts", "report"  # a report is written where an older one may be
+FOLDERS = "", "pictures", "series", "logs", "parts", "report"  # report: an older one may be overwritten
 
 
 def files(record: dict) -> Iterator[tuple[dict, str]]:
-    """(table, key) of each name of a file in a record."""
+    """Yields (table, key) for each file name in a record: table[key] is the name."""
     for table in (record, *(record.get(name) for name in ("picture", "accuracy", "error", "bound"))):
         if isinstance(table, dict):
             for key in ("file", "series", *(key for key in table if key.endswith("_file"))):
@@ -22,17 +22,16 @@ def files(record: dict) -> Iterator[tuple[dict, str]]:
 
 
 def stray(record: dict) -> str | None:
-    """The first name in a record that is of no file of a run; None if all are."""
+    """The first file name in a record that no file of a run can have; None if there is none."""
     return next((table[key] for table, key in files(record) if not NAME.fullmatch(table[key])), None)
 
 
 def check(folder: Path) -> None:
-    """UserError if the folder of a run holds a link, which may lead anywhere, or a pipe or device, whose end may never
-    come. The folder itself may be a link."""
-    for name in LOOKED_INTO:
+    """UserError if the folder of a run contains a link, which may lead anywhere, or a pipe or device, which may never
+    end. The folder itself may be a link."""
+    for name in FOLDERS:
         with contextlib.suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder / name) as entries:
             for entry in entries:
                 if not (entry.is_file(follow_symlinks=False) or entry.is_dir(follow_symlinks=False)):
-                    raise UserError(
-                        f"{entry.path}: no plain file", remedy="a run has no links; replace it by what it leads to"
-                    )
+                    remedy = "a run has no links; replace it by the file that it leads to"
+                    raise UserError(f"{entry.path}: not a plain file", remedy=remedy)

@@ -1,4 +1,4 @@
-"""The jobs of a run on a cluster: what was submitted, and how each ended (jobs.jsonl)."""
+"""Records the jobs of a run on a cluster: when each was submitted and how it ended (jobs.jsonl)."""
 
 import errno
 from dataclasses import dataclass
@@ -7,13 +7,13 @@ from pathlib import Path
 from harness.store import lines
 
 NAME, RESERVE = "jobs.jsonl", ".reserve"
-ROOM = 1 << 18  # bytes of the disk, kept for what is to be said when it is full
+ROOM = 1 << 18  # bytes of the disk that are reserved, for the lines to be written when it is full
 
 
 @dataclass
 class Job:
-    """number: of its batch. status, reason: None while it has not ended; "" if it has done all it could; else those of
-    the rows of what it has not done."""
+    """A job. number: of its batch. at: ISO time of its submission. status: None until it has ended, then "" if it has
+    done all it could, else the status of the rows that it has not done; reason: likewise."""
 
     number: int
     name: str
@@ -28,22 +28,22 @@ class Job:
 
 
 class Jobs:
-    """The jobs of the run in a folder."""
+    """The jobs of the run in a folder. told: the lines of its jobs.jsonl, if they were read before."""
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, told: list[dict] | None = None):
         self.path = Path(folder) / NAME
-        self.all = of(lines.read(self.path))
+        self.all = of(lines.read(self.path) if told is None else told)
 
     @property
     def live(self) -> list[Job]:
         return [job for job in self.all.values() if not job.ended]
 
     def last(self) -> dict[int, Job]:
-        """The last job of each batch that had one."""
-        return last(self.all)
+        """The last job of each batch that had one, by the number of the batch."""
+        return {job.number: job for job in self.all.values()}
 
     def reserve(self) -> None:
-        """Keep room on the disk."""
+        """Reserves room on the disk."""
         self.path.with_name(RESERVE).write_bytes(bytes(ROOM))
 
     def submitted(self, number: int, name: str, at: str) -> None:
@@ -55,7 +55,7 @@ class Jobs:
         self._write(job=job.name, ended=at, host=host, status=status, reason=reason)
 
     def _write(self, **line) -> None:
-        """On the disk when this returns, in the room that was kept if there is no other."""
+        """Writes a line to the disk before it returns, in the reserved room if the disk is full."""
         try:
             lines.append(self.path, line)
         except OSError as error:
@@ -66,7 +66,7 @@ class Jobs:
 
 
 def of(told: list[dict]) -> dict[str, Job]:
-    """Jobs by name, from the lines of jobs.jsonl."""
+    """The jobs by name. told: lines of jobs.jsonl."""
     found: dict[str, Job] = {}
     for line in told:
         if "submitted" in line:
@@ -75,8 +75,3 @@ def of(told: list[dict]) -> dict[str, Job]:
             job = found[line["job"]]
             job.host, job.status, job.reason = line["host"], line["status"], line["reason"]
     return found
-
-
-def last(found: dict[str, Job]) -> dict[int, Job]:
-    """The last job of each batch that had one, by the number of the batch."""
-    return {job.number: job for job in found.values()}

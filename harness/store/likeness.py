@@ -9,13 +9,13 @@ from harness.store import store
 
 KIND = tuple(name for name in (*fingerprint.MACHINE, *fingerprint.SOFTWARE) if name != "host")
 STATE = "governor", "turbo"
-MEMORY = 0.02  # of it, by which hosts of one kind differ: what the kernel takes at start is not the same
-SPEED = 0.05  # of the partition's median, below which hosts are of one speed
+MEMORY = 0.02  # relative difference of memory within one kind: the kernel reserves different amounts at start
+SPEED = 0.05  # relative difference from the partition's median up to which hosts are equally fast
 RATES = {"float64": "float64 operations a second", "bytes": "bytes a second from memory"}
 
 
 def of_run(folder: Path) -> list[str]:
-    """How hosts of one partition differ in a run on a cluster, a sentence each."""
+    """One sentence for each difference between hosts of one partition, in a run on a cluster."""
     partitions: dict[str, list[dict]] = {}
     for path in sorted(Path(folder).glob("parts/*/run.json")):
         facts = store.facts_of(path.parent)
@@ -28,7 +28,7 @@ def of_run(folder: Path) -> list[str]:
 
 
 def kinds(environments: Iterable[dict]) -> list[str]:
-    """Lists what differs between the environments, and which hosts have what."""
+    """Lists the differences between environments, each with the hosts that have each value."""
     found = []
     hosts = list({fingerprint.of(told): told for told in environments}.values())
     for name in (*KIND, *STATE):
@@ -41,12 +41,12 @@ def kinds(environments: Iterable[dict]) -> list[str]:
                 group[1].append(told["host"])
         if len(groups) > 1:
             each = "; ".join(f"{_short(value)} on {', '.join(names)}" for value, names in groups)
-            found.append(f"not alike in {name}: {each}")
+            found.append(f"hosts differ in {name}: {each}")
     return found
 
 
 def speeds(parts: list[dict]) -> list[str]:
-    """Hosts that are surely slower or faster than the others, by what they could do when their jobs began."""
+    """Lists hosts that are significantly slower or faster than the others, by the peaks measured as jobs began."""
     found = []
     for key, what in RATES.items():
         takes: dict[str, list[float]] = {}
@@ -55,7 +55,7 @@ def speeds(parts: list[dict]) -> list[str]:
         takes = {host: values for host, values in takes.items() if values}
         if len(takes) < 2:
             continue
-        middle = statistics.median_high(map(statistics.median, takes.values()))  # of two the faster
+        middle = statistics.median_high(map(statistics.median, takes.values()))  # of two hosts the faster one
         for host, values in takes.items():
             ratio = statistics.median(values) / middle
             apart = max(values) < middle if ratio < 1 else min(values) > middle
@@ -65,7 +65,7 @@ def speeds(parts: list[dict]) -> list[str]:
 
 
 def is_alike(one: dict, other: dict) -> bool:
-    """Are two environments of the same kind of host, with the same software?"""
+    """Whether two environments are of the same kind of host, with the same software."""
     return all(_same(name, one.get(name), other.get(name)) for name in KIND)
 
 
@@ -76,5 +76,5 @@ def _same(name: str, one, other) -> bool:
 
 
 def _short(value) -> str:
-    text = "nothing told" if value is None else str(value)
+    text = "unknown" if value is None else str(value)
     return text if len(text) <= 80 else f"{text[:77]}.."

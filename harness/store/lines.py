@@ -1,4 +1,4 @@
-"""Append-only files of JSON Lines: a line that was written stays, whatever happens later."""
+"""Reads and appends to files of JSON Lines. A line that was written is never lost; a torn last line is ignored."""
 
 import json
 import mmap
@@ -11,23 +11,29 @@ from harness.errors import UserError
 
 
 def read(path: Path) -> list[dict]:
-    """The whole lines of a file, the last one if it was not cut off; none if there is no file. UserError for a damaged
-    one."""
-    if not path.exists():
-        return []
-    whole, _, _ = path.read_bytes().rpartition(b"\n")
-    return [_line(line, path, number) for number, line in enumerate(whole.splitlines(), 1)]
+    """The objects in the whole lines of a file, without a torn last line; [] if there is no file. UserError, with the
+    line, for a line that is not a JSON object."""
+    return parsed(path.read_bytes(), path) if path.exists() else []
 
 
-def _line(line: bytes, path: Path, number: int) -> dict:
-    try:
-        return orjson.loads(line)
-    except ValueError:
-        raise UserError("a damaged line", file=path, line=number) from None
+def parsed(content: bytes, path: Path) -> list[dict]:
+    """`read` of a file with this content."""
+    whole, _, _ = content.rpartition(b"\n")
+    found = []
+    for number, line in enumerate(whole.splitlines(), 1):
+        if not line:  # jobs.jsonl of tiles had blank lines in version 0.1
+            continue
+        try:
+            found.append(orjson.loads(line))
+            if not isinstance(found[-1], dict):
+                raise ValueError
+        except ValueError:
+            raise UserError("a damaged line", file=path, line=number) from None
+    return found
 
 
 def cut_torn(path: Path) -> None:
-    """Take away a last line that was cut off, which nobody believes: the next would be written behind it."""
+    """Removes a torn last line, because the next line would be appended to it."""
     if not path.exists() or path.stat().st_size == 0:
         return
     with open(path, "r+b") as file:
@@ -37,13 +43,13 @@ def cut_torn(path: Path) -> None:
 
 
 def as_json(told, indent: int | None = None) -> str:
-    """JSON in ASCII, with "?" for what is no Unicode, as names of files may hold: nobody could read it back."""
+    """JSON in ASCII, with "?" for lone surrogates, which file names may contain and no reader accepts."""
     unicode = json.dumps(told, ensure_ascii=False, allow_nan=False).encode("utf-8", errors="replace")
     return json.dumps(json.loads(unicode), indent=indent)
 
 
 def append(path: Path, line: dict) -> None:
-    """Write a line at the end, on the disk when this returns."""
+    """Appends a line; it is on the disk when this returns."""
     cut_torn(path)
     with open(path, "a", encoding="utf-8") as file:
         file.write(as_json(line) + "\n")

@@ -1,4 +1,4 @@
-"""Reads the parts of a run, made by jobs on several hosts, as one run. Hosts are never pooled unasked."""
+"""Merges the parts of a run, which jobs made on several hosts, into one run. Hosts are pooled only on request."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -9,7 +9,7 @@ from harness.store.record import identity, key, lost
 
 
 def hosts(parts: list[dict]) -> dict[str, dict]:
-    """Returns the hosts of all parts with their environments, in the order in which they began, from each run.json."""
+    """The hosts of all parts and their environments, in the order in which they began. parts: the run.json of each."""
     found = {}
     for facts in sorted(parts, key=lambda facts: facts.get("started", "")):
         found.update(facts.get("hosts", {}))
@@ -17,7 +17,7 @@ def hosts(parts: list[dict]) -> dict[str, dict]:
 
 
 def standing(records: list[dict]) -> dict[tuple, dict]:
-    """Rows by key(): of two, the one that ran; of two that ran, the first."""
+    """The valid rows by key(). Of two rows of one repetition: the one that ran; of two that ran, the first."""
     rows: dict[tuple, dict] = {}
     for record in records:
         before = rows.get(key(record))
@@ -29,19 +29,19 @@ def standing(records: list[dict]) -> dict[tuple, dict]:
 def merged(
     folder: Path, front: dict, parts: list[tuple[dict, list[dict]]], told: list[dict], wanted: Collection[str] | None
 ) -> tuple[dict, list[dict]]:
-    """run.json and rows of the whole. front: its own run.json; parts: of each its run.json and its rows; told: the
-    lines of jobs.jsonl; wanted: hosts, or None for all there are, of which there must be one.
+    """run.json and rows of the whole run. front: its own run.json; parts: run.json and rows of each; told: the lines of
+    jobs.jsonl; wanted: the hosts to pool, or None. UserError if None and there are several hosts.
     """
     found = hosts([facts for facts, _ in parts])
     if wanted is None and len(found) > 1:
         remedy = "choose with --host, or see all with: rayrace report"
         raise UserError(f"{folder}: of several hosts, which are not pooled: {', '.join(found)}", remedy=remedy)
     chosen = list(found) if wanted is None else [host for host in found if host in wanted]
-    whole = len(chosen) == len(found)  # then what no host has run is told too
+    whole = len(chosen) == len(found)  # then lost rows, which no host has run, are included
     rows = standing([record for _, mine in parts for record in mine])
     records = [record for record in rows.values() if record["host"] in chosen]
     if whole:
-        records += _lost(folder, front, jobs.last(jobs.of(told)), rows)
+        records += _lost(folder, front, jobs.Jobs(folder, told).last(), rows)
     mine = [facts for facts, _ in parts if set(facts.get("hosts", ())) & set(chosen)]
     facts = {
         **front,
@@ -57,7 +57,7 @@ def merged(
 
 
 def turns(front: dict, batch: dict) -> list[tuple]:
-    """key() of all that a batch runs but load passes; both as in run.json."""
+    """key() of each repetition of a batch, without load passes. front: run.json; batch: of its executor.batches."""
     experiment, pair = front["experiment"], batch["pair"]
 
     def processes(variant: str) -> int:
@@ -69,7 +69,7 @@ def turns(front: dict, batch: dict) -> list[tuple]:
 
 
 def _lost(folder: Path, front: dict, last: dict[int, jobs.Job], rows: dict[tuple, dict]) -> list[dict]:
-    """Rows of what jobs that have ended should have run, and nobody has."""
+    """Rows of the repetitions that ended jobs should have run and no job has."""
     cells = {identity(cell): cell for cell in front["cells"]}
     found = []
     for number, batch in enumerate(front["executor"]["batches"]):
@@ -81,15 +81,14 @@ def _lost(folder: Path, front: dict, last: dict[int, jobs.Job], rows: dict[tuple
             if missing not in rows:
                 *name, repetition, kind = missing
                 if tuple(name) not in cells:
-                    raise UserError(
-                        f"{'/'.join(name)} is a cell of a batch, and none of the run", file=folder / "run.json"
-                    )
+                    why = f"{'/'.join(name)} is a cell of a batch, but not of the run"
+                    raise UserError(why, file=folder / "run.json")
                 found.append(lost(cells[tuple(name)], repetition, kind, job.status or "failed", reason, job.at))
     return found
 
 
 def _cells(front: list[dict], parts: list[dict], records: list[dict], whole: bool) -> list[dict]:
-    """The cells in the order of the plan, as those say who ran them: hosts differ in their number of threads."""
+    """The cells in the order of the plan, as the parts that ran them describe them: hosts differ in threads."""
     ran = {record["cell"] for record in records}
     there = {identity(record) for record in records}
     known: dict[tuple, dict[str, dict]] = {}
@@ -105,13 +104,13 @@ def _cells(front: list[dict], parts: list[dict], records: list[dict], whole: boo
 
 
 def _together(environments: list[dict]) -> dict | None:
-    """Returns one environment for hosts that are pooled: the first's, under all their names."""
+    """One environment for hosts that are pooled: the first host's, under all their names."""
     if len(environments) < 2:
         return environments[0] if environments else None
     return {**environments[0], "host": ", ".join(dict.fromkeys(told["host"] for told in environments))}
 
 
 def move(record: dict, prefix: str) -> None:
-    """Put a prefix before the names of all files of a record."""
+    """Puts `prefix` before all file names of a record."""
     for table, name in confined.files(record):
         table[name] = prefix + table[name]

@@ -1,6 +1,6 @@
 """Packs a run into one file, NAME.tar.xz, small enough to commit or send, without loss.
 
-What store.py describes is in it but for files that are empty. An array of numbers, PATH.npy, is stored as
+It has the files that store.py describes, except empty ones. An array of numbers, PATH.npy, is stored as
 PATH.npy.planes: its header, then the first bytes of all numbers, their second bytes and so on (HDF5 and Blosc call this
 shuffling). Pictures that differ in their last bits are alike in most planes, and xz finds what repeats.
 """
@@ -26,11 +26,11 @@ MEMBER = re.compile(
     r"jobs\.jsonl|(parts/[\w-][\w.-]*/)?(run\.json|end\.json|repetitions\.jsonl|(pictures|series|logs)/[\w.-]+)"
 )
 TEXTS = "run.json", "end.json", "repetitions.jsonl", "jobs.jsonl"  # of a run, or a part of one
-LARGEST = 4 << 30  # bytes of what is unpacked: a small file of a stranger can hold any number of zeros
-RATIO, ANY = 1000, 1 << 28  # times its size, that a run of more bytes than ANY may unpack to: of real ones it is 20
-PIECE = 1 << 20  # bytes, or numbers, of what is unpacked that are in memory at once
+LARGEST = 4 << 30  # bytes when unpacked: a small file of a stranger can unpack to any number of zeros
+RATIO, ANY = 1000, 1 << 28  # a run may unpack to ANY bytes, or RATIO times its size; real ones have a ratio of 20
+PIECE = 1 << 20  # bytes, or numbers, in memory at once when unpacking
 WIDEST = 64  # bytes of a number
-REACH = 1 << 26  # bytes: how far back xz looks for what repeats, some ten pictures
+REACH = 1 << 26  # bytes: how far back xz looks for repetitions, about ten pictures
 
 
 def is_packed(run: Path) -> bool:
@@ -43,9 +43,9 @@ def name(run: Path) -> str:
 
 
 def pack(folder: Path, file: Path, pictures: bool = True) -> None:
-    """Write the run in `folder` to `file`, the same bytes for the same run; without `pictures` only what they came to.
+    """Writes the run in `folder` to `file`, the same bytes for the same run. pictures: False leaves out all arrays.
 
-    UserError if it is no run.
+    UserError if `folder` is no run.
     """
     store.read(folder, list(store.hosts(folder)))
     places = [folder, *sorted(path.parent for path in folder.glob("parts/*/run.json"))]
@@ -74,9 +74,9 @@ def pack(folder: Path, file: Path, pictures: bool = True) -> None:
 
 @contextmanager
 def opened(run: Path) -> Iterator[Path]:
-    """The folder of a run, for as long as it is needed: `run` itself, or where a packed run is unpacked.
+    """The folder of a run: `run` itself, or a temporary folder with the packed run, until the block ends.
 
-    UserError if the file is damaged, too large, or holds what a run does not.
+    UserError if the file is damaged, too large, or contains anything that a run does not.
     """
     if not is_packed(run):
         yield run
@@ -96,11 +96,10 @@ def _unpack(file: Path, folder: Path) -> None:
             for member in tar:
                 left -= member.size
                 if not member.isreg() or not MEMBER.fullmatch(member.name):
-                    raise UserError(f"{file}: no packed run: it holds {member.name!r}")
+                    raise UserError(f"{file}: not a packed run: it contains {member.name!r}")
                 if left < 0:
-                    raise UserError(
-                        f"{file}: more than {LARGEST >> 30} GiB when unpacked, or than {RATIO} times its size"
-                    )
+                    most = f"{LARGEST >> 30} GiB, or {RATIO} times its size"
+                    raise UserError(f"{file}: too large when unpacked: more than {most}")
                 path = folder / member.name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with open(path, "wb") as file_inside:
@@ -109,13 +108,12 @@ def _unpack(file: Path, folder: Path) -> None:
                     _numbers(path, path.with_suffix(""))
                     path.unlink()
     except (OSError, EOFError, lzma.LZMAError, tarfile.TarError, ValueError, OverflowError) as error:
-        raise UserError(
-            f"{file}: not a packed run: {error}", remedy="make one with: rayrace export RUN --format packed -o FILE"
-        ) from None
+        remedy = "make one with: rayrace export RUN --format packed -o FILE"
+        raise UserError(f"{file}: not a packed run: {error}", remedy=remedy) from None
 
 
 def _planes(npy: bytes) -> bytes:
-    """The planes of an .npy file."""
+    """The content of the .planes file for the content of an .npy file."""
     file = io.BytesIO(npy)
     size = _head(file)
     numbers = np.frombuffer(npy, np.uint8, offset=file.tell()).reshape(-1, size)
@@ -123,13 +121,13 @@ def _planes(npy: bytes) -> bytes:
 
 
 def _numbers(planes: Path, npy: Path) -> None:
-    """Make the .npy file of its planes, a piece at a time: a small file can be packed of any number."""
+    """Writes the .npy file of a .planes file, piece by piece, as a small packed file can hold any number of numbers."""
     with open(planes, "rb") as file, open(npy, "wb") as out:
         size = _head(file)
         start = file.tell()
         count, rest = divmod(planes.stat().st_size - start, size)
         if rest:
-            raise ValueError("planes that are not of one length")
+            raise ValueError("planes of different lengths")
         file.seek(0)
         out.write(file.read(start))
         for first in range(0, count, PIECE):
@@ -141,12 +139,12 @@ def _numbers(planes: Path, npy: Path) -> None:
 
 
 def _head(file: BinaryIO) -> int:
-    """Read the header of an .npy file: the bytes of one of its numbers. ValueError if it is none."""
+    """Reads the header of an .npy file; returns the bytes of one number. ValueError if there is no valid header."""
     version = np.lib.format.read_magic(file)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     try:
         _, _, dtype = read(file)
-    except Exception as error:  # of many kinds: it is parsed as Python
+    except Exception as error:  # of any kind: numpy parses the header as Python
         raise ValueError(f"no header of an array: {error}") from None
     if dtype.hasobject:
         raise ValueError("an array of objects")

@@ -1,8 +1,8 @@
-"""Names and identities of the rows of a run, and the row of a repetition that nobody ran."""
+"""Defines the keys and identities of the rows of a run, and the row of a repetition that no job ran."""
 
 import json
 
-# What a process tells, and what is found out about it.
+# Keys by origin: from the process and its measurer; verdicts on its result; everything else.
 MEASURED = (
     *("wall_s", "phases", "frames_s", "frame_renders", "frame_parts", "cpu", "memory", "rays"),
     *("used", "versions", "device", "measurer", "series"),
@@ -15,17 +15,17 @@ AROUND = "shapes", "lights", "unranked", "peaks", "disturbed", "gpu", "build", "
 
 
 def identity(told: dict) -> tuple[str, str, str]:
-    """Returns the identity of a cell in the experiment, from its facts or a row: variant, scene, point."""
+    """The identity of a cell in the experiment: variant, scene, point. told: facts of the cell, or a row."""
     return told["variant"], told["scene"], json.dumps(told["point"], sort_keys=True)
 
 
 def key(record: dict) -> tuple:
-    """Returns the key of a repetition, which no two valid rows share."""
+    """The key of a repetition, which no two valid rows share."""
     return *identity(record), record["repetition"], record["pass"]
 
 
 def lost(cell: dict, number: int, kind: str, status: str, reason: str, started: str) -> dict:
-    """The row of a repetition of a cell, by its facts, that nobody ran. started: when it was asked for."""
+    """The row of a repetition that no job ran. cell: its facts; kind: the pass; started: ISO time of its submission."""
     nothing = dict.fromkeys((*MEASURED, *JUDGED, *AROUND))
     told = {"repetition": number, "pass": kind, "status": status, "reason": reason, "started": started, "warnings": []}
     return {**cell, **nothing, **told, "lost": True}

@@ -1,6 +1,6 @@
-"""The schema that a stored run is checked against when it is read: it may be a stranger's, or damaged.
+"""Checks a stored run against a schema when it is read, as it may be a stranger's, or damaged.
 
-Kinds of values are held to here, and that what a report is made of is there; whatever else a run says may be anything.
+It checks the types of known values, and that the values which a report needs exist. Other values may be anything.
 """
 
 import dataclasses
@@ -24,7 +24,7 @@ Value = Plain | list[Plain] | dict[str, Plain]
 
 
 def _some(called: str, /, **kinds):
-    """A table in which these, if they are there, are of these kinds."""
+    """A table type: each of these keys, if it exists, has this type."""
     made = TypedDict(called, kinds, total=False)
     made.__pydantic_config__ = ConfigDict(strict=True)
     return made
@@ -157,7 +157,7 @@ Learnt = _some(
 
 _ROW, _FACTS, _LINE, _LEARNT = map(TypeAdapter, (Row, Facts, Line, Learnt))
 
-# What the report of a run is made of.
+# Keys that the report of a run needs.
 OF_RUN = "title", "experiment", "started", "command", "environment", "cells"
 OF_CELL = "cell", "variant", "scene", "point", "parameters"
 OF_ROW = (
@@ -171,12 +171,12 @@ OF_EXPERIMENT = "processes", "override", "measure"
 
 
 def row(told, file: Path, line: int) -> None:
-    """UserError if a record is none."""
+    """UserError if a line of repetitions.jsonl has values of wrong types."""
     _check(_ROW, told, file, line)
 
 
 def teaches(record) -> bool:
-    """Whether predict.py can use a record, which it looks for in any run that lies about."""
+    """Whether predict.py can learn from a record, which may be of any version."""
     try:
         _LEARNT.validate_python(record)
     except ValidationError:
@@ -185,14 +185,14 @@ def teaches(record) -> bool:
 
 
 def facts(told, file: Path) -> None:
-    """UserError if a run.json is none."""
+    """UserError if a run.json has values of wrong types, or a cell has no key."""
     _check(_FACTS, told, file)
     for number, cell in enumerate(told.get("cells", ())):
         _there(("cell",), cell, f"cells.{number}.", file)
 
 
 def job(told, file: Path, line: int) -> None:
-    """UserError if a line of jobs.jsonl is none."""
+    """UserError if a line of jobs.jsonl lacks a key, or has values of wrong types."""
     _check(_LINE, told, file, line)
     _there(("number",) if "submitted" in told else ("host", "status", "reason"), told, f"line {line}: ", file)
 
@@ -207,17 +207,18 @@ def front(told: dict, file: Path) -> None:
 
 
 def part(told: dict, records: list[dict], folder: Path) -> None:
-    """UserError if a part of a run on a cluster cannot be put together with others."""
-    _there(("environment", "cells"), told, "", Path(folder) / "run.json")
-    _there(("host",), told["environment"], "environment.", Path(folder) / "run.json")
+    """UserError if a part of a run on a cluster cannot be merged with others."""
+    file = Path(folder) / "run.json"
+    _there(("environment", "cells"), told, "", file)
+    _there(("host",), told["environment"], "environment.", file)
     for cell in told["cells"]:
-        _there(OF_CELL[:4], cell, f"{cell['cell']}: ", Path(folder) / "run.json")
+        _there(OF_CELL[:4], cell, f"{cell['cell']}: ", file)
     for record in records:
-        _there(OF_PART, record, f"repetition {record.get('repetition')}: ", Path(folder) / "repetitions.jsonl")
+        _there(OF_PART, record, f"repetition {record.get('repetition')}: ", file.with_name("repetitions.jsonl"))
 
 
 def complete(told: dict, records: list[dict], folder: Path) -> None:
-    """UserError if no report can be made of a run, by its run.json and its records."""
+    """UserError if the run.json or the records of a run lack a key that a report needs."""
     file = Path(folder) / "run.json"
     _there(OF_RUN, told, "", file)
     _there(("processes", "frames", "image", "measure"), told["experiment"], "experiment.", file)
@@ -236,7 +237,7 @@ def complete(told: dict, records: list[dict], folder: Path) -> None:
 
 def _there(names: tuple[str, ...], told: dict, place: str, file: Path) -> None:
     if missing := [name for name in names if name not in told or (told[name] is None and name in NEVER_NONE)]:
-        raise UserError(f"{place}{missing[0]} is not there", file=file, remedy=REMEDY)
+        raise UserError(f"{place}{missing[0]} is missing", file=file, remedy=REMEDY)
 
 
 REMEDY = "it is damaged, or of another version of rayrace"

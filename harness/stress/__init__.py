@@ -1,11 +1,11 @@
-"""The catalogue of failures: each row generates inputs under growing stress, and knows their truth."""
+"""The catalogue of failures: each row generates inputs of growing stress and judges results by their truth."""
 
 from functools import cache
 from importlib import import_module
 
 from harness.stress.row import Row
 
-# The modules that have rows, in the order of the catalogue (docs: where methods fail).
+# The modules with rows, in the order of the catalogue (docs: where methods fail).
 MODULES = (
     "geometry.spheres", "geometry.huge", "geometry.ellipsoids", "geometry.scales", "light.acne", "light.leak",
     "execution.drift", "geometry.cracks", "geometry.slivers", "geometry.slabs", "geometry.coincident",
@@ -16,6 +16,6 @@ MODULES = (
 
 @cache
 def rows() -> dict[str, Row]:
-    """Every row of the catalogue by its name, in its order."""
+    """The rows of the catalogue by name, in order."""
     found = [row for module in MODULES for row in import_module(f"harness.stress.{module}").ROWS]
     return {row.name: row for row in found}

@@ -1,24 +1,26 @@
-"""Exact hits of lists of rays: a float is an integer times a power of two, and Python's integers do not round.
+"""Computes exact hits of lists of rays: a float is an integer times a power of two, and Python's integers do not round.
 
-Arrays of integers are NumPy arrays of dtype object. All that a truth starts from is brought to one unit 2^-scale, and
-only what is homogeneous is asked of it: signs, and t, which is a ratio.
+Arrays of integers are NumPy arrays of dtype object. All inputs of a truth are converted to one unit, 2^-scale. Only
+homogeneous results are computed from them: signs, and t, which is a ratio.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from harness.scene.model import Camera, Material, Scene
-from harness.stress.row import Finding
+from harness.stress.row import Finding, Trial
 
 MATERIAL = Material((0.5, 0.5, 0.5), 0.0, 1.0, (0.0, 0.0, 0.0), 1.0, 1.0)
 NOT_UNIT = 0.01
-CAMERA = Camera((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 5.0))  # of no use to rays
+CAMERA = Camera((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 5.0))  # jobs of kind rays ignore it
 
 
 def scene(*objects) -> Scene:
-    """Nothing but the objects: all that rays need."""
+    """A scene of these objects without lights."""
     return Scene(CAMERA, objects)
 
 
@@ -28,7 +30,7 @@ def triple(values) -> tuple[float, float, float]:
 
 
 def whole(*arrays) -> tuple[int, list[np.ndarray]]:
-    """The scale, and each array of floats as integers in units of 2^-scale."""
+    """Returns the scale, and each array of floats as integers in units of 2^-scale."""
     parts = [np.frexp(np.asarray(array, dtype=np.float64)) for array in arrays]
     scale = max(int((53 - e)[m != 0].max(initial=0)) for m, e in parts)
     found = []
@@ -48,7 +50,7 @@ def cross(a, b):
 
 
 def sign(values) -> np.ndarray:
-    """-1, 0 or 1 of integers."""
+    """The signs of integers: -1, 0 or 1."""
     return (values > 0).astype(int) - (values < 0).astype(int)
 
 
@@ -71,7 +73,7 @@ class Truth:
     bits: int
 
     def apart(self, t: np.ndarray, rays: np.ndarray) -> np.ndarray:
-        """|t - truth| of the rays with these numbers, float64, as exact as that is."""
+        """|t - truth| of the rays with these numbers, rounded once, to float64."""
 
         def difference(found, true):
             above, below = float(found).as_integer_ratio()
@@ -84,7 +86,7 @@ class Truth:
         return np.array([true / (1 << self.bits) for true in self.t[rays]], dtype=np.float64)
 
     def compare(self, hits: np.ndarray, unit: float | None = 1.0, worst: float = math.inf) -> Finding:
-        """Judges hits (R, 8). Errors are |t - truth| / unit, relative ones without a unit.
+        """Judges hits (R, 8). Errors are |t - truth| / unit; unit None: relative errors.
 
         A failure is a wrong hit, a wrong miss, a hit that is not `are_proper` and one whose error is above `worst`.
         """
@@ -97,12 +99,12 @@ class Truth:
 
 
 def first(near, far, line, bits) -> Truth:
-    """The first of two roots with t > 0, of lines that have any."""
+    """The smaller of two roots with t > 0. line: bool (R,), whether the ray's line meets the surface."""
     return Truth(line & (far > 0), np.where(near > 0, near, far), bits)
 
 
 def quadric(f, d, square, bits) -> Truth:
-    """The first hit of |f + t d|² = square, f and d integers (R, 3) of one unit, square of its square."""
+    """The first hit of |f + t d|² = square. f, d: integers (R, 3) in one unit; square: in the square of that unit."""
     a, b, c = dot(d, d), dot(f, d), dot(f, f) - square
     discriminant = b * b - a * c
     line = (discriminant >= 0).astype(bool)
@@ -116,22 +118,39 @@ def sphere(rays: np.ndarray, centre, radius: float) -> Truth:
 
 
 def outline(rays: np.ndarray, loop: np.ndarray) -> np.ndarray:
-    """Does the line of each ray pass through a convex loop of points (R or 1, m, 3), or touch it? Bool (R,).
+    """Tells which rays' lines pass through a convex loop of points (R or 1, m, 3), or touch it: bool (R,)."""
+    _, (o, d, v) = whole(rays[:, :3], rays[:, 3:], loop)
+    return _through(o, d, v)
 
-    It passes each edge on the same side: the sign of the volume that the edge spans with a stretch of the line.
-    """
-    _, (o, d, v) = whole(rays[:, None, :3], rays[:, None, 3:], loop)
-    arms = v - o
-    sides = sign(dot(d, cross(arms, np.roll(arms, -1, axis=1))))
+
+def _through(o, d, v) -> np.ndarray:
+    """`outline` of integers. A line passes all edges on the same side: each edge and a stretch of the line span a
+    volume, and the signs of these volumes are equal."""
+    arms = v - o[:, None]
+    sides = sign(dot(d[:, None], cross(arms, np.roll(arms, -1, axis=1))))
     return ((sides >= 0).all(axis=1) | (sides <= 0).all(axis=1)) & (sides != 0).any(axis=1)
 
 
 def triangle(rays: np.ndarray, corners: np.ndarray) -> Truth:
-    """Returns the truth for triangles (R or 1, 3, 3), one for each ray or for all."""
+    """The truth for triangles (R or 1, 3, 3): one for each ray, or one for all."""
     scale, (o, d, v) = whole(rays[:, :3], rays[:, 3:], corners)
     a, bits = v[:, 0], scale + 64
     normal = cross(v[:, 1] - a, v[:, 2] - a)
     height, fall = dot(a - o, normal), dot(d, normal)
-    line = outline(rays, corners) & (fall != 0).astype(bool)
+    line = _through(o, d, v) & (fall != 0).astype(bool)
     t = (height << bits) // np.where(line, fall, 1)
     return Truth(line & (t > 0).astype(bool), t, bits)
+
+
+def trial(
+    rays: np.ndarray, truth: Callable[[], Truth], *objects, unit: float | None = None, worst: float = math.inf
+) -> Trial:
+    """Trial of rays (R, 6) on these objects. truth: called once, when a result is judged; unit, worst: of `compare`."""
+    known = cache(truth)
+    return Trial(scene(*objects), lambda result: known().compare(result.array, unit, worst), rays)
+
+
+def must_hit(result) -> Finding:
+    """Judges the hits of rays that all hit something: a failure is a miss, or a hit that is not `are_proper`."""
+    hits = result.array
+    return Finding(len(hits), int((~((hits[:, 7] >= 0) & are_proper(hits))).sum()))

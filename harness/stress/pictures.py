@@ -1,23 +1,23 @@
-"""Failures that show in pictures: a far sphere, edges of a mesh, two solids that touch (S1, S10, S13).
+"""S1, S10, S13 as pictures to look at: a far sphere, edges of a mesh, two solids that touch.
 
-The rows of the same codes that are lists of rays measure them; these are to be looked at.
+The rows of the same codes that are lists of rays measure these failures.
 """
 
 import numpy as np
 
+from harness.scene.generate.icosphere import icosphere
 from harness.scene.model import Box, Camera, Csg, Light, Material, Mesh, Operator, Scene, Sphere
-from harness.stress.geometry.meshes import icosphere
 from harness.stress.row import Finding, Row, Trial, directions, in_general_position, rounded
 
 SIDE = 96  # pixels
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 MATTE = Material((0.75, 0.6, 0.4), 0.0, 1.0, BLACK, 1.0, 1.0)
 GLOW = (0.25, 0.25, 0.25)
-RIM = 0.02  # of the radius: pixels nearer to the silhouette are not judged
+RIM = 0.02  # of the radius: pixels closer to the silhouette are not judged
 
 
 def far_sphere(level: float, precision: str, rng: np.random.Generator) -> Trial:
-    """A sphere of radius 1 at some place of size 1, seen from `level` radii through a screen of 3 by 3."""
+    """A sphere of radius 1 near the origin, seen from `level` radii away through a screen of 3 by 3."""
     turn, centre = in_general_position(rng), rounded(rng.uniform(-1, 1, 3), precision)
     u, v, e = rounded(1.5 * turn[0], precision), rounded(1.5 * turn[1], precision), rounded(level * turn[2], precision)
     light = tuple(centre + 3 * (turn[0] + turn[1] + 2 * turn[2]))
@@ -42,7 +42,7 @@ def far_sphere(level: float, precision: str, rng: np.random.Generator) -> Trial:
 
 
 def along_an_edge(level: float, precision: str, rng: np.random.Generator) -> Trial:
-    """A closed mesh from inside, `level` radii from the origin: the middle row of pixels looks along an edge."""
+    """A closed mesh, `level` radii from the origin, seen from inside: the middle row of pixels looks along an edge."""
     vertices, triangles = icosphere(2)
     vertices = vertices * rng.uniform(1, 1.3, (len(vertices), 1)) @ in_general_position(rng)
     grid = 8 * np.spacing(np.float32(level + 2) if precision == "float32" else level + 2)  # sums on it are exact
@@ -54,7 +54,7 @@ def along_an_edge(level: float, precision: str, rng: np.random.Generator) -> Tri
     up = rounded(np.cross(aside, ahead) * 0.35 / np.linalg.norm(ahead), precision)
     scene = Scene(
         Camera(tuple(eye + ahead), tuple(aside), tuple(up), tuple(-ahead)),  # the eye is C + e
-        (Mesh(MATTE, vertices, triangles, False),),  # without a gap, but lit from inside too
+        (Mesh(MATTE, vertices, triangles, False),),  # without gaps, but open, so that it is lit from inside
         (Light(tuple(rounded(eye + 0.3 * directions(rng, 1)[0], precision)), (0.8, 0.8, 0.8), 0.0),),
         ambient=GLOW,
         background=WHITE,
@@ -70,11 +70,11 @@ def along_an_edge(level: float, precision: str, rng: np.random.Generator) -> Tri
 
 
 def touching(level: float, precision: str, rng: np.random.Generator) -> Trial:
-    """Makes the intersection of two boxes with a common face, which is empty, `level` box sizes from the origin."""
+    """The intersection of two boxes with a common face, which is empty, `level` box sizes from the origin."""
     turn, centre = in_general_position(rng), level * directions(rng, 1)[0]
     corner = rounded(centre, precision)
     a, b, c = (rounded(edge, precision) for edge in turn)
-    beside = rounded(corner - a, precision)  # so that its high face on axis a is the low one of the other
+    beside = rounded(corner - a, precision)  # its high face on axis a is the low face of the other
     boxes = tuple(
         Box(None, tuple(place), (tuple(edge), tuple(b), tuple(c)))
         for place, edge in ((corner, a), (beside, rounded(corner - beside, precision)))
@@ -97,6 +97,7 @@ def touching(level: float, precision: str, rng: np.random.Generator) -> Trial:
 
 
 def limit_of_spheres(u: float, methods) -> float | None:
+    """The distance in radii at which a method for spheres breaks, as far_limit() of geometry/spheres.py."""
     return {"textbook": u**-0.5, "stable": u**-0.5, "robust": 1 / u}.get(methods["sphere"])
 
 

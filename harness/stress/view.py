@@ -1,4 +1,4 @@
-"""Cameras, materials and eye rays of the rows that make pictures."""
+"""Makes cameras, materials and eye rays for the rows that are pictures."""
 
 import mpmath as mp
 import numpy as np
@@ -14,15 +14,15 @@ DIGITS = 50
 
 
 def glass(eps_r: float = 2.25, mu_r: float = 1.0) -> Material:
-    """Clear, lossless and black in itself: all that it shows is reflected or let through."""
+    """A clear, lossless material without diffuse colour: it only reflects and transmits."""
     return Material(BLACK, 1.0, 1.0, CLEAR, eps_r, mu_r)
 
 
 def camera(eye, centre, u, v, precision: str) -> Camera:
-    """An eye, the centre of the screen and its half-extents, all (3,), as numbers of the precision.
+    """A Camera from an eye, the centre of the screen and its half-extents, all (3,), rounded to the precision.
 
-    Eye and centre are moved to a grid, of some four u of the largest coordinate, on which their difference and sum are
-    exact: the renderer's C + e (CAM-1) is the eye that the truth has.
+    Eye and centre are moved to a grid of about four u of the largest coordinate, on which their difference and sum are
+    exact, so the renderer's C + e (CAM-1) is the eye of the truth.
     """
     largest = max(np.abs(eye).max(), np.abs(centre).max(), np.abs(np.subtract(eye, centre)).max())
     step = 2.0 ** np.ceil(np.log2(largest)) * 4 * ROUNDOFF[precision]
@@ -31,14 +31,13 @@ def camera(eye, centre, u, v, precision: str) -> Camera:
 
 
 def fan(eye, towards, across, spread: float, tilt: float, precision: str) -> Camera:
-    """For a picture of one row of pixels: eye rays within angles of about `spread` along `across` and `tilt` at right
-    angles to it around `towards`; both are unit (3,) and at right angles. The angle to a third vector at right angles
-    to `across` changes by the tilt, and the square of the spread."""
+    """A Camera for one row of pixels: eye rays around `towards`, within angles of about `spread` along `across` and
+    `tilt` at right angles to it. towards, across: unit vectors (3,) at right angles. The angle to a third vector at
+    right angles to `across` changes by the tilt, and by the square of the spread."""
     eye, towards, across = map(np.asarray, (eye, towards, across))
     aside = np.cross(across, towards)
-    return camera(
-        eye, eye + towards, spread * across + tilt * aside, spread * aside - tilt * across, precision
-    )  # fmt: skip
+    u, v = spread * across + tilt * aside, spread * aside - tilt * across
+    return camera(eye, eye + towards, u, v, precision)
 
 
 def sides(width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
@@ -54,12 +53,12 @@ def eye_rays(seen: Camera, width: int, height: int) -> tuple[np.ndarray, np.ndar
 
 
 def exactly(values) -> list:
-    """Numbers of mpmath."""
+    """The values as numbers of mpmath."""
     return [mp.mpf(float(value)) for value in values]
 
 
 def exact_rays(seen: Camera, width: int, height: int):
-    """(row, column, eye, direction of length 1) of each pixel's centre, without rounding but that of mpmath."""
+    """Yields (row, column, eye, unit direction) for each pixel's centre, rounded by mpmath alone."""
     centre, u, v, e = map(exactly, (seen.centre, seen.u, seen.v, seen.e))
     x, y = sides(width, height)
     for j in range(height):

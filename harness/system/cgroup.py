@@ -1,7 +1,7 @@
-"""The control groups of this process: their CPU quota, the time it cost, and their memory limit.
+"""Reads the control groups of this process: CPU quota, time stopped by it, and memory limit (cgroups(7)).
 
-cgroups(7). Version 2 has one tree for all controllers, version 1 one for each; a limit holds for all below it. In a
-container the path of the group may not be visible, and then only the top of the tree that is.
+Version 2 has one tree for all controllers, version 1 one for each; a limit holds for all groups below it. In a
+container the path of the group may be hidden; then only the top of the visible tree counts.
 """
 
 from pathlib import Path
@@ -13,14 +13,14 @@ TREES = "sys/fs/cgroup"
 
 
 def version(root: Path = ROOT) -> int | None:
-    """2, 1 (also where version 2 is there without controllers), or None where there are no groups."""
+    """The version of control groups: 2, 1 (also if version 2 exists without controllers), or None without groups."""
     if (root / TREES / "cgroup.controllers").exists():
         return 2
     return 1 if any((root / TREES / name).is_dir() for name in ("cpu", "memory")) else None
 
 
 def folders(controller: str, root: Path = ROOT) -> list[Path]:
-    """Returns the folders of this process's group and its ancestors, its own first. controller: cpu or memory."""
+    """The folders of this process's group and its ancestors, its own first. controller: cpu or memory."""
     found = version(root)
     tree = root / TREES if found == 2 else root / TREES / controller
     if found is None or not tree.is_dir():
@@ -34,7 +34,7 @@ def folders(controller: str, root: Path = ROOT) -> list[Path]:
 
 
 def quota(root: Path = ROOT) -> float | None:
-    """Cores' worth of CPU time that the tightest group may use; None if none has a limit."""
+    """The CPU quota of the tightest group, in cores; None if none has a limit."""
     cores = []
     for place in folders("cpu", root):
         words = (read(place / "cpu.max") or "").split()
@@ -45,7 +45,7 @@ def quota(root: Path = ROOT) -> float | None:
 
 
 def held_back(root: Path = ROOT) -> tuple[int, float] | None:
-    """How often, and for how many seconds, a quota has stopped the groups so far; None if no group counts it."""
+    """How often, and for how many seconds, a quota has stopped the groups so far; None if no group counts that."""
     counts = []
     for place in folders("cpu", root):
         rows = dict(line.split() for line in (read(place / "cpu.stat") or "").splitlines())
@@ -56,7 +56,7 @@ def held_back(root: Path = ROOT) -> tuple[int, float] | None:
 
 
 def memory_limit(root: Path = ROOT) -> int | None:
-    """Bytes that the tightest group may hold; None if none has a limit."""
+    """The memory limit of the tightest group in bytes; None if none has a limit."""
     texts = [
         read(place / name) for place in folders("memory", root) for name in ("memory.max", "memory.limit_in_bytes")
     ]
@@ -65,6 +65,6 @@ def memory_limit(root: Path = ROOT) -> int | None:
 
 
 def memory_peak(root: Path = ROOT) -> str | None:
-    """The file that counts the peak of this process's group, None if there is none."""
+    """The name of the file with the memory peak of this process's group; None if there is none."""
     names = ("memory.peak", "memory.max_usage_in_bytes")
     return next((name for place in folders("memory", root)[:1] for name in names if (place / name).exists()), None)

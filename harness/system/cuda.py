@@ -1,4 +1,4 @@
-"""Asks the CUDA driver for devices, once a process and only on demand."""
+"""Asks the CUDA driver for devices, once in a process and only on demand."""
 
 import functools
 import os
@@ -9,13 +9,13 @@ DRIVERS = ("libcuda.so.1", "libcuda.so", "nvcuda.dll")
 
 
 def simulated() -> bool:
-    """Are renderers of device cuda to run in the simulator, whether there is a device or not?"""
+    """Whether renderers of device cuda run in the simulator, even if there is a device."""
     return os.environ.get(SIMULATOR) == "1"
 
 
 @functools.cache
 def devices() -> int:
-    """How many devices the driver shows; 0 without a driver."""
+    """The number of devices that the driver reports; 0 without a driver."""
     import ctypes
 
     count = ctypes.c_int(0)
@@ -23,7 +23,7 @@ def devices() -> int:
         try:
             driver = ctypes.CDLL(name)
             found = driver.cuInit(0) == 0 and driver.cuDeviceGetCount(ctypes.byref(count)) == 0
-        except (OSError, AttributeError):  # no such library; another one of that name
+        except (OSError, AttributeError):  # no such library, or another one of that name
             continue
         return count.value if found else 0
     return 0

@@ -1,4 +1,4 @@
-"""A finding of the doctor about one property of a machine."""
+"""Defines a finding of the doctor about one property of a machine, and reads files of the system."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +8,7 @@ UNAVAILABLE = "unavailable: "
 
 @dataclass(frozen=True)
 class Finding:
-    """verdict: good, doubtful (it may spoil a measurement) or unknown (the system does not tell)."""
+    """verdict: good, doubtful (it may spoil measurements) or unknown. what: the property; found: its value."""
 
     verdict: str
     what: str
@@ -17,16 +17,17 @@ class Finding:
 
 
 def unknown(what: str, why: str, remedy: str = "") -> Finding:
+    """A finding without a value. why: the reason, with or without "unavailable: "."""
     return Finding("unknown", what, why if why.startswith(UNAVAILABLE) else UNAVAILABLE + why, remedy)
 
 
 def judged(good: bool, what: str, found: str, remedy: str) -> Finding:
-    """Good, or doubtful with what to do about it."""
+    """A finding that is good, or doubtful with a remedy."""
     return Finding("good", what, found) if good else Finding("doubtful", what, found, remedy)
 
 
 def read(path: Path) -> str | None:
-    """The text of a file of the system; None if it cannot be read."""
+    """The stripped text of a file; None if it cannot be read."""
     try:
         return path.read_text(encoding="utf-8", errors="replace").strip()
     except OSError:

@@ -1,11 +1,11 @@
-"""NVML's view of one GPU: its identity, a row of SERIES at every tick, and why a column is empty.
+"""Samples one GPU through NVML: its identity, a row of SERIES at every tick, and why a column is empty.
 
-gpu_percent      share of a sample period in which a kernel ran; it says nothing about how full the device was. The
-                 device makes a new value every 1/6 s to 1 s: it is in the first tick that sees it, the others are empty
-gpu_memory_bytes, gpu_process_memory_bytes      used on the device by all, and by the processes that are watched
-gpu_power_w, gpu_energy_j      of the device; the energy since its driver was loaded, which moves about every 0.1 s
+gpu_percent      share of a sample period in which a kernel ran, not how busy the device was. The device makes a new
+                 value every 1/6 s to 1 s: the first tick that sees it has it, the others are empty
+gpu_memory_bytes, gpu_process_memory_bytes      used on the device by all processes, and by the watched ones
+gpu_power_w, gpu_energy_j      of the device; the energy counts from loading the driver, in steps of about 0.1 s
 gpu_clock_mhz, gpu_memory_clock_mhz, gpu_temperature_c
-gpu_throttle     what holds the clocks back, by semicolons, or "none"
+gpu_throttle     reasons why clocks are held back, separated by semicolons, or "none"
 """
 
 import os
@@ -18,13 +18,13 @@ SERIES = (
 )
 OF_THE_WHOLE = "gpu_percent", "gpu_power_w", "gpu_energy_j"
 OF_A_PART = "gpu_memory_bytes", "gpu_process_memory_bytes"
-OF_ALL_PARTS = "MIG is on: NVML tells this of the whole GPU and not of the part that is used"
+OF_ALL_PARTS = "MIG is on: NVML reports this for the whole GPU alone, not for the part in use"
 UNNAMED_PART = "MIG is on: name the part in CUDA_VISIBLE_DEVICES"
 NO_PERMISSION = 4
 
 
 class Gpu:
-    """NVML's view of the GPU that a CUDA program gets here. `unavailable` is None, or why there is nothing to see."""
+    """NVML's view of the GPU that a CUDA program gets here. unavailable: None, or why there is no view."""
 
     def __init__(self):
         self.unavailable = None
@@ -34,7 +34,7 @@ class Gpu:
             self.unavailable = "nvidia-ml-py is not installed (pip install nvidia-ml-py)"
             return
         self.nvml = pynvml
-        # the second is raised where the driver is older than nvidia-ml-py, and is no NVMLError
+        # the second, not an NVMLError, is raised if the driver is older than nvidia-ml-py
         self.errors = (pynvml.NVMLError, getattr(pynvml, "NVMLLibraryMismatchError", pynvml.NVMLError))
         try:
             pynvml.nvmlInit()
@@ -54,10 +54,10 @@ class Gpu:
                 self.columns |= {name: nvml.Column(refused=UNNAMED_PART) for name in OF_A_PART}
 
     def _find(self):
-        """Handles of the MIG part and of its GPU, the same one where there is no part; and whether MIG is on.
+        """Handles of the MIG part and of its GPU, equal if there is no part; and whether MIG is on.
 
-        That of CUDA_VISIBLE_DEVICES which comes first: a number, the start of a UUID, or a part; else number 0.
-        Renderers run with CUDA_DEVICE_ORDER = PCI_BUS_ID (process.py), so a number is one device to CUDA and to NVML.
+        The device is the first in CUDA_VISIBLE_DEVICES (a number, the start of a UUID, or a part), else number 0.
+        Renderers run with CUDA_DEVICE_ORDER = PCI_BUS_ID (process.py), so CUDA and NVML number devices alike.
         """
         ask = self.nvml
         named = os.environ.get("CUDA_VISIBLE_DEVICES")
@@ -94,19 +94,19 @@ class Gpu:
         return {**found, "driver": driver, "mig": "on" if self.mig else "off"}
 
     def sample(self, pids: frozenset[int], now: float) -> tuple:
-        """The values of SERIES, None for each that is not told now. pids: of the processes that are watched. now: s."""
+        """The values of SERIES now, None for each that is unavailable. pids: of the watched processes; now: s."""
         if self.unavailable:
             return (None,) * len(SERIES)
         self.pids, self.now = pids, now
         return tuple(self.columns[name].read(self) for name in SERIES)
 
     def states(self) -> dict[str, str]:
-        """Returns for each column "available", or why it is empty. Call it after the last sample."""
+        """For each column "available", or why it is empty. Call it after the last sample."""
         if self.unavailable:
             return dict.fromkeys(SERIES, self.unavailable)
         return {name: self.columns[name].state for name in SERIES}
 
     def sources(self) -> dict[str, dict]:
-        """Returns for each column with values {call, window_s}: the NVML call, and how far it looks back."""
+        """For each column with values {call, window_s}: the NVML call, and the seconds that its value covers."""
         found = {} if self.unavailable else {name: self.columns[name].source for name in SERIES}
         return {name: source for name, source in found.items() if source}

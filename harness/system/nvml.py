@@ -1,4 +1,4 @@
-"""The values that NVML reports of a GPU: how each is read, and why one is unavailable."""
+"""Defines how each value is read from NVML, and the reasons why one is unavailable."""
 
 import itertools
 import statistics
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import psutil
 
 AVAILABLE = "available"
-SHORTEST_PERIOD, LONGEST_PERIOD = 1 / 6, 1.0  # s: how far utilisation looks back, by product
+SHORTEST_PERIOD, LONGEST_PERIOD = 1 / 6, 1.0  # s that a value of utilisation covers, by product
 
 # Numbers of nvml.h, which not every release of nvidia-ml-py names.
 UTILISATION_SAMPLES = 1
@@ -22,7 +22,7 @@ THROTTLE = {
     0x100: "display clocks",
 }  # fmt: skip
 FUNCTION_NOT_FOUND = 13
-REFUSALS = {  # errors that will be the same at the next tick
+REFUSALS = {  # errors that will recur at the next tick
     2: "not for this device (Invalid Argument)",
     3: "not supported by this device",
     4: "no permission",
@@ -30,25 +30,25 @@ REFUSALS = {  # errors that will be the same at the next tick
 }
 PASSING = {6: "no new sample in its buffer"}
 
-HOST_PIDS = "NVML lists processes that are not here, perhaps by the numbers of the host of this container (--pid host)"
+HOST_PIDS = "NVML lists processes that do not exist here, perhaps by their numbers on the container's host (--pid host)"
 NO_PROCESS = "NVML lists no process of the renderer"
 NO_TICK = "the process ended before the first tick"
 TOO_SOON = f"no new value: the device makes one every {SHORTEST_PERIOD:.2g} s to {LONGEST_PERIOD:g} s"
 
 
 class Untold(Exception):
-    """NVML answered without the value; the text says why."""
+    """NVML's answer lacks the value; the text says why."""
 
 
 @dataclass(frozen=True)
 class Way:
-    """A call of NVML and what to take of its answer. window: s that the value looks back."""
+    """A call of NVML. take: returns the value from its answer; window: s that the value covers."""
 
     call: str
     arguments: tuple = ()
     take: Callable = lambda answer, gpu: answer
     window: float = 0.0
-    of_part: bool = False  # asked of the MIG part, where there is one
+    of_part: bool = False  # the call is for the MIG part, if there is one
 
     @property
     def name(self) -> str:
@@ -56,15 +56,15 @@ class Way:
 
 
 class Column:
-    """One value, asked for in the first of its ways that works."""
+    """A value, read in the first of its ways that works. refused: a reason why it is never read."""
 
     def __init__(self, *ways: Way, refused: str = ""):
-        self.ways = list(ways)  # those that neither driver nor device has refused
+        self.ways = list(ways)  # without those that driver or device refuse
         self.reasons = dict.fromkeys([refused] if refused else [])  # in order, each once
         self.used = None  # the way of the last value
 
     def read(self, gpu, *more):
-        """The value now; None if it is not told. `more` goes to the call, before the way's own arguments."""
+        """The value now; None if it is unavailable. more: arguments of the call, before the way's own."""
         for way in tuple(self.ways):
             try:
                 call = getattr(gpu.nvml, way.call, None)
@@ -85,33 +85,35 @@ class Column:
 
     @property
     def state(self) -> str:
-        """ "available" once a value was told; else why none was."""
+        """ "available" once there was a value, else the reasons."""
         return AVAILABLE if self.used else "; ".join(self.reasons) or NO_TICK
 
     @property
     def source(self) -> dict | None:
-        """The call that the values are from, and how far they look back; None without values."""
+        """The NVML call of the values, and the seconds that each covers; None without values."""
         return {"call": self.used.name, "window_s": self.used.window} if self.used else None
 
 
 class Utilisation:
-    """Percent of a sample period in which a kernel ran. The device makes a new value once a period, and polling
-    faster would repeat the old one: a value is told once, when it is new.
+    """The percentage of a sample period in which a kernel ran. The device makes one value in each period, which is
+    returned once, when it is new.
 
-    From the device's own buffer of samples; where that has run dry or is refused, a reading once in the longest period.
+    Values are from the device's buffer of samples; if that is empty or refused, from a reading once in the longest
+    period.
     """
 
     def __init__(self):
         self.buffer = Column(Way("nvmlDeviceGetSamples", take=_samples))
         self.reading = Column(Way("nvmlDeviceGetUtilizationRates", take=lambda rates, gpu: rates.gpu))
-        self.stamps = []  # us, on a clock of NVML's own
-        self.last = None  # when a value was told, or the first look
+        self.stamps = []  # us, on NVML's own clock
+        self.last = None  # time (s) of the last value, or of the first call
         self.counted = False
 
     def read(self, gpu) -> float | None:
+        """The value, if there is a new one."""
         fresh = self.buffer.read(gpu, UTILISATION_SAMPLES, self.stamps[-1] if self.stamps else 0) or []
         self.stamps += [stamp for stamp, _ in fresh]
-        if self.last is None:  # what the buffer held is of the time before
+        if self.last is None:  # the buffer has values from before the first call
             self.last = gpu.now
         elif fresh:
             self.last, self.counted = gpu.now, True
@@ -125,7 +127,7 @@ class Utilisation:
     def state(self) -> str:
         if self.counted or self.reading.used:
             return AVAILABLE
-        if not self.reading.reasons:  # it was not asked yet
+        if not self.reading.reasons:  # not called yet
             return NO_TICK if self.last is None else TOO_SOON
         return "; ".join([*self.buffer.reasons, *self.reading.reasons])
 
@@ -142,7 +144,7 @@ class Utilisation:
 
 
 def columns() -> dict[str, Column | Utilisation]:
-    """A new column of each name of gpu.SERIES."""
+    """A new column for each name of gpu.SERIES."""
     return {
         "gpu_percent": Utilisation(),
         "gpu_memory_bytes": Column(Way("nvmlDeviceGetMemoryInfo", (), lambda memory, gpu: memory.used, of_part=True)),
@@ -200,7 +202,7 @@ def _process_memory(listed, gpu) -> int:
     if not own:
         raise Untold(NO_PROCESS if all(psutil.pid_exists(process.pid) for process in listed) else HOST_PIDS)
     if None in own:
-        raise Untold("NVML does not tell the memory of one process here")
+        raise Untold("NVML does not report the memory of single processes here")
     return sum(own)
 
 

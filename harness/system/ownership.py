@@ -1,4 +1,4 @@
-"""Marks the folders that rayrace makes, and proves later that a folder is one of them: what cannot be proved stays."""
+"""Marks the folders that rayrace makes, and later proves that a folder is one of them. Others are never removed."""
 
 import contextlib
 import json
@@ -9,17 +9,19 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from harness.system.finding import read
+
 try:
     import fcntl
-except ImportError:  # Windows, where nothing can be proved
+except ImportError:  # Windows, where there is no proof
     fcntl = None
 
 MARKER = ".rayrace.json"
-SIZE = 4096  # bytes that a marker has at most
+SIZE = 4096  # bytes of a marker, at most
 
 
 class Doubt(Exception):
-    """Why a folder cannot be proved to be rayrace's, or its process to have ended."""
+    """There is no proof that a folder is rayrace's, or that its process has ended; the text says why."""
 
 
 class Alive(Exception):
@@ -28,9 +30,9 @@ class Alive(Exception):
 
 @contextlib.contextmanager
 def held(folder: Path, name: str = "") -> Iterator[None]:
-    """Mark a folder that this process has just made, and lock the mark until the end of the block or of the process.
+    """Marks a folder that this process has just made, and locks the mark until the block or the process ends.
 
-    name: what the folder will be called, if it is going to be renamed.
+    name: the folder's later name, if it will be renamed.
     """
     told = {"purpose": "a folder that rayrace made and may remove", "folder": _identity(folder.lstat()), **_process()}
     told |= {"name": name or folder.name, "time": time.strftime("%Y-%m-%dT%H:%M:%S%z")}
@@ -38,7 +40,7 @@ def held(folder: Path, name: str = "") -> Iterator[None]:
         opened = [os.open(folder / MARKER, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)]
         stack.callback(os.close, opened[0])
         if fcntl:
-            opened.append(os.open(folder, os.O_RDONLY))  # version 0.1 removes folders that nobody has locked
+            opened.append(os.open(folder, os.O_RDONLY))  # version 0.1 removes unlocked folders
             stack.callback(os.close, opened[1])
             with contextlib.suppress(OSError):  # a file system without locks
                 for descriptor in opened:
@@ -48,7 +50,7 @@ def held(folder: Path, name: str = "") -> Iterator[None]:
 
 
 def make(folder: Path) -> None:
-    """Make a marked folder, with its parents, unless it is there."""
+    """Makes a marked folder, with its parents, unless it exists."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     with contextlib.suppress(FileExistsError):
         folder.mkdir()
@@ -57,7 +59,7 @@ def make(folder: Path) -> None:
 
 
 def is_ours(folder: Path) -> bool:
-    """Did rayrace make this folder, whether or not the process that made it has ended?"""
+    """Whether rayrace made this folder; the process that made it may still run."""
     try:
         with proved(folder, ended=False):
             return True
@@ -67,18 +69,18 @@ def is_ours(folder: Path) -> bool:
 
 @contextlib.contextmanager
 def proved(folder: Path, name: str = "", ended: bool = True) -> Iterator[None]:
-    """The block runs only if this process's user made `folder` in a process of this host that has ended.
+    """Runs the block only if this user made `folder` in a process of this host that has ended.
 
-    The mark is locked meanwhile, so that no two processes are about one folder. Raises Doubt with the reason if that is
-    not certain, Alive if the process runs. name: in the mark, if the folder was to be renamed. ended: False for a
-    folder that outlives the process that made it.
+    The mark is locked meanwhile, so two processes never handle one folder. Raises Doubt if there is no proof, Alive if
+    the process runs. name: the one in the mark, if the folder was to be renamed. ended: False for a folder that
+    outlives the process that made it.
     """
     if fcntl is None:
         raise Doubt("this system has no locks")
     try:
         there = folder.lstat()
         if not stat.S_ISDIR(there.st_mode) or there.st_uid != os.getuid():
-            raise Doubt("it is no folder of this user")
+            raise Doubt("it is not a folder of this user")
         descriptor = os.open(folder / MARKER, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
     except FileNotFoundError:
         raise Doubt(f"it has no {MARKER}") from None
@@ -99,10 +101,10 @@ def proved(folder: Path, name: str = "", ended: bool = True) -> Iterator[None]:
 
 
 def _mark(name: str, there: os.stat_result, descriptor: int) -> dict:
-    """Returns the content of the open mark of a folder; Doubt if it is not of this folder."""
+    """The content of the open mark of a folder. Doubt if it is of another folder, or damaged."""
     mark = os.fstat(descriptor)
     if not stat.S_ISREG(mark.st_mode) or mark.st_uid != there.st_uid or mark.st_nlink != 1:
-        raise Doubt(f"{MARKER} in it is no file that rayrace writes")
+        raise Doubt(f"{MARKER} in it is not a file that rayrace writes")
     try:
         told = json.loads(os.read(descriptor, SIZE))
     except (OSError, ValueError):
@@ -113,15 +115,15 @@ def _mark(name: str, there: os.stat_result, descriptor: int) -> dict:
 
 
 def _identity(folder: os.stat_result) -> list[int]:
-    """A copy of a folder has another."""
+    """Device and inode; a copy of the folder has others."""
     return [folder.st_dev, folder.st_ino]
 
 
 def _process() -> dict:
-    """This process: host, boot, name space of processes, number, start. Values are None where the system has none."""
+    """This process: host, boot, PID namespace, PID, start. A value is None if the system has none."""
     return {
         "host": platform.node(),
-        "boot": _read("/proc/sys/kernel/random/boot_id"),
+        "boot": read(Path("/proc/sys/kernel/random/boot_id")),
         "processes": _link("/proc/self/ns/pid"),
         "pid": os.getpid(),
         "started": _started("self"),
@@ -129,28 +131,21 @@ def _process() -> dict:
 
 
 def _has_ended(told: dict) -> bool:
-    """Has the process of a mark ended? Doubt if that cannot be known here."""
+    """Whether the process of a mark has ended. Doubt if that cannot be known here."""
     now = _process()
     if told.get("host") != now["host"] or None in (told.get("boot"), now["boot"]):
-        raise Doubt("it is of another host, or the system does not tell")
+        raise Doubt("it is from another host, or the system has no boot ID")
     if told["boot"] != now["boot"]:
         return True
     if told.get("processes") != now["processes"] or not isinstance(told.get("pid"), int):
-        raise Doubt("it is of another container")
+        raise Doubt("it is from another container")
     return _started(str(told["pid"])) != told.get("started")
 
 
 def _started(process: str) -> int | None:
-    """When a process started, in ticks since the boot; None if it is not there. Its name may hold anything."""
-    text = _read(f"/proc/{process}/stat")
-    return int(text.rpartition(")")[2].split()[19]) if text else None
-
-
-def _read(path: str) -> str | None:
-    try:
-        return Path(path).read_text(encoding="ascii", errors="replace").strip()
-    except OSError:
-        return None
+    """When a process started, in ticks since the boot; None if there is no such process."""
+    text = read(Path(f"/proc/{process}/stat"))
+    return int(text.rpartition(")")[2].split()[19]) if text else None  # its name, in (), may contain anything
 
 
 def _link(path: str) -> str | None:

@@ -1,13 +1,13 @@
-"""Detects what disturbed a repetition: the system's counters before it and after it.
+"""Detects disturbances of a repetition, from the system's counters before and after it.
 
 steal_s        CPU time that the host of a virtual machine gave to others (proc(5), /proc/stat)
-other_cpu_s    CPU time of all programs but rayrace and what it started
-waited_s       time in which some program waited for a core (/proc/pressure/cpu)
+other_cpu_s    CPU time of all programs except rayrace and its descendants
+waited_s       time in which a program waited for a core (/proc/pressure/cpu)
 swapped_pages  to and from the disk (/proc/vmstat)
-held_back_s    time for which a CPU quota stopped this control group, or one around it (cpu.stat)
-throttled      times that a core was slowed down for heat
+held_back_s    time for which a CPU quota stopped this control group, or an outer one (cpu.stat)
+throttled      number of times that a core was slowed down because of heat
 
-Each is a number, or {"unavailable": reason}. Resolution of the CPU times: one tick of the clock for each core, 10 ms.
+Each is a number, or {"unavailable": reason}. CPU times have a resolution of one clock tick for each core, 10 ms.
 """
 
 import os
@@ -16,8 +16,8 @@ from pathlib import Path
 from harness.system import cgroup
 
 ROOT = Path("/")
-LEAST_S = 0.1  # s, below which the resolution of the counters decides
-SHARE = 0.05  # of the wall time of one core
+LEAST_S = 0.1  # s: less is within the resolution of the counters
+SHARE = 0.05  # of the wall time: more CPU seconds are a disturbance
 CORE_FIELDS, STEAL_FIELD = (0, 1, 2, 5, 6), 7  # of /proc/stat: user, nice, system, irq, softirq; steal
 
 DOUBTS = {
@@ -30,7 +30,7 @@ DOUBTS = {
 
 
 def look(root: Path = ROOT) -> dict:
-    """The counters now, each a number or the reason why there is none."""
+    """The counters now, each a number or the reason why it is unavailable."""
     own = os.times()
     return {
         "steal_s": _told(root / "proc/stat", lambda text: _cpu_s(text, (STEAL_FIELD,))),
@@ -44,7 +44,7 @@ def look(root: Path = ROOT) -> dict:
 
 
 def between(before: dict, after: dict) -> dict:
-    """Returns what happened between two looks."""
+    """The differences between two results of `look`, by the names above."""
     changed = {}
     for name, old in before.items():
         new = after[name]
@@ -56,7 +56,7 @@ def between(before: dict, after: dict) -> dict:
 
 
 def doubts(found: dict, wall_s: float) -> list[str]:
-    """Why times of a repetition of `wall_s` seconds are doubtful, in words that are the same each time."""
+    """The texts of DOUBTS for a repetition of `wall_s` seconds. found: of `between`."""
     limits = dict.fromkeys(("steal_s", "other_cpu_s"), max(LEAST_S, SHARE * wall_s))
     return [
         text for name, text in DOUBTS.items() if not isinstance(found[name], dict) and found[name] > limits.get(name, 0)
@@ -64,7 +64,7 @@ def doubts(found: dict, wall_s: float) -> list[str]:
 
 
 def _told(path: Path, read):
-    """`read` of a file's text, or why there is no answer."""
+    """The result of `read` for a file's text, or the reason why there is none."""
     try:
         return read(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, IndexError, KeyError) as error:
@@ -72,7 +72,7 @@ def _told(path: Path, read):
 
 
 def _cpu_s(text: str, fields: tuple[int, ...]) -> float:
-    """CPU seconds in some fields of the first line of /proc/stat."""
+    """CPU seconds in these fields of the first line of /proc/stat."""
     ticks = [int(word) for word in text.splitlines()[0].split()[1:]]
     return sum(ticks[field] for field in fields) / os.sysconf("SC_CLK_TCK")
 

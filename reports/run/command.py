@@ -131,7 +131,7 @@ def _generated(results: Results, cell: Cell) -> dict | None:
 
 
 def _named(made: dict, cell: Cell) -> str:
-    """Returns the name of a generated scene (harness/plan/source.py)."""
+    """Returns the name of a generated scene (harness/plan/sources.py)."""
     counts = {key: made[key] for key in COUNTS if made.get(key) is not None and key not in cell.swept}
     return "-".join([made["scene"], *(f"{key}-{value}" for key, value in counts.items())])
 

@@ -115,7 +115,7 @@ BAD = {
         "48427562 objects, 10000000 at most",
     ),
     "10^6 processes": (
-        HEAD + f"processes = 10000\n[sweep]\nseed = {NINE}\n", "2000 cells are 20000000 processes",
+        HEAD + f"processes = 10000\n[sweep]\nseed = {NINE}\n", "2000 cells have 20000000 processes",
     ),
     "a width of 10^9": (HEAD + "[image]\nwidth = 1000000000\n", "image.width"),
     "a width of 5000 digits": (HEAD + f"[image]\nwidth = {'9' * 5000}\n", "digits"),

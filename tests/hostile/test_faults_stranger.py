@@ -119,13 +119,13 @@ def test_a_link_is_no_part_of_a_run(place, run, tmp_path):
         path.rename(outside)
     path.parent.mkdir(exist_ok=True)
     path.symlink_to(outside)
-    with pytest.raises(UserError, match="no plain file; a run has no links"):
+    with pytest.raises(UserError, match="not a plain file; a run has no links"):
         store.read(run)
 
 
 def test_a_pipe_is_not_waited_for(run):
     os.mkfifo(run / "series" / "x.csv")
-    with pytest.raises(UserError, match="no plain file"):
+    with pytest.raises(UserError, match="not a plain file"):
         store.read(run)
 
 

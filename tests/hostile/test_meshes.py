@@ -120,7 +120,7 @@ BAD = {
     "PLY of 10^9 faces": ("m.ply", PLY.format("binary_little_endian", 3, 10**9) + "0", "cannot be read|no triangles"),
     "STL of 2^32 faces": ("m.stl", STL, "cannot be read|no triangles"),
     "OFF of 10^12 vertices": ("m.off", "OFF\n1000000000000 1000000000000 0\n0 0 0\n", "cannot be read|no triangles"),
-    "glTF of zeros without bytes": ("m.gltf", gltf(accessors=ZEROS), "promises far more"),
+    "glTF of zeros without bytes": ("m.gltf", gltf(accessors=ZEROS), "declares far more"),
     "glTF nested": ("m.gltf", "[" * 100_000, "cannot be read"),
     "glTF of another file": ("m.gltf", gltf(buffers=[{"uri": "../../etc/passwd", "byteLength": 40}]), "cannot be read"),
     "a GLB that promises": ("m.glb", b"glTF" + struct.pack("<5I", 2, 2**32 - 1, 2**32 - 1, 0x4E4F534A, 0), "cannot be"),

@@ -125,7 +125,7 @@ def test_experiment(name, rayrace, place, write):
         (["run", "good.toml", "--set", "depth"], "--set depth: expected key=value, such as image.depth=5"),
         (["run", "good.toml", "--set", "image.deph=5"], 'image.deph: unknown key; did you mean "depth"?'),
         (["run", "good.toml", "--set", "image.depth=deep"], "image.depth: Input should be a valid integer"),
-        (["run", "good.toml", "--set", "title.x=1"], "--set title.x=1: title is no table"),
+        (["run", "good.toml", "--set", "title.x=1"], "--set title.x=1: title is not a table"),
         (["run", "good.toml", "--set", "=1"], "--set =1: expected key=value"),
         (["run", "good.toml", "--only", "cpp"], "--only cpp: not among the experiment's renderers; they are: python"),
         (["run", "good.toml", "--out", "."], ".: exists already; give --out another folder"),

@@ -280,7 +280,7 @@ def stored(rayrace, tmp_path_factory):
             ["run", "e.toml", "--executor", "slurm", "--detach", "--report"],
             "--report: not with --detach; write it with `rayrace report RUN`",
         ),
-        (["render", "scene.txt", "-o", "a.pov", "--frames", "2"], "--frames: a.pov is a scene, which nobody renders"),
+        (["render", "scene.txt", "-o", "a.pov", "--frames", "2"], "--frames: a.pov is a scene, so nothing is rendered"),
     ],
 )
 def test_an_option_that_would_be_dropped_is_refused(words, message, stored, rayrace):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from nightly import by_night
 
-from harness.stress.geometry.cracks import ROWS, icosphere
+from harness.scene.generate.icosphere import icosphere
+from harness.stress.geometry.cracks import ROWS
 
 SEED = 20201107
 PRECISIONS = ("float32", "float64")

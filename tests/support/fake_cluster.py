@@ -49,7 +49,7 @@ class Cluster:
                 patch.setattr(part.socket, "gethostname", lambda: host)
             patch.setattr(part, "job_name", lambda: name)
             patch.setattr(part, "STARTED", time.monotonic())  # these tests may have run for longer than a job may
-            patch.setattr(part, "_heed", lambda signals: None)
+            patch.setattr(part, "heed", lambda *_: None)
             told = 0
 
             def count(*_):

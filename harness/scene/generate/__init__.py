@@ -1,1 +1,1 @@
-"""Generated scenes."""
+"""Scenes and meshes that are generated instead of read."""

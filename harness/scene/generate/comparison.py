@@ -1,21 +1,22 @@
-"""The study's comparison scene (study 4.1.2) for any number of spheres and lights, as scene text.
+"""Generates the study's comparison scene (study 4.1.2) for any number of spheres and lights, as scene text.
 
-The committed file: python -m harness.scene.generate.comparison > experiments/scenes/comparison.txt
+Command for the committed file: python -m harness.scene.generate.comparison > experiments/scenes/comparison.txt
 """
 
 import itertools
 import math
 
 from harness.errors import UserError
+from harness.picture import colour
 
-# Where the picture is taken from: the eye, looking at the origin through a square screen that holds it.
+# The eye, which looks at the origin through a square screen.
 EYE = (3.0, 2.2, 8.0)
 HALF_EXTENT = 3.3
 
 LIGHTS = ((10.0, 10.0, 10.0), (-10.0, 8.0, 8.0), (0.0, -10.0, 6.0))
 
-# Linear light of all lights together, and sRGB scale of the diffuse colours: by eye and histogram, so that
-# the picture of 48 spheres and 3 lights uses the range and under 2 % of its pixels clip.
+# Linear light of all lights together, and sRGB scale of the diffuse colours: chosen by eye and histogram, so that the
+# picture of 48 spheres and 3 lights uses the whole range and less than 2 % of its pixels are clipped.
 LIGHT = 1.7
 DIFFUSE = 0.75
 
@@ -23,13 +24,13 @@ DIFFUSE = 0.75
 def comparison(spheres=48, lights=3):
     """Text of a scene of mirroring spheres on a grid. UserError if a number is negative.
 
-    Grid: the first of 1x1x1, 2x1x1, 2x2x1, 2x2x2, 3x2x2, .. with room for all, filled from the back, row by row.
-    48 spheres are 4x4x3 with spacing 1.2. Another grid has the widest spacing with which neither the longest side
-    of its bounding box nor the sum of the three exceeds theirs, and a radius of a third of the spacing: it stays
-    in the same view and fills it about as densely.
+    Grid: the first of 1x1x1, 2x1x1, 2x2x1, 2x2x2, 3x2x2, .. with enough places, filled from the back, row by row. 48
+    spheres are 4x4x3 with spacing 1.2. Other grids have the widest spacing for which neither the longest side of their
+    bounding box nor the sum of its sides exceeds those of 4x4x3, and a radius of a third of the spacing, so that they
+    fill the same view about as densely.
 
-    Lights: LIGHTS, then points spread evenly on a sphere of radius 15 round the origin. All have the same colour,
-    and together the same light whatever their number.
+    Lights: LIGHTS, then points evenly on a sphere of radius 15 around the origin. All have the same colour, and their
+    total light does not depend on their number.
     """
     if spheres < 0 or lights < 0:
         raise UserError(f"expected numbers of spheres and lights from 0, found {spheres} and {lights}")
@@ -44,25 +45,25 @@ def comparison(spheres=48, lights=3):
 
 
 def _camera():
-    """u is horizontal and v upright; both at right angles to e, which is the eye, as C is the origin."""
+    """The CAMERA line: u is horizontal, v upright, both at right angles to e, which is the eye, as C is the origin."""
     x, y, z = EYE
     flat = x * x + z * z
     across = HALF_EXTENT / math.sqrt(flat)
     up = HALF_EXTENT / math.sqrt(flat * (flat + y * y))
     u = (z * across, 0.0, -x * across)
     v = (-x * y * up, flat * up, -y * z * up)
-    return f"CAMERA (0,0,0) {_vector(u, 17)} {_vector(v, 17)} {_vector(EYE)}"
+    return f"CAMERA (0,0,0) {vector(u, 17)} {vector(v, 17)} {vector(EYE)}"
 
 
 def _lights(count):
     level = LIGHT / max(count, 1)
-    code = 1.055 * level ** (1 / 2.4) - 0.055 if level > 0.0031308 else 12.92 * level
+    colours = vector((colour.encode(level),) * 3, 4)
     positions = itertools.islice(itertools.chain(LIGHTS, _more_lights()), count)
-    return [f"LIGHT {_vector(position)} {_vector((code,) * 3, 4)} 0" for position in positions]
+    return [f"LIGHT {vector(position)} {colours} 0" for position in positions]
 
 
 def _more_lights():
-    """Points on a sphere of radius 15 about the origin; heights and angles are additive recurrences."""
+    """Yields points on a sphere of radius 15; heights and angles are additive recurrences, hence evenly spread."""
     for i in itertools.count(1):
         height = 2 * (i * math.sqrt(5) % 1) - 1
         angle = 2 * math.pi * (i * math.sqrt(2) % 1)
@@ -79,12 +80,12 @@ def _spheres(count):
         cell = (column, row, layer)
         centre = [spacing * (c - (n - 1) / 2) for c, n in zip(cell, size, strict=True)]
         diffuse = [DIFFUSE * (0.2 + 0.8 * c / max(n - 1, 1)) for c, n in zip(cell, size, strict=True)]
-        yield f"SPHERE {_vector(centre)} {spacing / 3:.9g}"
-        yield f"{_vector(diffuse, 4)} 1 30 (0,0,0) 1e6 1"
+        yield f"SPHERE {vector(centre)} {spacing / 3:.9g}"
+        yield f"{vector(diffuse, 4)} 1 30 (0,0,0) 1e6 1"
 
 
 def _grid(count):
-    """Columns, rows and layers: as near to a cube as can be, grown in turn."""
+    """Columns, rows and layers for `count` places, as close to a cube as possible."""
     size = [1, 1, 1]
     for axis in itertools.cycle(range(3)):
         if math.prod(size) >= count:
@@ -92,7 +93,8 @@ def _grid(count):
         size[axis] += 1
 
 
-def _vector(numbers, digits=9):
+def vector(numbers, digits=9):
+    """A vector of scene text: (x,y,z), each number with so many digits."""
     return "(" + ",".join(f"{n:.{digits}g}" for n in numbers) + ")"
 
 

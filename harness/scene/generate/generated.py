@@ -11,7 +11,7 @@ from harness.scene.generate.knot import knot
 from harness.scene.generate.lattice import lattice
 from harness.scene.generate.spd import balls, tetra
 
-# What each can be asked for, and how much of it there is by default.
+# The counts of each scene, and their defaults.
 COUNTS = {
     "comparison": {"objects": 48, "lights": 3},
     "balls": {"size": 4},
@@ -19,7 +19,7 @@ COUNTS = {
     "icosphere": {"size": 2},
 }
 
-# Who makes the text of each, how its file ends, and what it can be asked for.
+# The function that makes each text, the suffix of its file, and its options.
 TEXTS = {
     "comparison": (comparison, ".txt", {"spheres", "lights"}),
     "balls": (balls, ".nff", {"size"}),
@@ -31,24 +31,24 @@ TEXTS = {
 
 
 def written(name, file=None, **asked):
-    """The text of a scene or mesh; None asks for the default. file: where it is to go.
+    """The text of a scene or mesh. file: where it will be written, or None; asked: options, None for the default.
 
-    UserError if the file's name ends otherwise, or the generator has no such option.
+    UserError for an unknown generator or option, or if the file has another suffix.
     """
     if name not in TEXTS:
         raise UserError(f'no generator "{name}"; known: {", ".join(TEXTS)}')
     make, suffix, options = TEXTS[name]
     if file is not None and file.suffix.lower() != suffix:
-        raise UserError(f"{file}: {name} is written as {suffix}; end the name with that")
+        raise UserError(f"{file}: {name} is written as {suffix}; give the file that suffix")
     asked = {option: value for option, value in asked.items() if value is not None}
     for option in asked:
         if option not in options:
-            raise UserError(f"--{option} is no option of {name}")
+            raise UserError(f"--{option} is not an option of {name}")
     return make(**asked)
 
 
 def generated(name, **counts):
-    """The `Scene` of a generator for all of its COUNTS. UserError for a count that it cannot have."""
+    """The `Scene` of a generator. counts: all of its COUNTS. UserError for a count out of range."""
     if name == "comparison":
         return replace(_half(counts["objects"], 0), lights=_half(0, counts["lights"]).lights)
     if name == "icosphere":  # in the view and the light of the comparison scene
@@ -58,7 +58,7 @@ def generated(name, **counts):
 
 
 def count(name, **counts):
-    """Objects that a ray is tried against, and lights, of what `generated` makes, told without making it."""
+    """(objects that a ray is tested against, lights) of a scene of `generated`, without generating it."""
     if name == "comparison":
         return counts["objects"], counts["lights"]
     size = counts["size"]
@@ -67,5 +67,5 @@ def count(name, **counts):
 
 @lru_cache(maxsize=256)
 def _half(objects, lights):
-    """A comparison scene without lights, or without objects: to read those is most of the work of a large sweep."""
+    """A comparison scene without lights, or without objects; cached, as parsing it takes most time of a large sweep."""
     return text.read(comparison(objects, lights), "generated/comparison.txt")

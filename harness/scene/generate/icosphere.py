@@ -1,4 +1,4 @@
-"""A sphere of triangles: an icosahedron whose triangles are quartered, as OBJ text and as the mirror of a scene."""
+"""Generates a sphere of triangles, an icosahedron whose triangles are quartered: as OBJ text and as a mirror."""
 
 import numpy as np
 
@@ -6,15 +6,15 @@ from harness.errors import UserError
 from harness.scene.mesh import rotate
 from harness.scene.model import Material, Mesh
 
-RADIUS = 3.0  # in the scene, whose view reaches to 3.3 at the centre
+RADIUS = 3.0  # in the scene; the view has a half-extent of 3.3 at the centre
 ROTATION = 23.0, 41.0, 67.0  # degrees: no edge and no mirror plane of the icosahedron is along an axis
-MATERIAL = Material((0.6, 0.45, 0.3), 1.0, 30.0, (0.0, 0.0, 0.0), 1e6, 1.0)  # as the comparison scene's: a mirror
+MATERIAL = Material((0.6, 0.45, 0.3), 1.0, 30.0, (0.0, 0.0, 0.0), 1e6, 1.0)  # a mirror, as in the comparison scene
 
 
 def icosphere(size=2):
     """Vertices (10 * 4^size + 2, 3) on the unit sphere and triangles int32 (20 * 4^size, 3), closed and outward.
 
-    UserError for a negative size.
+    size: how often each triangle is quartered. UserError if it is negative.
     """
     if size < 0:
         raise UserError(f"expected a size from 0, found {size}")
@@ -33,7 +33,7 @@ def icosphere(size=2):
 
 
 def _quartered(vertices, triangles):
-    """Each triangle as four. The middles of edges, moved onto the sphere, are added in the order they are met."""
+    """Splits each triangle into four. The middles of edges, moved to the sphere, are appended to the vertices."""
     starts, ends = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
     keys = np.minimum(starts, ends) * len(vertices) + np.maximum(starts, ends)
     _, met, edges = np.unique(keys, return_index=True, return_inverse=True)
@@ -48,7 +48,7 @@ def _quartered(vertices, triangles):
 
 
 def obj(size=2):
-    """OBJ text of the mesh on the unit sphere, as it is before it is turned."""
+    """OBJ text of the mesh on the unit sphere, not turned."""
     vertices, triangles = icosphere(size)
     times = {0: "not", 1: "once", 2: "twice"}.get(size, f"{size} times")
     lines = [f"# An icosahedron whose triangles are quartered {times}, on the unit sphere."]
@@ -58,7 +58,7 @@ def obj(size=2):
 
 
 def mirror(size=2):
-    """The same as a `Mesh` for the view of the comparison scene: a mirror in general position."""
+    """The mesh as a `Mesh` for the view of the comparison scene: a mirror in general position."""
     vertices, triangles = icosphere(size)
     turned = RADIUS * vertices @ rotate(ROTATION).T
     return Mesh(MATERIAL, turned, triangles, True, "icosphere.obj", rotation=ROTATION, scale=RADIUS)

@@ -1,4 +1,4 @@
-"""The gallery's mesh: a tube along a trefoil knot, closed and outward, as OBJ text."""
+"""Generates the gallery's mesh: a tube along a trefoil knot, closed and outward, as OBJ text."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ RADIUS = 0.62  # of the tube
 
 
 def knot(along=144, around=16):
-    """OBJ text of a tube of `along` rings with `around` vertices each; 2 * along * around triangles.
+    """OBJ text of a tube of `along` rings with `around` vertices each: 2 * along * around triangles.
 
     The curve is (sin t + 2 sin 2t, cos t - 2 cos 2t, -sin 3t), 0 <= t < 2 pi, and the rings lie in its normal planes
     (Frenet frame: the curve is nowhere straight).

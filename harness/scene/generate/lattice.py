@@ -1,8 +1,8 @@
-"""A lattice of 4 x 4 x 3 spheres seen from a general place, as scene text: each reflection multiplies an error.
+"""Generates a lattice of 4 x 4 x 3 spheres as scene text, in which each reflection multiplies errors.
 
 Light that is reflected between spheres of radius r at spacing 1 is chaotic (as in problem 2 of the SIAM 100-Digit
-Challenge, Trefethen 2002), so it tells arithmetics apart. The eye and the tilt of the screen are general: nothing lies
-along an axis, and no row of pixels on an edge. What a ray that leaves sees is black: only what it hits brings light.
+Challenge, Trefethen 2002), so it shows differences between arithmetics. The eye and the tilt of the screen are in
+general position: nothing lies along an axis, and no row of pixels on an edge. The background is black.
 """
 
 import itertools
@@ -11,15 +11,16 @@ import math
 import numpy as np
 
 from harness.errors import UserError
+from harness.scene.generate.comparison import vector
 
 SIDES = 4, 4, 3
 EYE = np.array([1.7123, 1.6377, -4.0219])
 TOWARDS = np.array([1.5, 1.5, 1.0])  # the centre of the lattice
 UP = np.array([0.0731, 0.9962, 0.0467])
-HALF_EXTENT = 2.6  # of the screen, which stands at the centre
+HALF_EXTENT = 2.6  # of the screen, which is at TOWARDS
 LIGHTS = ((7.3, 9.1, -6.2), (-5.7, 2.4, -8.3))
 
-# What follows the diffuse colour (SPEC.md, materials): k_s, exponent, attenuation, eps_r, mu_r; and its scale.
+# k_s, exponent, attenuation, eps_r and mu_r (SPEC.md, materials), and the scale of the diffuse colour.
 MATERIALS = {
     "matte": ("0 1 (0,0,0) 1e6 1", 0.8),
     "mirror": ("0.7 30 (0,0,0) 1e6 1", 0.5),
@@ -29,7 +30,7 @@ MATERIALS = {
 
 
 def lattice(material="perfect", radius=0.4):
-    """Text of the scene. UserError for a material that is not in MATERIALS, or spheres that touch."""
+    """Text of the scene. radius: at a spacing of 1. UserError for an unknown material, or spheres that touch."""
     if material not in MATERIALS:
         raise UserError(f"--material {material}: expected one of {', '.join(MATERIALS)}")
     if not 0 < radius < 0.5:
@@ -41,12 +42,12 @@ def lattice(material="perfect", radius=0.4):
         "",
         _camera(),
         "AMBIENT (0.3,0.3,0.3)",
-        *(f"LIGHT {_vector(place)} (0.7,0.7,0.7) 0" for place in LIGHTS),
+        *(f"LIGHT {vector(place)} (0.7,0.7,0.7) 0" for place in LIGHTS),
         "",
     ]
     for cell in itertools.product(*map(range, SIDES)):
         colour = [scale * (0.35 + 0.65 * c / (n - 1)) for c, n in zip(cell, SIDES, strict=True)]
-        lines += [f"SPHERE {_vector(cell)} {radius:.9g}", f"{_vector(colour)} {words}"]
+        lines += [f"SPHERE {vector(cell)} {radius:.9g}", f"{vector(colour)} {words}"]
     return "\n".join(lines) + "\n"
 
 
@@ -57,8 +58,4 @@ def _camera():
     up = np.cross(back, across)
     up /= math.sqrt(up @ up)
     parts = TOWARDS, HALF_EXTENT * across, HALF_EXTENT * up, back
-    return "CAMERA " + " ".join(_vector(part, 17) for part in parts)
-
-
-def _vector(numbers, digits=9):
-    return "(" + ",".join(f"{n:.{digits}g}" for n in numbers) + ")"
+    return "CAMERA " + " ".join(vector(part, 17) for part in parts)

@@ -1,14 +1,14 @@
-"""Two scenes of the Standard Procedural Databases (Haines, IEEE CG&A 7(11), 1987) at any size factor, as NFF text.
+"""Generates two scenes of the Standard Procedural Databases (Haines, IEEE CG&A 7(11), 1987) as NFF text.
 
-Written from their description: `balls` is a sphere with nine of a third of its radius on it, and so on; `tetra` is a
-tetrahedron of four half as large, and so on. Views, lights and colours are the published ones.
+Written from their description: `balls` is a sphere with nine spheres of a third of its radius on it, recursively;
+`tetra` is a tetrahedron of four of half its size, recursively. Views, lights and colours are the published ones.
 """
 
 import math
 
 from harness.errors import UserError
 
-# Where the nine sit on a sphere that stands upright: six round the equator, three above, all the same angle apart.
+# Directions of the nine spheres on an upright one: six at the equator and three above, at equal angles.
 _EQUATOR = [(math.cos(a), math.sin(a), 0.0) for a in (math.radians(15 + 60 * k) for k in range(6))]
 _CAP = [(math.cos(a), math.sin(a), math.sqrt(2)) for a in (math.radians(45 + 120 * k) for k in range(3))]
 _NINE = [*_EQUATOR, *(tuple(x / math.sqrt(3) for x in top) for top in _CAP)]
@@ -43,7 +43,7 @@ f 1 0.2 0.2 1 0 100000 0 0
 
 
 def balls(size=4):
-    """Text of a scene of 1 + 9 + .. + 9^size spheres and a square below. UserError for a negative size."""
+    """Text of a scene of 1 + 9 + .. + 9^size spheres above a square. UserError for a negative size."""
     _at_least(0, size)
     head = _HEAD.format(name="balls", size=size, eye="2.1 1.3 1.7", at="0 0 0", up="0 0 1", hither="0.01")
     return head + _BALLS + "".join(_ball((0.0, 0.0, 0.0), 0.5, (0.0, 0.0, 1.0), size))
@@ -58,7 +58,7 @@ def tetra(size=6):
 
 
 def _ball(centre, radius, up, levels):
-    """A sphere and, level by level, the nine on it, which stand upright on it."""
+    """Yields a sphere and, recursively, the nine spheres that stand upright on it."""
     yield f"s {_words(centre)} {radius:.9g}\n"
     if levels:
         for place in _NINE:
@@ -68,7 +68,7 @@ def _ball(centre, radius, up, levels):
 
 
 def _turned(place, up):
-    """`place` turned as z is turned to `up` by the shortest way; by a half turn about y if that is -z."""
+    """`place` under the shortest rotation of z to `up`, or half a turn about y if `up` is -z."""
     (x, y, z), (a, b, c) = place, up
     if c < -1 + 1e-9:
         return -x, y, -z
@@ -77,7 +77,7 @@ def _turned(place, up):
 
 
 def _pyramid(corners, levels):
-    """The four sides of a tetrahedron, or those of the four half as large in its corners."""
+    """Yields the four sides of a tetrahedron, or recursively of the four of half its size in its corners."""
     if not levels:
         for side in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)):
             yield "p 3\n" + "".join(f"{_words(corners[i])}\n" for i in side)

@@ -1,4 +1,4 @@
-"""S21: the memory that the tree of a pixel's rays takes, by the depth and by the way it is walked."""
+"""S21: the memory for the tree of a pixel's rays, by depth and by the method `walk`."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from harness.stress.exact import triple
 from harness.stress.row import Finding, Row, Trial, in_general_position, rounded
 from harness.stress.view import BLACK, OPAQUE, WHITE, camera, glass
 
-COLUMNS = 16  # numbers that a row of the table has, about
+COLUMNS = 16  # numbers in a row of the table, about
 BYTES = {"float32": 4, "float64": 8}
 MIRROR = Material(BLACK, 1.0, 1.0, OPAQUE, 1e6, 1.0)
 
 
 def ball(material, depth, precision, rng):
-    """One pixel of a ball in a white world."""
+    """One pixel of a ball before a white background."""
     turn, centre = in_general_position(rng), rounded(rng.uniform(-1, 1, 3), precision)
     seen = camera(centre + turn @ [0.3, 0.2, 4], centre, turn[:, 0] / 9, turn[:, 1] / 9, precision)
     scene = Scene(seen, (Sphere(material, triple(centre), 1.0),), background=WHITE)
@@ -27,7 +27,7 @@ def ball(material, depth, precision, rng):
 
 
 def rows_of(walk, depth, children):
-    """WLK-1: rows of a pixel, for so many children of a ray."""
+    """Rows of the table for a pixel (WLK-1). children: rays that one hit creates, 1 or 2."""
     walk = {"least": "chain" if children == 1 else "stack"}.get(walk, walk)
     table = sum(max(2, children) ** order for order in range(depth + 1))
     return {"table": table, "stack": 1 + depth * (children - 1), "chain": 1, "recursion": depth + 1}[walk]
@@ -39,7 +39,7 @@ def row(name, title, material, children):
         code="S21",
         title=title,
         stress="depth",
-        failure="pixels that are not a number",
+        failure="pixels that are NaN",
         error="bytes a pixel in work",
         levels=(1.0, 2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 18.0, 20.0),
         logarithmic=False,

@@ -1,4 +1,4 @@
-"""S24: whoever renders which pixel, the picture is the same, to the byte."""
+"""S24: the number of threads does not change a byte of a picture."""
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from harness.stress.view import CLEAR, OPAQUE, WHITE, camera
 SIDE = 32  # pixels
 SEED = 24  # of the scene, which must be the same at every level
 
-# The first picture of each renderer, precision and way of working, that the others are compared with.
+# The first picture of each renderer, precision and set of methods; the others are compared with it.
 FIRST: dict[str, np.ndarray] = {}
 
 
 def busy(threads, precision):
-    """Mirrors and glass, soft shadows, glossy rays and jittered samples: random numbers wherever there are any."""
+    """A scene in which all features that use random numbers are on: soft shadows, glossy rays, jittered samples."""
     rng = np.random.default_rng(SEED)
     turn = in_general_position(rng)
 
@@ -41,7 +41,7 @@ def busy(threads, precision):
 
 
 def who(result, precision):
-    """Identifies what made a picture by everything that may change it, except the number of threads."""
+    """Identifies a picture's origin by everything that may change it, except the number of threads."""
     said = result.said
     methods = {name: said.used["methods"].get(name) for name in METHODS}
     return repr((said.versions, said.device and said.device.get("name"), methods, precision))

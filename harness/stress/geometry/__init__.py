@@ -1,1 +1,1 @@
-"""Rows of the catalogue of failures: where rays meet shapes."""
+"""Rows of the catalogue of failures: intersections of rays and shapes."""

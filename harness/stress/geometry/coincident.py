@@ -1,4 +1,4 @@
-"""S13: two boxes with a face in common, as one solid: the face must not be there."""
+"""S13: two boxes with a common face, combined to one solid: rays must not hit that face."""
 
 import numpy as np
 
@@ -7,14 +7,11 @@ from harness.stress import exact
 from harness.stress.row import ROUNDOFF, Finding, Row, Trial, directions, in_general_position, rounded
 
 RAYS = 20_000
-FIRST, SECOND = (
-    np.array([1.0, 0.8, 0.9]),
-    np.array([0.7, 0.8, 0.9]),
-)  # edges; the boxes meet at the end of the first's x
-MIDDLE = 0.1, 0.9  # of the common face: where it is passed
+FIRST, SECOND = np.array([[1.0, 0.8, 0.9], [0.7, 0.8, 0.9]])  # edges; the boxes meet at the end of the first's x
+MIDDLE = 0.1, 0.9  # part of the common face that rays pass through
 GRAZING = -3.0, 0.0  # log10 of the sine between a ray and the face, for half of the rays
-ROOM = 32  # roundings by which a ray is farther from what it must not meet than it could be moved
-APART = 4.0  # two pairs
+ROOM = 32  # roundings: the least distance of a ray from what it must not meet
+APART = 4.0  # distance between two pairs
 AWAY = 3.0  # distance of origins outside
 
 
@@ -25,7 +22,7 @@ class Pair:
         self.place, self.precision, self.turn = place, precision, in_general_position(rng)
         ex, ey, ez = self.turn
         first = self.box([-FIRST[0], 0, 0], FIRST[0] * ex, FIRST[1] * ey, FIRST[2] * ez)
-        # From another corner and the other way round, as two boxes are that know nothing of each other.
+        # From another corner and the other way round: the two boxes share no numbers.
         second = self.box([0, SECOND[1], 0], -SECOND[1] * ey, SECOND[2] * ez, SECOND[0] * ex)
         self.boxes = first, second
 
@@ -34,7 +31,7 @@ class Pair:
         return Box(None, exact.triple(self.points(corner)), edges)
 
     def points(self, points):
-        """Points (.., 3) of the frame in the scene."""
+        """Points (.., 3) of the pair's frame, in the scene."""
         return rounded(self.place + np.asarray(points) @ self.turn, self.precision)
 
     def rays(self, origins, d):
@@ -42,14 +39,14 @@ class Pair:
 
 
 def pairs(level, precision, rng) -> list[Pair]:
-    """Eight of them: whether the faces of one overlap or leave a gap is chance, and the same for all rays."""
+    """Eight pairs, because rounding decides for each whether its faces overlap or leave a gap, for all rays alike."""
     middle = level * directions(rng, 1)[0]
     corners = APART * (np.indices((2, 2, 2)).reshape(3, 8).T - 0.5)
     return [Pair(middle + corner, precision, rng) for corner in corners]
 
 
 def make_trial(found, operator, origins, d, judge) -> Trial:
-    """Each pair has its share of the rays (R, 3), which are given in its frame."""
+    """The trial of these pairs. origins, d: (R, 3) in the frame of a pair; ray i goes to pair i modulo their number."""
     rays = np.empty((len(origins), 6))
     for number, pair in enumerate(found):
         mine = slice(number, None, len(found))
@@ -66,9 +63,9 @@ def passing(rng):
 
 
 def union(level, precision, rng) -> Trial:
-    """Rays from the first box into the second: what they hit is where they leave that."""
+    """Rays from the first box into the second: they must hit the face where they leave the second."""
     points, d = passing(rng)
-    # From half of the way back to where the ray would have come into the first box, if that leaves room for rounding.
+    # Origins lie halfway back to where the ray would have entered the first box, if that leaves room for rounding.
     back = np.min(np.where(d > 0, points - [-FIRST[0], 0, 0], points - [0, *FIRST[1:]]) / d, axis=1) / 2
     ahead = np.min(np.where(d > 0, SECOND - points, -points) / d, axis=1)
     clear = back * d[:, 0] > ROOM * ROUNDOFF[precision] * level
@@ -76,16 +73,16 @@ def union(level, precision, rng) -> Trial:
 
     def judge(result):
         t = result.array[:, 0]
-        beyond = np.abs(t - back) > np.abs(t - back - ahead)  # nearer to the way out than to the face
+        beyond = np.abs(t - back) > np.abs(t - back - ahead)  # the hit is nearer to the exit than to the face
         return Finding(len(t), int((~(beyond & exact.are_proper(result.array))).sum()))
 
     return make_trial(pairs(level, precision, rng), Operator.OR, points - back[:, None] * d, d, judge)
 
 
 def intersection(level, precision, rng, away=AWAY) -> Trial:
-    """Rays from the outside through the common face, which is all that the boxes share: no solid."""
+    """Rays from outside through the common face. The boxes share nothing else, so there is no solid to hit."""
     points, d = passing(rng)
-    # A ray that rounding could move out of the face before it has passed it would meet the boxes' other faces.
+    # Left out: rays that rounding could move past the edge of the face, where they would meet other faces.
     clear = d[:, 0] * MIDDLE[0] * FIRST[1:].min() > ROOM * ROUNDOFF[precision] * max(level, away)
     points, d = points[clear], d[clear]
 

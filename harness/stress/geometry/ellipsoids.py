@@ -1,4 +1,4 @@
-"""S5: ellipsoids that are as flat as a coin, or as long as a needle."""
+"""S5: ellipsoids as flat as a coin, or as long as a needle."""
 
 from functools import cache
 
@@ -11,7 +11,7 @@ from harness.stress.row import Finding, Row, Trial, directions, in_general_posit
 RAYS = 5_000
 AWAY = 3.0  # distance of the origins, in longest semi-axes
 FORMULAS = "textbook", "stable"
-WIDEST = 1.3  # points that are aimed at lie in the ellipsoid made larger by this
+WIDEST = 1.3  # rays are aimed at points of the ellipsoid scaled by this
 
 
 class Truth:
@@ -35,7 +35,7 @@ class Truth:
 
 
 def make_trial(axes, precision, rng) -> Trial:
-    """axes: lengths of the semi-axes, of order 1 and more or less."""
+    """Rays at an ellipsoid in general position. axes: lengths of its three semi-axes."""
     spread = max(axes)
     axes = rounded(in_general_position(rng) * np.array(axes)[:, None], precision)
     centre = rounded(rng.normal(size=3), precision)
@@ -53,7 +53,7 @@ def make_trial(axes, precision, rng) -> Trial:
 
 
 def compare(truth: Truth, hits: np.ndarray) -> Finding:
-    """Wrong hits and misses; errors are the angles of the normals."""
+    """Failures are wrong hits and misses; errors are the angles between normals, in radians."""
     finding = truth.hits.compare(hits)
     (both,) = np.nonzero((hits[:, 7] >= 0) & exact.are_proper(hits) & truth.hits.hit)
     true, found = truth.normals(both), hits[both, 4:7]
@@ -70,7 +70,7 @@ def long(level, precision, rng):
 
 
 def limit(u, methods):
-    """In the frame of the unit sphere the origin is AWAY times the ratio of the axes away, as in S1."""
+    """As in S1: in the frame of the unit sphere the origin is AWAY times the ratio of the axes away."""
     return (u**-0.5 if methods.get("sphere") in FORMULAS else 1 / u) / AWAY
 
 
@@ -84,9 +84,9 @@ THIN = {
     "source": "as S1, in the frame where the ellipsoid is the unit sphere",
     "limit": limit,
 }
-# Where the ellipsoid is the unit sphere, f is off by u times its length, which is AWAY times the ratio of the axes, and
-# the formulas lose that ratio once more (S1). Of this a hit of a coin moves along its flat side, whose normals are all
-# but one; a hit of a needle moves round it.
+# In the frame of the unit sphere f is off by u times its length, which is AWAY times the ratio of the axes, and the
+# naive formulas lose that ratio once more (S1). A hit of a coin moves along its flat side, where the normal hardly
+# changes; a hit of a needle moves round it.
 ROWS = (
     Row(
         "flat-ellipsoid",

@@ -1,7 +1,5 @@
 """S3: a sphere so large that it serves as the ground, and rays from just above it."""
 
-from functools import cache
-
 import mpmath as mp
 import numpy as np
 
@@ -11,26 +9,22 @@ from harness.stress.row import Row, Trial, directions, rounded
 
 RAYS = 20_000
 STEEPNESS = 20.0, 70.0  # of the rays, degrees below the horizon
-WORST = 0.1  # a hit that is off by more of its t is none
+WORST = 0.1  # a hit whose relative error of t is larger is a failure
 DIGITS = 50
 
 
 def make_trial(rng, eye, up, centre, radius, precision) -> Trial:
-    """Rays from `eye` down to the ground; up: unit vector (3,)."""
+    """Rays from `eye` down to the ground. up: unit vector (3,)."""
     side = np.cross(up, directions(rng, RAYS))
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     fall = np.radians(rng.uniform(*STEEPNESS, (RAYS, 1)))
     rays = np.hstack([np.tile(eye, (RAYS, 1)), rounded(np.cos(fall) * side - np.sin(fall) * up, precision)])
-    truth = cache(lambda: exact.sphere(rays, centre, radius))
-
-    def judge(result):
-        return truth().compare(result.array, None, WORST)
-
-    return Trial(exact.scene(Sphere(exact.MATERIAL, exact.triple(centre), radius)), judge, rays)
+    ground = Sphere(exact.MATERIAL, exact.triple(centre), radius)
+    return exact.trial(rays, lambda: exact.sphere(rays, centre, radius), ground, worst=WORST)
 
 
 def generic(level, precision, rng):
-    """The eye is 1 above the ground: above that of the rounded numbers, which rounding moves by u R."""
+    """The eye is 1 above the ground of the rounded numbers, which rounding moves by u R."""
     up = directions(rng, 1)[0]
     radius = float(rounded(level * rng.uniform(0.9, 1.1), precision))
     centre = rounded(-radius * up, precision)
@@ -46,12 +40,12 @@ def along_axis(level, precision, rng):
 
 
 def expected(level, u, methods):
-    """k is off by u² of f·f, or by u of it; wide has what rounding t takes beside."""
+    """k is off by u² f·f with `wide`, which also has the rounding of t, else by u f·f."""
     return u + u * u * level if methods.get("sphere") == "wide" else u * level
 
 
 def limit(u, methods):
-    """Where expected is WORST."""
+    """The level at which `expected` is WORST."""
     return WORST / u**2 if methods.get("sphere") == "wide" else WORST / u
 
 

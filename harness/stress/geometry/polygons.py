@@ -12,17 +12,17 @@ RAYS = 8_000
 DIAMOND = np.array([[0.0, 0, 0], [2, -1, 0], [4, 0, 0], [2, 1, 0]])
 SIZE = 4.0
 AWAY = 3.0  # distance of the origins
-STEEPEST = 0.3  # of the cosines between ray and normal
+STEEPEST = 0.3  # smallest cosine between ray and normal
 
 
 def points(level, rng):
-    """Returns points of the diamond's plane (R, 3): just inside or outside the edges, level with the vertices."""
+    """Points of the diamond's plane (R, 3): just inside or outside the edges, or level with a vertex."""
     off = level * SIZE * rng.choice((-1, 1), RAYS)
     number = rng.integers(0, 4, RAYS)
     start, edge = DIAMOND[number], np.roll(DIAMOND, -1, axis=0)[number] - DIAMOND[number]
     outward = np.cross(edge, [0, 0, 1]) / np.linalg.norm(edge, axis=1, keepdims=True)
     beside = start + rng.uniform(0.05, 0.95, (RAYS, 1)) * edge + off[:, None] * outward
-    # Level with a vertex: nothing but x differs from it.
+    # Level with a vertex: only x differs.
     level_with = start + np.stack([off, 0 * off, 0 * off], axis=1)
     return np.where(rng.uniform(0, 1, (RAYS, 1)) < 0.75, beside, level_with)
 
@@ -60,7 +60,7 @@ BESIDE = {
     "source": "Haines, Point in polygon strategies, Graphics Gems IV",
 }
 ROWS = (
-    # A point in the plane is off by u of its distance from the ray's origin, and by as much again of its coordinates.
+    # A point in the plane is off by u times its distance from the ray's origin, and by u times its coordinates.
     Row(
         "polygon-edges",
         title="Rays beside the edges of a polygon",

@@ -1,7 +1,6 @@
-"""S12: rays along the faces of a box that lies along the axes, where slabs divide by 0."""
+"""S12: rays along the faces of an axis-aligned box, for which the slab test divides by 0."""
 
 from fractions import Fraction
-from functools import cache
 
 import numpy as np
 
@@ -10,19 +9,19 @@ from harness.stress import exact
 from harness.stress.row import Row, Trial, rounded
 
 RAYS = 6_000
-BITS = 128  # of t after the point
-WORST = 1e-3  # a hit that is off by more is none
+BITS = 128  # fraction bits of t
+WORST = 1e-3  # a hit whose relative error of t is larger is a failure
 
 
 def truth(rays, low, high) -> exact.Truth:
-    """Where lines enter and leave the closed box from `low` to `high`."""
+    """The first hits of rays (R, 6) with the closed box from `low` to `high`."""
     found = [_first([Fraction(float(x)) for x in ray], low, high) for ray in rays]
     t = [0 if first is None else (first.numerator << BITS) // first.denominator for first in found]
     return exact.Truth(np.array([first is not None for first in found]), np.array(t, dtype=object), BITS)
 
 
 def _first(ray, low, high) -> Fraction | None:
-    """The smallest t > 0 of the two at which the line of a ray enters and leaves the box, None if there is none."""
+    """The smallest t > 0 at which a ray's line enters or leaves the box; None if there is none."""
     spans = []
     for o, d, least, most in zip(ray[:3], ray[3:], low, high, strict=True):
         if d:
@@ -36,9 +35,9 @@ def _first(ray, low, high) -> Fraction | None:
 
 
 def make(level, precision, rng, inside=False) -> Trial:
-    """The unit cube, moved by whole numbers, so that its planes are exact, and rays with one or two components 0.
+    """The unit cube, moved by whole numbers so that its planes are exact, and rays with one or two components 0.
 
-    Half of them start in the plane of a face that they run along. inside: all do, in the face itself.
+    Half of the rays start in the plane of a face that they run along. inside: all start in the face itself.
     """
     low = level * np.array([1.0, -1.0, 1.0])
     axes = rng.permuted(np.tile(np.arange(3), (RAYS, 1)), axis=1)
@@ -54,12 +53,8 @@ def make(level, precision, rng, inside=False) -> Trial:
     offsets[row[in_plane], axes[in_plane, 2]] = face[in_plane]
     rays = rounded(np.hstack([low + offsets, d]), precision)
     corner, edges = exact.triple(low), tuple(exact.triple(edge) for edge in np.eye(3))
-    known = cache(lambda: truth(rays, low.astype(int).tolist(), (low + 1).astype(int).tolist()))
-
-    def judge(result):
-        return known().compare(result.array, None, WORST)
-
-    return Trial(exact.scene(Box(exact.MATERIAL, corner, edges)), judge, rays)
+    ends = low.astype(int).tolist(), (low + 1).astype(int).tolist()
+    return exact.trial(rays, lambda: truth(rays, *ends), Box(exact.MATERIAL, corner, edges), worst=WORST)
 
 
 ALONG = {

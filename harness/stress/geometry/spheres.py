@@ -1,6 +1,4 @@
-"""S1, S2, S4: spheres that are far away or small, and rays that graze them. What matters is distance / radius."""
-
-from functools import cache
+"""S1, S2, S4: spheres that are far away or small, and rays that graze them. The stress is distance / radius."""
 
 import numpy as np
 
@@ -17,13 +15,9 @@ SOURCE = "Haines, Günther, Akenine-Möller, Ray Tracing Gems ch. 7; study 2.3.2
 
 
 def make_trial(rays, centre, radius, unit=None) -> Trial:
-    """unit: of |Δt|, the radius if it is not given."""
-    truth = cache(lambda: exact.sphere(rays, centre, radius))
-
-    def judge(result):
-        return truth().compare(result.array, unit or radius)
-
-    return Trial(exact.scene(Sphere(exact.MATERIAL, exact.triple(centre), float(radius))), judge, rays)
+    """unit: of |Δt|; None: the radius."""
+    ball = Sphere(exact.MATERIAL, exact.triple(centre), float(radius))
+    return exact.trial(rays, lambda: exact.sphere(rays, centre, radius), ball, unit=unit or radius)
 
 
 def beside(rng, along, lengths):
@@ -33,17 +27,17 @@ def beside(rng, along, lengths):
 
 
 def towards(origins, targets, precision):
-    """Rays (R, 6) of the precision: their origins have it already."""
+    """Rays (R, 6) whose directions are rounded to the precision; origins: already rounded to it."""
     arms = targets - origins
     return np.hstack([origins, rounded(arms / np.linalg.norm(arms, axis=1, keepdims=True), precision)])
 
 
 def around(rng, distance, radius, precision) -> Trial:
-    """In general position, at any distance.
+    """A sphere in general position, at any distance.
 
-    Rounding moves a ray that comes from afar by more than a radius in the end. So the rays are those that pass through
-    (0, 0, 0) exactly, `distance` being a power of two, and the sphere is put beside that point, where the angle
-    between a ray and its centre makes impact parameters that are uniform from 0 to WIDEST.
+    Rounding would move a ray from far away by more than a radius. So all rays pass through (0, 0, 0) exactly, as
+    `distance` is a power of two, and the sphere lies beside that point, such that the angles between the rays and its
+    centre make the impact parameters uniform from 0 to WIDEST.
     """
     centre = rounded(WIDEST * radius * directions(rng, 1)[0], precision)
     axis = centre / np.linalg.norm(centre)
@@ -76,12 +70,12 @@ def far_along_axis(level, precision, rng):
 
 
 def grazing(level, precision, rng):
-    """Every impact parameter is 1 - level radii, but for rounding."""
+    """Every impact parameter is 1 - level radii, except for rounding."""
     radius = float(rounded(rng.uniform(0.7, 1.4), precision))
     centre = rounded(rng.normal(size=3), precision)
     away = directions(rng, RAYS)
     origins = rounded(centre + NEAR * radius * away, precision)
-    # Seen from nearby, a point of the plane through the centre is nearer to the ray's line than to the centre.
+    # A ray is aimed at a point of the plane through the centre; its line passes the centre closer than that point.
     impact = 1 - level
     lengths = np.full(RAYS, impact / np.sqrt(1 - (impact / NEAR) ** 2)) * radius
     ulp = float(np.spacing(np.float32(NEAR * radius) if precision == "float32" else NEAR * radius))
@@ -93,14 +87,14 @@ def far_error(level, u, methods):
 
 
 def far_limit(u, methods):
-    """1/u; of the formulas its root; of `wide`, which has twice the digits, its square."""
+    """1/u; its square root for the naive formulas, its square for `wide`, which has twice the digits."""
     return {"wide": u**-2}.get(methods.get("sphere"), u**-0.5 if methods.get("sphere") in FORMULAS else 1 / u)
 
 
 def grazing_error(level, u, methods):
-    """Δ is off by u (D/r)² or, by the other forms, as the impact parameter is: by u D/r; t by that / (2 √(2 level))."""
+    """Δ is off by u (D/r)² with the naive formulas, else by u D/r; t is off by this / (2 √(2 level))."""
     off = NEAR**2 if methods.get("sphere") in FORMULAS else NEAR
-    return off / (2 * (2 * level) ** 0.5) / (2 * NEAR)  # an ulp of t is some 2 u t, t some NEAR radii
+    return off / (2 * (2 * level) ** 0.5) / (2 * NEAR)  # an ulp of t is about 2 u t, and t about NEAR radii
 
 
 def grazing_limit(u, methods):
@@ -120,7 +114,7 @@ FAR = {
 }
 ROWS = (
     Row("far-sphere", title="A sphere far away", levels=LEVELS, make=far, **FAR),
-    # From 1/u on no ray of the precision would hit: the last levels are left out.
+    # From 1/u on no ray of this precision would hit, so the last levels are left out.
     Row(
         "far-sphere-at-origin",
         title="A sphere far away, its centre at (0, 0, 0)",

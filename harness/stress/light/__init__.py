@@ -1,1 +1,1 @@
-"""Rows of the catalogue of failures: leaving surfaces, optics, shading."""
+"""Rows of the catalogue of failures: rays that leave surfaces, optics, shading."""

@@ -1,4 +1,4 @@
-"""S19: sRGB codes averaged as if they were light: the edges of things get too dark, by tens of codes."""
+"""S19: sRGB codes averaged as if they were light: edges become too dark, by tens of codes."""
 
 import numpy as np
 
@@ -8,13 +8,13 @@ from harness.stress.exact import triple
 from harness.stress.row import Finding, Row, Trial, in_general_position, rounded
 from harness.stress.view import OPAQUE, WHITE, camera
 
-SIDE = 4  # pixels; those of column 0 are covered, of column 1 partly, of 2 and 3 not
+SIDE = 4  # pixels; column 0 is covered, column 1 partly, columns 2 and 3 are not
 SAMPLES = 16  # a side
 COVER, BACKGROUND = (1.0, 1.0, 0.8), (0.0, 0.2, 0.0)  # sRGB
 
 
 def edge(share, precision, rng):
-    """A pane whose edge, in a general direction in space, covers `share` of column 1, a whole number of sixteenths."""
+    """A pane in general position whose edge covers `share` of column 1, rounded to sixteenths."""
     share = round(share * SAMPLES) / SAMPLES
     turn, centre = in_general_position(rng), rounded(rng.uniform(-1, 1, 3), precision)
 
@@ -31,7 +31,7 @@ def edge(share, precision, rng):
     expected = colour.encode_8bit(light).astype(int)
 
     def judge(result):
-        """A renderer does not say what its numbers are; a column that is covered wholly does."""
+        """The covered column tells whether the numbers are linear or sRGB; the renderer does not say."""
         whole = result.array[:, 0].astype(float)
         arithmetic = min(("linear", "srgb"), key=lambda name: np.abs(whole - flat(name)).max())
         off = np.abs(colour.codes(result.array[:, 1], arithmetic).astype(int) - expected)
@@ -42,12 +42,12 @@ def edge(share, precision, rng):
 
 
 def flat(arithmetic):
-    """The pane's colour as a renderer gets it."""
+    """The pane's colour as the renderer receives it."""
     return colour.decode(COVER) if arithmetic == "linear" else np.asarray(COVER)
 
 
 def between_black_and_white(share, u, methods):
-    """The error of a pixel of which this share is white."""
+    """The error, in codes of 256, of a black pixel of which `share` is white."""
     return 255 * abs(float(colour.encode(share)) - share) if methods["arithmetic"] == "srgb" else 0.0
 
 

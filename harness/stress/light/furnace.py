@@ -1,6 +1,7 @@
-"""S17: energy. A lossless ball in a white world is white, but for what the depth cuts off, in closed form."""
+"""S17: energy. A lossless ball in a white world is white, except for the light that the depth cuts off."""
 
 import math
+from functools import cache
 
 import mpmath as mp
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from harness.scene.model import Scene, Sphere
 from harness.stress.exact import triple
 from harness.stress.light.optics import reflectance
-from harness.stress.row import ROUNDOFF, Finding, Row, Trial, in_general_position, rounded
+from harness.stress.row import ROUNDOFF, Row, Trial, in_general_position, rounded, within
 from harness.stress.view import DIGITS, WHITE, camera, cross, exact_rays, exactly, fan, glass, minus
 
 SIDE, FAN = 12, 128  # pixels
@@ -19,39 +20,37 @@ GATE = {"float32": 1e-5, "float64": 1e-12}
 
 
 def trial(seen, ball, depth, width, height, precision):
-    """Pixels must be 1 - (1 - R) R^(depth - 1): what is still in the ball when rays end is (1 - R) R^(depth - 1)."""
+    """Pixels must be 1 - (1 - R) R^(depth - 1): the last term is the light still in the ball when rays end."""
     scene = Scene(seen, (ball,), background=WHITE)
-    known = []
+    known = cache(lambda: truth(scene, depth, width, height))
 
     def judge(result):
-        if not known:
-            known.append(truth(scene, depth, width, height))
-        white, clearance = known[0]
+        white, clearance = known()
         off = np.abs(result.array.astype(float) - white[..., None]).max(axis=-1)
         allowed = GATE[precision] + 8 * sensitivity(clearance, ROUNDOFF[precision])
-        return Finding(off.size, (~(off <= allowed)).sum(), off[np.isfinite(off)])
+        return within(off, allowed)
 
     return Trial(scene, judge, parameters={"width": width, "height": height, "depth": depth})
 
 
 @mp.workdps(DIGITS)
 def truth(scene, depth, width, height):
-    """Returns for each pixel its value, and how far its impact is from 1 radius, (height, width)."""
+    """For each pixel its value, and the distance of its ray's impact from 1 radius: (height, width) each."""
     (ball,) = scene.objects
     white, clearance = np.empty((height, width)), np.empty((height, width))
     for j, i, eye, way in exact_rays(scene.camera, width, height):
         aside = cross(minus(eye, exactly(ball.centre)), way)
         impact2 = mp.fdot(aside, aside) / mp.mpf(ball.radius) ** 2
         clearance[j, i] = abs(1 - mp.sqrt(impact2))
-        r = reflectance(AIR, GLASS, mp.sqrt(max(0, 1 - impact2)))  # 1 for a ray that misses, which sees white too
+        r = reflectance(AIR, GLASS, mp.sqrt(max(0, 1 - impact2)))  # 1 for a ray that misses, which also sees white
         white[j, i] = 1 - (1 - r) * r ** (depth - 1)
     return white, clearance
 
 
 def sensitivity(clearance, u):
-    """|Δ pixel| by rounding: R rises to 1 as the root of the clearance falls to 0.
+    """|Δ pixel| by rounding: R rises to 1 with the square root of the clearance.
 
-    The rounding of an eye ray moves its impact by u for each radius of distance, and leaving the surface by the offset,
+    Rounding an eye ray moves its impact by u for each radius of distance; leaving the surface moves it by the offset,
     36 u (OFF-1).
     """
     slope = 2 * (1.5**2 + 1) / math.sqrt(1.5**2 - 1)  # of T by the cosine, at grazing incidence
@@ -60,7 +59,7 @@ def sensitivity(clearance, u):
 
 
 def place(precision, rng):
-    """An eye, where it looks, two directions across, and a ball of radius 1 that it looks at."""
+    """An eye (3,), a rotation (3, 3) whose third column points from the ball to the eye, and a ball of radius 1."""
     turn, centre = in_general_position(rng), rounded(rng.uniform(-1, 1, 3), precision)
     return centre + DISTANCE * turn[:, 2], turn, Sphere(glass(*GLASS), triple(centre), 1.0)
 
@@ -68,16 +67,16 @@ def place(precision, rng):
 def by_depth(depth, precision, rng):
     """Eye rays over most of the ball, up to an impact of 0.95."""
     eye, turn, ball = place(precision, rng)
-    half = 0.66  # its corner is on the rim nearly, as seen from the eye
+    half = 0.66  # the screen's corner is almost on the rim
     seen = camera(eye, np.array(ball.centre), half * turn[:, 0], half * turn[:, 1], precision)
     return trial(seen, ball, depth, SIDE, SIDE, precision)
 
 
 def by_impact(clearance, precision, rng):
-    """Eye rays that graze the ball: their impact is 1 - clearance, about."""
+    """Eye rays that graze the ball: their impact is about 1 - clearance."""
     eye, turn, ball = place(precision, rng)
     sine = (1 - clearance) / DISTANCE
-    near = max(clearance, 256 * ROUNDOFF[precision])  # else where the rim is would be lost in rounding
+    near = max(clearance, 256 * ROUNDOFF[precision])  # else rounding would move the rim
     towards = -math.sqrt(1 - sine * sine) * turn[:, 2] + sine * turn[:, 0]
     seen = fan(eye, towards, turn[:, 1], 0.3 * math.sqrt(near) / DISTANCE, 0.5 * near / DISTANCE, precision)
     return trial(seen, ball, GRAZING, FAN, 1, precision)
@@ -106,7 +105,7 @@ ROWS = (
         levels=(0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10),
         make=by_impact,
         expected=lambda level, u, methods: float(sensitivity(level, u)),
-        # Nearer, the sign of d·n, by which a ray enters or leaves (MED-3), is lost: some pixel turns black.
+        # Closer to the rim the sign of d·n, which tells entering from leaving (MED-3), is lost: pixels turn black.
         limit=lambda u, methods: 2 * u,
     ),
 )

@@ -1,6 +1,7 @@
-"""S18: Phong's highlight: what an exponent makes of the error of a cosine, and of a cosine below 0."""
+"""S18: Phong's highlight: an exponent magnifies the error of a cosine, and makes light of a cosine below 0."""
 
 import math
+from functools import cache
 
 import mpmath as mp
 import numpy as np
@@ -11,7 +12,7 @@ from harness.stress.row import ROUNDOFF, Finding, Row, Trial, in_general_positio
 from harness.stress.view import BLACK, DIGITS, OPAQUE, WHITE, camera, cross, exact_rays, exactly, minus, sides, unit
 
 SIDE = 16  # pixels
-DISTANCE = 3.0  # of the eye from what it looks at
+DISTANCE = 3.0  # of the eye from the point that it looks at
 EVEN, BROKEN = 50.0, 2.5
 
 
@@ -20,7 +21,7 @@ def shiny(exponent):
 
 
 def lit(elevation, exponent, precision, rng):
-    """A shiny triangle, and a light and an eye that sees its mirror image, so near to it that c^m is 0.3 or more."""
+    """A shiny triangle, a light, and an eye so close to the light's mirror image that c^m is 0.3 or more."""
     turn, origin = in_general_position(rng), rng.uniform(-1, 1, 3)
     exponent = float(rounded(exponent, precision))
 
@@ -34,13 +35,11 @@ def lit(elevation, exponent, precision, rng):
     seen = camera(eye, centre, half * turn[:, 1], half * turn @ [-sine, 0, cosine], precision)
     light = Light(triple(place(-10 * cosine, 0, 10 * sine)), WHITE, 0.0)
     scene = Scene(seen, (Polygon(shiny(exponent), tuple(corners)),), (light,))
-    known = []
+    known = cache(lambda: powers(scene, exponent))
 
     def judge(result):
-        if not known:
-            known.append(powers(scene, exponent))
         value = result.array.astype(float)[..., 0]
-        off = np.abs(value / known[0] - 1)
+        off = np.abs(value / known() - 1)
         u = ROUNDOFF[precision]
         wrong = ~(off <= 16 * (exponent + 1) * u) | ~(value <= 1)  # no highlight is brighter than its light
         return Finding(off.size, wrong.sum(), off[np.isfinite(off)])
@@ -50,7 +49,7 @@ def lit(elevation, exponent, precision, rng):
 
 @mp.workdps(DIGITS)
 def powers(scene, exponent):
-    """c^m of each pixel (SIDE, SIDE): c the cosine between the mirrored light and the way back to the eye."""
+    """c^m of each pixel (SIDE, SIDE); c is the cosine between the mirrored light and the direction to the eye."""
     (triangle,), (light,) = scene.objects, scene.lights
     a, b, c = map(exactly, triangle.vertices)
     normal = unit(cross(minus(b, a), minus(c, a)))
@@ -66,8 +65,8 @@ def powers(scene, exponent):
 
 
 def behind(level, precision, rng):
-    """The light on the eye's side, so low that its mirror image is behind: c = -level. Half of the picture has an even
-    exponent, half a broken one; both are dark."""
+    """The light on the eye's side, so low that its mirror image is behind the eye: c = -level. Half of the picture has
+    an even exponent, half a fractional one; both must be black."""
     turn, origin = in_general_position(rng), rng.uniform(-1, 1, 3)
 
     def place(*where):
@@ -107,7 +106,7 @@ ROWS = (
         method="phong",
         make=lambda level, precision, rng: lit(rng.uniform(0.6, 1.1), level, precision, rng),
         expected=lambda level, u, methods: (level + 1) * u,
-        # From there on a cosine of 1 + u is seen.
+        # From this exponent on a cosine of 1 + u is visible.
         limit=lambda u, methods: 1 / u if methods["phong"] == "unclamped" else None,
     ),
     Row(

@@ -1,4 +1,4 @@
-"""S8: an offset that is too long jumps over what is near: the shadow in the angle under a panel is lost."""
+"""S8: an offset that is too long skips near surfaces: the contact shadow under a panel is lost."""
 
 import math
 
@@ -13,10 +13,10 @@ FAR = 1e3  # of the light, in lengths of the panel
 
 
 def wedge(scale, precision, rng, parameters=()):
-    """A panel of length `scale` that stands on the floor with one edge, and what the floor below it is seen from.
+    """A panel of length `scale` that stands on the floor with one edge, and a camera that sees the floor below it.
 
-    The screen lies on the floor, so that a row of pixels is a line at one distance from the edge. Local axes: x from
-    the edge outward, y along it, z up.
+    The screen lies on the floor, so a row of pixels is a line at one distance from the edge. Local axes: x away from
+    the edge, y along it, z up.
     """
     turn = scale * in_general_position(rng)
     origin = scale * rng.uniform(-1, 1, 3)
@@ -35,7 +35,7 @@ def wedge(scale, precision, rng, parameters=()):
     light = Light(triple(place(0, 0, FAR)), WHITE, 0.0)  # above the edge: feelers go into the angle
 
     def judge(result):
-        lost = ~(result.array.max(axis=-1) == 0)  # a pixel that is not a number has no shadow either
+        lost = ~(result.array.max(axis=-1) == 0)  # NaN is no shadow either
         return Finding(lost.size, lost.sum(), lost.mean(axis=0))
 
     asked = {"width": WIDTH, "height": HEIGHT, "depth": 0, "shadows": True, **dict(parameters)}
@@ -43,13 +43,13 @@ def wedge(scale, precision, rng, parameters=()):
 
 
 def lost(length):
-    """The share of the shadow where the panel is no higher than this length, in panels."""
+    """The share of the shadow above which the panel is no higher than `length`, in lengths of the panel."""
     return min(1.0, length / math.sin(ANGLE))
 
 
 def lost_by_method(level, u, methods):
     epsilon = methods["epsilon"]
-    size = 6.0  # of the floor, whose corners are about as far from the origin
+    size = 6.0  # of the floor; its corners are about this far from the origin
     steps = {"bounded": 9 / 8 * size * epsilon, "relative": size * epsilon, "fixed": epsilon / level, "none": 0.0}
     return lost(steps[methods["offset"]])
 

@@ -1,4 +1,4 @@
-"""S20: a sample that is not a number kills its pixel: how many die as samples grow, and whether they are counted."""
+"""S20: one sample that is NaN spoils its pixel: how many pixels are lost as samples grow, and whether it is counted."""
 
 import math
 
@@ -11,16 +11,16 @@ from harness.stress.view import WHITE, camera, eye_rays, glass
 
 SIDE, MANY = 10, 40  # pixels, each with one bubble at a random place in it
 PIXEL = 0.2  # width at the screen
-EYE = 60.0  # so far that bubbles at the edge look as in the middle
+EYE = 60.0  # distance: bubbles at the edge look as in the middle
 APART = 1.8  # radii from the bubble's centre to the edge of its pixel: their bounding boxes do not meet (MED-2)
 KILLS = 1 - 1 / 2.25  # share of a bubble's disk past the critical angle of glass
-SHARE = 2e-3  # of samples that are not a number, where that is not what grows
-SURE = 1e-4  # of a bubble's radius: a sample this near to the limit is on either side of it
+SHARE = 2e-3  # of samples that are NaN, in the row whose level is the number of samples
+SURE = 1e-4  # of a bubble's radius: a sample closer than this to the limit may be on either side of it
 
 
 def bubbles(radius, side, samples, precision, rng):
-    """Bubbles of air in a world of glass, white behind. Fresnel's formula has no number for an eye ray whose impact on
-    one is from 1/1.5 to 1 radius, unless x ≤ 0 is looked for (REF-2)."""
+    """The scene and parameters of side x side bubbles of air in glass, before white. Fresnel's formula is NaN for a ray
+    whose impact on a bubble is from 1/1.5 to 1 radius, unless x ≤ 0 is tested (REF-2)."""
     turn, centre = in_general_position(rng), rounded(rng.uniform(-1, 1, 3), precision)
     radius = float(rounded(radius, precision))
     free = PIXEL / 2 - APART * radius
@@ -36,7 +36,7 @@ def bubbles(radius, side, samples, precision, rng):
 
 
 def past_critical(scene, side):
-    """Which rays of the pixels' centres are, and which may or may not be: bool (side, side) each."""
+    """The rays through pixels' centres past the critical angle, and those that may be: bool (side, side) each."""
     eye, way = eye_rays(scene.camera, side, side)
     past, unsure = np.zeros(way.shape[:2], bool), np.zeros(way.shape[:2], bool)
     for ball in scene.objects:
@@ -47,7 +47,7 @@ def past_critical(scene, side):
 
 
 def pixels(level, precision, rng):
-    """Samples a side grow."""
+    """The level is the number of samples a side of a pixel."""
     radius = PIXEL * math.sqrt(SHARE / (KILLS * math.pi))
     scene, asked = bubbles(radius, SIDE, int(level), precision, rng)
 
@@ -59,7 +59,7 @@ def pixels(level, precision, rng):
 
 
 def counted(level, precision, rng):
-    """One sample a pixel, so that the picture shows which samples are no numbers: `level` of them, by the geometry."""
+    """One sample a pixel, so the picture shows which samples are NaN; the level is their share by the geometry."""
     root = math.sqrt(level)
     radius = PIXEL * root / (math.sqrt(KILLS * math.pi) + 2 * APART * root)
     scene, asked = bubbles(radius, MANY, 1, precision, rng)
@@ -69,7 +69,7 @@ def counted(level, precision, rng):
         past, unsure = past_critical(scene, MANY)
         low, high = int((past & ~unsure).sum()), int((past | unsure).sum())
         told = result.said.rays["non_finite"]
-        # What is told must be what is seen, and what is seen what the geometry says.
+        # The renderer's count must equal the NaN pixels, and these must agree with the geometry.
         missing = max(abs(told - seen), low - seen, seen - high, 0)
         return Finding(MANY * MANY, missing)
 
@@ -77,7 +77,7 @@ def counted(level, precision, rng):
 
 
 def killed(level, u, methods):
-    """Predicts the share of killed pixels; samples closer together than a bubble is wide kill no more."""
+    """Predicts the share of lost pixels; samples closer together than a bubble is wide lose no more."""
     return min(1.0, SHARE * level**2) if methods["fresnel"] == "unclamped" else 0.0
 
 
@@ -85,9 +85,9 @@ ROWS = (
     Row(
         name="nan",
         code="S20",
-        title="Pixels that one bad sample kills, of which there are two in a thousand",
+        title="Pixels lost to single NaN samples, by the number of samples",
         stress="samples a side of a pixel",
-        failure="pixels that are not a number",
+        failure="pixels that are NaN",
         error="share of the pixels",
         levels=(1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0),
         method="fresnel",
@@ -98,9 +98,9 @@ ROWS = (
     Row(
         name="nan-counted",
         code="S20",
-        title="Samples that are no numbers, and that nobody is told of",
-        stress="share of samples that are not a number",
-        failure="bad samples that are neither seen nor counted",
+        title="NaN samples that are not counted",
+        stress="share of samples that are NaN",
+        failure="NaN samples that are neither visible nor counted",
         levels=(1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2, 0.4),
         method="floating_point",
         make=counted,

@@ -1,12 +1,12 @@
-"""Reflectance, and transmission through a row of surfaces, in many digits (mpmath)."""
+"""Computes reflectance, and transmission through a row of surfaces, in many digits (mpmath)."""
 
 import mpmath as mp
 
 
 def reflectance(i: tuple, t: tuple, cosine):
-    """R of unpolarised light in the medium `i` that meets `t`, both (eps_r, mu_r), under this cosine, from 0 to 1.
+    """R of unpolarised light that goes from the medium `i` to `t`, both (eps_r, mu_r). cosine: of incidence, 0 to 1.
 
-    Fresnel's amplitudes by the wave admittances sqrt(eps/mu) and Snell's law.
+    Fresnel's amplitudes by the wave admittances sqrt(eps/mu), and Snell's law.
     """
     eps_i, mu_i, eps_t, mu_t = map(mp.mpf, (*i, *t))
     sine2 = eps_i * mu_i / (eps_t * mu_t) * (1 - cosine * cosine)  # of the transmitted ray
@@ -20,10 +20,10 @@ def reflectance(i: tuple, t: tuple, cosine):
 
 
 def white_light(reflectances: list, depth: int):
-    """Returns what a ray sees of a white world through these surfaces in a row.
+    """The share of a white world's light that a ray sees through surfaces in a row, with these reflectances.
 
-    Every surface sends R back and lets 1 - R on, from either side; rays of an order above `depth` are not traced
-    (REF-5), and no ray meets any other surface.
+    Every surface reflects R and transmits 1 - R, from either side; rays of an order above `depth` are not traced
+    (REF-5).
     """
     light, going = mp.mpf(0), {(0, 1): mp.mpf(1)}
     for _ in range(depth):

@@ -1,6 +1,7 @@
-"""S15: Snell and Fresnel at the critical angle, where light begins to be totally reflected, and past it."""
+"""S15: Snell and Fresnel at the critical angle of total reflection, and past it."""
 
 import math
+from functools import cache
 
 import mpmath as mp
 import numpy as np
@@ -8,18 +9,18 @@ import numpy as np
 from harness.scene.model import Box, Scene
 from harness.stress.exact import triple
 from harness.stress.light.optics import reflectance
-from harness.stress.row import ROUNDOFF, Finding, Row, Trial, in_general_position, rounded
+from harness.stress.row import ROUNDOFF, Finding, Row, Trial, in_general_position, rounded, within
 from harness.stress.view import DIGITS, WHITE, cross, exact_rays, exactly, fan, glass, unit
 
 RAYS = 256  # pixels of one row
 GLASS, AIR = (2.25, 1.0), (1.0, 1.0)
 INDEX = 1.5
-NOISE = 64  # u; rays nearer to the critical angle than this, relative, are on either side of it
+NOISE = 64  # u; rays closer to the critical angle than this, relative, may be on either side of it
 
 
 def block(past, precision, rng, spread, tilt):
-    """The eye in a block of glass; rays meet a face under the angle whose sine is (1 + past)/INDEX, and white lies
-    behind it. Pixels are what is let through: what is mirrored ends in the glass (depth 1)."""
+    """The eye in a block of glass before white; rays meet a face at the angle whose sine is (1 + past)/INDEX. Pixels
+    show the transmitted light, as reflected rays end in the glass (depth 1)."""
     turn, eye = in_general_position(rng), rng.uniform(-1, 1, 3)
     corner = rounded(eye + turn @ [-40, -40, -75], precision)
     edges = tuple(triple(edge) for edge in rounded(80 * turn.T, precision))
@@ -32,7 +33,7 @@ def block(past, precision, rng, spread, tilt):
 
 @mp.workdps(DIGITS)
 def truth(scene):
-    """Returns for each ray its relative distance from the critical angle, and T."""
+    """For each ray its relative distance from the critical angle, and T: (2, RAYS)."""
     (box,) = scene.objects
     normal = unit(cross(*map(exactly, box.edges[:2])))
     found = []
@@ -43,39 +44,35 @@ def truth(scene):
 
 
 def critical(before, precision, rng):
-    """Rays whose angles are some `before` from the critical one; on either side where that is lost in rounding."""
+    """Rays about `before` from the critical angle; on either side of it where rounding is larger."""
     near = max(before, 32 * ROUNDOFF[precision])
     scene, asked = block(-before, precision, rng, 0.5 * math.sqrt(near), 0.5 * near)
     u = ROUNDOFF[precision]
-    known = []
+    known = cache(lambda: truth(scene))
 
     def judge(result):
-        if not known:
-            known.append(truth(scene))
-        distance, let_through = known[0]
+        distance, let_through = known()
         off = np.abs(result.array[0].astype(float) - let_through[:, None]).max(axis=-1)
         allowed = 8 * sensitivity(np.maximum(np.abs(distance), u), u)
-        return Finding(RAYS, (~(off <= allowed)).sum(), off[np.isfinite(off)])
+        return within(off, allowed)
 
     return Trial(scene, judge, parameters=asked)
 
 
 def past(level, precision, rng):
-    """Rays past the critical angle by this, relative: all is reflected, and nothing let through, exactly."""
+    """Rays past the critical angle by `level`, relative: all light is reflected, so pixels are exactly 0."""
     scene, asked = block(level, precision, rng, 0.3 * math.sqrt(level), 0.0)
-    known = []
+    known = cache(lambda: truth(scene))
 
     def judge(result):
-        if not known:
-            known.append(truth(scene))
-        judged = known[0][0] < -NOISE * ROUNDOFF[precision]
+        judged = known()[0] < -NOISE * ROUNDOFF[precision]
         return Finding(judged.sum(), (~(result.array[0] == 0).all(axis=-1) & judged).sum())
 
     return Trial(scene, judge, parameters=asked)
 
 
 def sensitivity(before, u):
-    """|ΔR| for an error u of the cosine: R falls as the root of the distance to the critical angle."""
+    """|ΔR| for an error u of the cosine: R falls with the square root of the distance to the critical angle."""
     return (INDEX + 1 / INDEX) * math.sqrt(2) * INDEX**2 * u / np.sqrt(before)
 
 

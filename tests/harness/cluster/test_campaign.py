@@ -160,7 +160,7 @@ def test_jobs_that_live_are_not_submitted_again(front):
     again = front.campaign()
     again.go_on()
     again.submit(front.cluster, front.said.append)
-    assert len(front.cluster.jobs) == 3 and "3 of its jobs are not at their end" in front.said[-1]
+    assert len(front.cluster.jobs) == 3 and "3 of its jobs are still waiting or running" in front.said[-1]
     assert {line.said for line in status_lines(front)} == {"waiting (Priority)"}
     front.cluster.held = False
     again.follow(front.cluster, lambda *told: front.told.append(told))
@@ -209,7 +209,7 @@ def test_another_scene_is_refused(front, file):
     (file.parent / "scene.txt").write_text(SCENE.replace("0.8 (0.7", "0.9 (0.7"))
     made.follow(front.cluster, lambda *told: front.told.append(told))
     assert front.told == [] and all("scene_version was" in row["reason"] for row in front.rows())
-    with pytest.raises(UserError, match="what it was made with has changed"):
+    with pytest.raises(UserError, match="it cannot be resumed after these changes"):
         front.campaign().go_on()
 
 
@@ -276,7 +276,7 @@ def test_the_scheduler_takes_no_more(front):
     """What does not fit into its queue waits until there is room."""
     front.cluster.most = 2
     rows = front.run()
-    assert "2 jobs are submitted" in front.said[0] and "1 wait for room" in front.said[1]
+    assert "2 jobs submitted" in front.said[0] and "1 jobs wait for room" in front.said[1]
     assert front.cluster.done == [0, 1, 2] and len(rows) == 12
 
 

@@ -80,7 +80,7 @@ def test_what_became_of_a_job(table, folder):
     assert reasons[:3] == ["failed (exit 7)", "failed (ValueError: task 1 is not possible)", "failed (signal 9)"]
     assert reasons[3].startswith("failed (FileNotFoundError: ")
     lost = executor.states(["rayrace-0-0"])["rayrace-0-0"]
-    assert lost.kind == "ended" and "is known no more to the scheduler" in lost.reason
+    assert lost.kind == "ended" and "the scheduler no longer knows it" in lost.reason
 
 
 def test_a_job_that_fails_before_it_is_known_to_be_taken(table, folder, monkeypatch):
@@ -116,7 +116,7 @@ class NotThere:
 def test_jobs_that_the_scheduler_cannot_read(table, folder, monkeypatch):
     monkeypatch.setattr("harness.executors.dask._run", NotThere)
     begin = time.monotonic()
-    with pytest.raises(UserError, match=r"takes no more jobs: Error during deserialization .* different environments"):
+    with pytest.raises(UserError, match=r"refuses more jobs: Error during deserialization .* different environments"):
         submit(Dask(table), cluster_tasks.stamp, folder, 0, 1)
     assert time.monotonic() - begin < 30, "it does not wait in vain"
 
@@ -137,7 +137,7 @@ def test_a_scheduler_without_rayrace(folder):
             cluster_tasks.until(said.exists)
             executor = Dask(Table(scheduler=json.loads(said.read_text())["address"]))
             jobs = submit(executor, cluster_tasks.stamp, folder, 0, 1)
-            assert {state.reason for state in executor.states(jobs).values()} == {"no worker is there"}
+            assert {state.reason for state in executor.states(jobs).values()} == {"there is no worker"}
             executor.cancel(jobs)
             assert {state.reason for state in executor.states(jobs).values()} == {"was cancelled"}
         finally:
@@ -186,7 +186,7 @@ def test_cancelled_before_there_is_a_worker(folder):
         executor = Dask(Table(scheduler=local.scheduler_address))
         jobs = submit(executor, cluster_tasks.stamp, folder, 0, 1)
         assert {state[:2] + state[3:] for state in executor.states(jobs).values()} == {
-            ("waiting", "", "no worker is there")
+            ("waiting", "", "there is no worker")
         }
         executor.cancel(jobs)
         assert {state.reason for state in executor.states(jobs).values()} == {"was cancelled"}
@@ -196,7 +196,7 @@ def test_cancelled_before_there_is_a_worker(folder):
 def test_at_the_end_of_its_time(table, folder):
     executor = Dask(table.model_copy(update={"time": 3.0}))
     jobs = submit(executor, cluster_tasks.obey, folder, 0)
-    assert ended(executor, jobs)[0].reason == "ran out of its time"
+    assert ended(executor, jobs)[0].reason == "ran out of time"
     assert cluster_tasks.left(folder)[0]["heard"] == "SIGTERM"
 
 
@@ -222,10 +222,10 @@ def test_a_worker_that_dies(workers, table, folder):
 def test_nobody_answers(folder, monkeypatch, capfd):
     monkeypatch.setattr("harness.executors.dask.PATIENCE", 2)
     executor = Dask(Table(scheduler="tcp://127.0.0.1:1"))
-    with pytest.raises(UserError, match=r"127\.0\.0\.1:1'?: nobody answers there in 2 s .*; start it"):
+    with pytest.raises(UserError, match=r"127\.0\.0\.1:1'?: no answer in 2 s .*; start it"):
         submit(executor, cluster_tasks.stamp, folder, 0)
     state = executor.states(["rayrace-0-0"])["rayrace-0-0"]
-    assert state.kind == "unknown" and "nobody answers" in state.reason
+    assert state.kind == "unknown" and "no answer" in state.reason
     assert capfd.readouterr() == ("", "")
 
 

@@ -82,7 +82,7 @@ def test_waiting_and_cancelled(slurm, folder):
     states = executor.states(held)
     assert [states[job].kind for job in held] == ["ended", "ended", "waiting", "ended"]
     assert states[held[3]].reason == "was cancelled (scancel)"
-    assert states[held[0]].reason == "is known no more to the scheduler"  # as is what never began of an array
+    assert states[held[0]].reason == "the scheduler no longer knows it"  # as is what never began of an array
 
 
 def test_cancelled_while_it_runs(slurm, folder, real_cluster):
@@ -152,7 +152,7 @@ def test_a_job_that_slurm_has_forgotten_and_a_slurm_that_is_down(folder, monkeyp
         monkeypatch.setenv("SLURM_CONF", short.environment["SLURM_CONF"])
         executor = Slurm(Table(), folder / "logs")
         jobs = submit(executor, cluster_tasks.stamp, folder, 0)
-        said = "is known no more to the scheduler"
+        said = "the scheduler no longer knows it"
         cluster_tasks.until(lambda: executor.states(jobs)[jobs[0]] == State("ended", reason=said))
         assert len(cluster_tasks.left(folder)) == 1
         executor.cancel(jobs)
@@ -172,6 +172,6 @@ def test_at_the_end_of_its_time(slurm, folder):
     (short,) = submit(slurm(time=60), cluster_tasks.last, folder, 0)
     (longer,) = submit(slurm(time=120), cluster_tasks.last, folder, 1)
     states = [*ended(slurm(), [short], 300), *ended(slurm(), [longer], 300)]
-    assert [state.reason for state in states] == ["ran out of its time"] * 2
+    assert [state.reason for state in states] == ["ran out of time"] * 2
     heard = {number: [name for name, _ in told["heard"]] for number, told in cluster_tasks.left(folder).items()}
     assert heard == {0: ["SIGTERM"], 1: ["SIGTERM"]}

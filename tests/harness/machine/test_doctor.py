@@ -58,7 +58,7 @@ def test_the_tightest_group_counts(machine, files, version, peak):
     assert (cgroup.version(root), cgroup.quota(root), cgroup.held_back(root)) == (version, 1.5, (3, 2.5))
     assert (cgroup.memory_limit(root), cgroup.memory_peak(root)) == (4_000_000_000, peak)
     found = fitness_cores.quota(root)
-    assert found.verdict == "doubtful" and found.found.startswith("1.5 cores") and "3 times, 2.5 s" in found.found
+    assert found.verdict == "doubtful" and found.found.startswith("1.5 cores") and "3 times for 2.5 s" in found.found
     assert "at most 1 thread" in found.remedy
     assert doctor.memory_limit(root).found.startswith("4 GB of")
 
@@ -94,7 +94,7 @@ def test_a_system_that_tells_nothing(machine):
     ]
     assert {finding.verdict for finding in findings} == {"unknown"}
     assert all(finding.found.startswith("unavailable: ") for finding in findings)
-    assert "source not told" in fitness_cores.clock(root).found
+    assert "source unknown" in fitness_cores.clock(root).found
 
 
 @pytest.mark.parametrize(

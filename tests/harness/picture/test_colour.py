@@ -1,10 +1,7 @@
 """COL-2, COL-3. The bounds are of the two published formulas, which do not quite meet."""
 
-import io
-
 import numpy as np
 import pytest
-from PIL import Image
 
 from harness.picture import colour
 
@@ -51,11 +48,3 @@ def test_shape_is_kept():
 def test_non_finite_is_an_error(function, bad):
     with pytest.raises(ValueError, match="NaN or infinite"):
         function([0.5, bad])
-
-
-def test_png():
-    linear = colour.decode(np.arange(24).reshape(2, 4, 3) / 255)
-    with Image.open(io.BytesIO(colour.to_png_bytes(linear))) as image:
-        assert np.array_equal(np.asarray(image), np.arange(24).reshape(2, 4, 3))
-    with pytest.raises(ValueError, match=r"\(height, width, 3\)"):
-        colour.to_png_bytes(np.zeros((4, 4)))

@@ -16,7 +16,7 @@ LINEAR = colour.decode(RAMP)
 def test_equal_pictures():
     found = perceive(LINEAR, LINEAR.copy())
     assert found.record() == {
-        "psnr_db": {"unavailable": "the display shows no difference: it is infinite"}, "ssim": 1.0, "flip": 0.0,
+        "psnr_db": {"unavailable": "infinite: the display shows no difference"}, "ssim": 1.0, "flip": 0.0,
     }  # fmt: skip
     assert found.flip_map.shape == (SIZE, SIZE) and not found.flip_map.any()
 

@@ -170,7 +170,7 @@ def test_no_pair_of_what_cannot_run_or_be_compared(make, known):
     assert make().pair.entry.name == "numpy"
     unsupported = make('[image]\nprecision = "float16"\n')
     assert (unsupported.pair, unsupported.pair_reason) == (
-        None, "no cell here that runs, is no exhibit and is not simulated",
+        None, "no cell of any variant runs here without being an exhibit or simulated",
     )  # fmt: skip
 
 

@@ -52,7 +52,7 @@ def test_several_generated_scenes(generate):
     ]
     assert made.left_out == (("scene != 'balls' or size <= 1", 2),)
     assert len({cell.scene_version for cell in made.cells}) == 7
-    with pytest.raises(UserError, match="generate: no point is of comparison-lights-2, which lacks a count of each"):
+    with pytest.raises(UserError, match="generate: every point sweeps a count that comparison-lights-2 does not have"):
         generate(SEVERAL + "[sweep]\nsize = [0, 1]\n")
     with pytest.raises(UserError, match=r"generate\.1: lights is no count of balls; it has size"):
         generate('[[generate]]\nscene = "tetra"\n[[generate]]\nscene = "balls"\nlights = 2\n')

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from harness.machine import environment
-from harness.plan import forecast, plan, predict
+from harness.plan import plan, predict
 from harness.plan.forecast import Forecast
 from harness.plan.predict import Predictor
 
@@ -193,7 +193,7 @@ class Said:
 
 @pytest.fixture(autouse=True)
 def _all_is_supported(monkeypatch):
-    monkeypatch.setattr(forecast, "unsupported", lambda *_: None)
+    monkeypatch.setattr(plan, "unsupported", lambda *_: None)
 
 
 def test_forecast():

@@ -162,14 +162,18 @@ FAULTS = [
     (f"NOT {A} OR {B} END END", "2:23", 'a second part in NOT, "OR"'),
     (f"NOT OR {A}{B} END OR {A} END END", "2:47", 'a second part in NOT, "OR"'),
     (f"OR {A} AND {B} END", "END", "expected END for the OR of line 2, found the end of the file"),
-    (f"OR {A}\nLIGHT (0,0,0) (1,1,1) 0", "3:1", "LIGHT inside of the OR of line 2; is an END missing before it?"),
-    (f"OR {A}\nCAMERA", "3:1", "CAMERA inside of the OR of line 2"),
-    (f"OR\nNOT {A} END\nAIR 1 1 (1,1,1)", "4:1", "AIR inside of the OR of line 2"),
+    (f"OR {A}\nLIGHT (0,0,0) (1,1,1) 0", "3:1", "LIGHT in the OR of line 2; is an END missing before it?"),
+    (f"OR {A}\nCAMERA", "3:1", "CAMERA in the OR of line 2"),
+    (f"OR\nNOT {A} END\nAIR 1 1 (1,1,1)", "4:1", "AIR in the OR of line 2"),
     ("END", "2:1", "END without an OR, AND or NOT before it"),
     (f"OR {A} END END{MATERIAL}", "2:26", 'expected a vector (x,y,z) for the diffuse colour, found "END"'),
     (f"OR {A} END{MATERIAL} END", "3:2", "END without an OR, AND or NOT before it"),
-    (f"OR {A} (1,1,1) 0 1 (0,0,0) 1 1 END", "2:22", "the parts of a block have no material; it follows the last END"),
-    (f"OR {A} 0.5 END", "2:22", "the parts of a block have no material"),
+    (
+        f"OR {A} (1,1,1) 0 1 (0,0,0) 1 1 END",
+        "2:22",
+        "parts of a block have no material; that of the block follows its last END",
+    ),
+    (f"OR {A} 0.5 END", "2:22", "parts of a block have no material"),
     (f"OR {A} END", "END", "expected a vector (x,y,z) for the diffuse colour, found the end of the file"),
     (f"or {A} END", "2:1", 'unknown keyword "or"; did you mean OR?'),
     (f"OR SPERE {A} END", "2:4", 'unknown keyword "SPERE"; did you mean SPHERE?'),
@@ -178,7 +182,7 @@ FAULTS = [
     (
         "AND POLYGON 3 (0,0,0) (1,0,0) (0,1,0) END",
         "2:5",
-        "a ray is never inside of a POLYGON, so it cannot be a part of CSG; use a BOX",
+        "a POLYGON has no inside, so it cannot be a part of CSG; use a BOX",
     ),
     ("MESH", "END", "expected the path of a mesh, found the end of the file"),
     ("MESH (0,0,0)", "2:6", 'expected the path of a mesh, found "("'),
@@ -209,5 +213,5 @@ def test_an_open_mesh_is_no_part(tmp_path):
     (tmp_path / "a.txt").write_text(f'{CAMERA}OR\n {A}\n MESH "a b.obj" (0,0,0) (0,0,0) 1 END {MATERIAL}')
     with pytest.raises(UserError) as caught:
         load(tmp_path / "a.txt")
-    message = 'a ray is never inside of the open mesh "a b.obj", so it cannot be a part of CSG; close its holes'
+    message = 'the open mesh "a b.obj" has no inside, so it cannot be a part of CSG; close its holes'
     assert str(caught.value).startswith(f"{tmp_path}/a.txt:4:7: {message}")

@@ -92,7 +92,7 @@ def test_the_lattices_of_the_experiments(material):
     [
         (("lattice", "--material", "wood"), "--material wood: expected one of matte, mirror, perfect, glass"),
         (("lattice", "--radius", "0.5"), "--radius 0.5: expected more than 0 and less than 0.5"),
-        (("comparison", "--radius", "0.3"), "--radius is no option of comparison"),
+        (("comparison", "--radius", "0.3"), "--radius is not an option of comparison"),
     ],
 )
 def test_a_lattice_that_cannot_be(rayrace, words, told):

@@ -170,7 +170,7 @@ def test_no_more_than_a_set_can_hold():
     assert len(ranks("".join(line.format(i) for i in range(63)))) == 63
     with pytest.raises(UserError) as caught:
         ranks("".join(line.format(i) for i in range(64)))
-    why = "scene.txt:65: more than 63 clear solids touch other objects or hold the eye"
+    why = "scene.txt:65: more than 63 clear solids touch other objects or contain the eye"
     assert str(caught.value).startswith(why)
     apart = "".join(line.format(1.1 * i) for i in range(500))
     assert ranks(apart) == []

@@ -112,7 +112,11 @@ FAULTS = [
     (VIEW + FILL + "s 0 0 nan 1", "9:7", "expected a finite number for the centre"),
     (VIEW + FILL + "p 2\n0 0 0\n1 0 0", "9:3", "expected a whole number of vertices, 3 or more"),
     (VIEW + FILL + "p 3\n0 0 0\n1 0 0\n2 0 0", "10:1", "the vertices lie on one line"),
-    (VIEW + FILL + "hither 1", "9:1", '"hither" outside of a viewpoint; it is v from at up angle hither resolution'),
+    (
+        VIEW + FILL + "hither 1",
+        "9:1",
+        '"hither" outside of a viewpoint; a viewpoint is v from at up angle hither resolution, in this order',
+    ),
     (VIEW + FILL + "p 3\n0 0 0\n0 0 0\n1 0 0", "11:1", "vertices 1 and 2 are the same point"),
     (VIEW + FILL + f"p 4\n{BOW_TIE}", "10:1", "the polygon crosses itself"),
     (VIEW + FILL + "p 4\n0 0 0\n4 3 0\n4 0 0\n0 4 0", "12:1", "crosses itself; the sides after vertices 1 and 3 meet"),

@@ -89,9 +89,9 @@ def test_command(name, rayrace, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("balls", "--spheres", "3"), "--spheres is no option of balls"),
-        (("tetra", "--lights", "3"), "--lights is no option of tetra"),
-        (("comparison", "--size", "3"), "--size is no option of comparison"),
+        (("balls", "--spheres", "3"), "--spheres is not an option of balls"),
+        (("tetra", "--lights", "3"), "--lights is not an option of tetra"),
+        (("comparison", "--size", "3"), "--size is not an option of comparison"),
         (("tetra", "--size", "0"), "expected a size factor from 1, found 0"),
         (("tetra", "-o", "a.txt"), "a.txt: tetra is written as .nff"),
         (("comparison", "-o", "a.nff"), "a.nff: comparison is written as .txt"),

@@ -83,7 +83,7 @@ def test_a_folder_that_is_not_there(rayrace, scene, tmp_path):
 
 def test_nobody_renders_it(rayrace, scene, tmp_path):
     done = rayrace("render", scene, "-r", "cpp", "-o", tmp_path / "a.pov", code=2)
-    assert done.stderr == "error: -r cpp: a.pov is a scene, which nobody renders; leave -r out\n"
+    assert done.stderr == "error: -r cpp: a.pov is a scene, so nothing is rendered; leave -r out\n"
 
 
 def test_a_suffix_that_nobody_writes(rayrace, scene, tmp_path):

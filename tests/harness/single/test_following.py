@@ -62,7 +62,7 @@ def piece(write, tmp_path, bad_folder, capsys):
 def test_a_job_that_ends_midway(fake, piece, capsys, tmp_path):
     def plan(number):
         if number == 1:
-            return State("ended", "node7", "TIMEOUT", "ran out of its time")
+            return State("ended", "node7", "TIMEOUT", "ran out of time")
         tiles.work(str(piece.place), number)
         return State("ended", "node1", "COMPLETED")
 
@@ -70,7 +70,7 @@ def test_a_job_that_ends_midway(fake, piece, capsys, tmp_path):
     with pytest.raises(SystemExit) as ended:
         piece()
     assert str(ended.value).startswith("error: 2 of 6 tiles are missing; the same command renders those alone; ")
-    assert "1 job: node7: ran out of its time\n" in capsys.readouterr().err
+    assert "1 job: node7: ran out of time\n" in capsys.readouterr().err
     assert fake.taken == [0, 1, 2] and tiles.Folder(piece.place).there() == {0, 1, 4, 5}
 
     fake.taken.clear()
@@ -89,9 +89,9 @@ def test_jobs_that_are_in_the_queue_are_not_submitted_again(fake, piece, capsys)
     said = capsys.readouterr().err
     assert (
         "6 tiles to be rendered by jobs: 3 to be submitted, 0 submitted before\n" in said
-        and "stopped; the tiles that are there stay in " in said
+        and "stopped; finished tiles stay in " in said
     )
-    assert "3 jobs of --executor slurm go on without it: job-0, job-1, job-2\n" in said
+    assert "3 jobs of --executor slurm go on: job-0, job-1, job-2\n" in said
 
     tiles.work(str(piece.place), 0)  # it ran while nobody looked
 
@@ -125,18 +125,18 @@ def edited(piece, what):
     """Something that the picture is made of is another: what a job says of it."""
     if what == "scene":
         piece.scene.write_text(EMPTY.replace("0.2", "0.3"))
-        return "what is here makes another picture: scene was "
+        return "this host would render another picture: scene was "
     if what == "renderer":
         with open(piece.folder / "main.py", "a") as file:
             file.write("\n# edited\n")
-        return "what is here makes another picture: renderer was "
+        return "this host would render another picture: renderer was "
     if what == "gone":
         piece.scene.unlink()
         return "empty.txt: no such file"
     spec = json.loads((piece.place / "spec.json").read_text())
     spec["picture"]["packages"]["numpy"] = "1.0"
     (piece.place / "spec.json").write_text(json.dumps(spec))
-    return 'what is here makes another picture: packages.numpy was "1.0", is "'
+    return 'this host would render another picture: packages.numpy was "1.0", is "'
 
 
 @pytest.mark.parametrize("what", ["scene", "renderer", "packages", "gone"])
@@ -169,7 +169,7 @@ def test_the_command_refuses_to_mix_pictures(what, fake, piece):
     with pytest.raises(UserError) as refused:
         piece(**changed)
     assert f"{piece.place} has tiles of another picture: " in str(refused.value) and told in str(refused.value)
-    assert str(refused.value).endswith("; remove it to begin anew") and tiles.Folder(piece.place).there() == kept
+    assert str(refused.value).endswith("; remove it to start again") and tiles.Folder(piece.place).there() == kept
     shutil.rmtree(piece.place)
     fake.plan = lambda number: tiles.work(str(piece.place), number) or State("ended")
     assert piece(**changed)["kept"] == 0
@@ -225,9 +225,9 @@ def test_a_scheduler_that_takes_few(fake, piece):
 def test_a_scheduler_that_takes_no_more(fake, piece, capsys):
     def submit(work, folder, numbers):
         yield numbers[0], "job-0"
-        raise UserError("Slurm takes no more jobs: QOSMaxSubmitJobPerUserLimit")
+        raise UserError("Slurm refuses more jobs: QOSMaxSubmitJobPerUserLimit")
 
     fake.submit, fake.plan = submit, lambda number: tiles.work(str(piece.place), number) or State("ended")
     with pytest.raises(SystemExit, match="4 of 6 tiles are missing"):
         piece()
-    assert "1 job: Slurm takes no more jobs: QOSMaxSubmitJobPerUserLimit\n" in capsys.readouterr().err
+    assert "1 job: Slurm refuses more jobs: QOSMaxSubmitJobPerUserLimit\n" in capsys.readouterr().err

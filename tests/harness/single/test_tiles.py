@@ -68,7 +68,7 @@ def test_a_grid_has_every_pixel_once(bounds, side):
 
 
 def test_a_grid_is_not_of_too_many():
-    with pytest.raises(UserError, match=r"--tiles 1: that is 1,001,000 tiles; expected 1,000,000 at most"):
+    with pytest.raises(UserError, match=r"--tiles 1: that makes 1,001,000 tiles; expected 1,000,000 at most"):
         Grid((0, 0, 1001, 1000), 1)
 
 
@@ -139,7 +139,7 @@ def test_by_the_command_line(rayrace, scene, tmp_path):
     done = rayrace(*words, "-o", many, "--tiles", 6, code=0)
     assert one.read_bytes() == many.read_bytes()
     assert done.stdout.startswith(f"{many}: 11 x 7, ") and ": 4 tiles, " in done.stdout and " rays\n" in done.stdout
-    assert done.stdout.splitlines()[1] == "error: not measured; a picture in tiles is compared with no reference"
+    assert done.stdout.splitlines()[1] == "error: not measured; pictures in tiles are not compared with a reference"
     lines = done.stderr.splitlines()
     assert [line.split(": ")[0] for line in lines] == [
         "[1/4] 1,2,7,8", "[2/4] 7,2,12,8", "[3/4] 1,8,7,9", "[4/4] 7,8,12,9", "warning",
@@ -150,14 +150,17 @@ def test_by_the_command_line(rayrace, scene, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("-o", "a.png", "--tiles", 4), "a.png: a picture in tiles is .tif or .npy"),
+        (("-o", "a.png", "--tiles", 4), "a.png: with --tiles the picture must be .tif or .npy"),
         (("-o", "a.tif", "--executor", "slurm"), "--executor, --slurm and --dask are for tiles; add --tiles 1024, say"),
         (("-o", "a.tif", "--slurm", "time=5"), "--executor, --slurm and --dask are for tiles"),
         (("-o", "a.tif", "--tiles", 4, "--frames", 1), "--frames: not with --tiles, where nothing is timed"),
         (("-o", "a.tif", "--tiles", 4, "--max-error", "1/255"), "--max-error: not with --tiles"),
         (("-o", "a.tif", "--tiles", 4, "--executor", "pbs"), "--executor pbs: known: local, slurm, dask"),
         (("-o", "a.tif", "--tiles", 4, "--slurm", "time=5"), "--slurm: only with --executor slurm"),
-        (("-o", "a.tif", "--tiles", 4, "--executor", "dask"), "--executor dask and --dask ADDRESS, "),
+        (
+            ("-o", "a.tif", "--tiles", 4, "--executor", "dask"),
+            "--executor dask and --dask ADDRESS (of the scheduler) go together",
+        ),
         (("-o", "a.tif", "--tiles", 4, "--executor", "slurm", "--slurm", "x"), "--slurm x: expected key=value, such"),
         (
             ("-o", "a.tif", "--tiles", 4, "--executor", "slurm", "--slurm", "tim='2 h'"),
@@ -168,7 +171,7 @@ def test_by_the_command_line(rayrace, scene, tmp_path):
             "--slurm: cells: Input should be greater than or equal to 1",
         ),
         (("-o", "a.tif", "--tiles", 4, "--vector", "on"), "python is unsupported: has no vector on"),
-        (("-o", "a.tif", "--tiles", 1, "--width", 2000, "--height", 2000), "--tiles 1: that is 4,000,000 tiles; "),
+        (("-o", "a.tif", "--tiles", 1, "--width", 2000, "--height", 2000), "--tiles 1: that makes 4,000,000 tiles; "),
         (("-o", "no/a.tif", "--tiles", 4), "no: no such folder"),
     ],
 )
@@ -213,14 +216,14 @@ def test_the_same_command_goes_on(how, rayrace, scene, environment, tmp_path):
     kept = {path: path.stat().st_mtime_ns for path in out.with_name("a.tif.tiles").glob("*.npy")}
     assert not out.exists() and 3 <= len(kept) < 30
     if how == signal.SIGINT:
-        assert f"stopped; the tiles that are there stay in {out}.tiles; the same command goes on\n" in said
+        assert f"stopped; finished tiles stay in {out}.tiles; the same command goes on\n" in said
         assert harness.returncode == 130
     done = rayrace(*words, "--json", code=0)
     told = json.loads(done.stdout)
     assert told["kept"] == len(kept) and told["tiles"] == 30
     first, *lines, last = done.stderr.splitlines()
     assert last.startswith(f"warning: {scene}:1: the eye is ")
-    assert first == f"{len(kept)} of 30 tiles are in {out}.tiles" and len(lines) == 30 - len(kept)
+    assert first == f"{len(kept)} of 30 tiles are already in {out}.tiles" and len(lines) == 30 - len(kept)
     rayrace(*words[:-2], "--json", "-o", tmp_path / "one.tif", code=0)
     assert out.read_bytes() == (tmp_path / "one.tif").read_bytes()
 

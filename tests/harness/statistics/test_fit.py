@@ -73,7 +73,7 @@ def test_a_constant_lowers_an_exponent_by_its_share():
     [
         ([1, 2, 3, 4], "4 cells, 5 are needed"),
         ([2, 2, 2, 2, 2], "work not varied"),
-        ([1, 1, 1, 1, 2], "a coefficient hangs on one cell alone"),
+        ([1, 1, 1, 1, 2], "a coefficient depends on one cell alone"),
     ],
 )
 def test_no_line_without_enough_cells(work, why):
@@ -83,7 +83,7 @@ def test_no_line_without_enough_cells(work, why):
 
 def test_no_exponents_of_what_was_swept_together():
     p = np.array([1.0, 2, 4, 8, 16, 32])
-    with pytest.raises(fit.Unfit, match=r"^not all of p, d varied apart$"):
+    with pytest.raises(fit.Unfit, match=r"^not all of p, d varied independently$"):
         fit.exponents({"p": p, "d": p**2}, p)
 
 

@@ -103,9 +103,9 @@ def test_two_levels_are_no_steady_state(count, outliers, ends):
 def test_the_note_says_what_changed():
     # frame n lasts 2 - n / 100: the median of frames 1 to 50 is 1.745, of 51 to 100 1.245, 28.7 % less
     found = steady.find((2 - np.arange(101) / 100).tolist())
-    assert found.note == "no steady state: its frames still get 29 % faster"
+    assert found.note == "no steady state: its frames still became 29 % faster"
     found = steady.find([1.0] * 60 + [0.5] * 40)
-    assert found.note == "no steady state: 60 of 100 frames went by before the last ones' level"
+    assert found.note == "no steady state: 60 of 100 frames came before the last level"
 
 
 def test_few_frames_are_assumed_to_be_steady():

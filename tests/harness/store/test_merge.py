@@ -150,7 +150,8 @@ def test_hosts_that_are_alike():
     other = environment("n3", kernel="7", cores={"usable": 8})
     assert not likeness.is_alike(one, other)
     assert likeness.kinds([one, two, other]) == [
-        "not alike in cores: {'usable': 4} on n1, n2; {'usable': 8} on n3", "not alike in kernel: 6 on n1, n2; 7 on n3"
+        "hosts differ in cores: {'usable': 4} on n1, n2; {'usable': 8} on n3",
+        "hosts differ in kernel: 6 on n1, n2; 7 on n3",
     ]  # fmt: skip
     assert not likeness.is_alike(one, environment("n2", memory_bytes=int(0.9 * 10**10)))
 

@@ -181,7 +181,7 @@ def test_older_names_and_calls_are_fallen_back_to(nvml, how):
         (2**22 + 1, 100, columns.HOST_PIDS),  # no process has such a number
         (os.getppid(), 100, columns.NO_PROCESS),
         (None, 100, columns.NO_PROCESS),
-        (os.getpid(), None, "NVML does not tell the memory of one process here"),
+        (os.getpid(), None, "NVML does not report the memory of single processes here"),
     ],
     ids=("of the host", "another", "none", "its memory is not told"),
 )

@@ -86,7 +86,7 @@ DRIFT = (1 - 0.3 * np.arange(40) / 40).tolist()
 def test_no_steady_state_is_no_time_and_no_failure(report_text, record):
     drifting = [record("numba", n, frames=DRIFT) for n in range(5)]
     text = report_text([*rounds(record, "cpp", [1.0] * 5), *drifting])
-    reason = "no steady state: its frames still get 16 % faster"
+    reason = "no steady state: its frames still became 16 % faster"
     assert f"- numba: {reason}" in text.split("Not ranked:")[1]
     row = next(line for line in text.split("## Times (")[1].splitlines() if "| numba |" in line)
     cells = [cell.strip() for cell in row.split("|")[1:-1]]
@@ -99,7 +99,7 @@ def test_a_few_processes_without_a_steady_state_count_and_are_told(load, record)
     records = [record("cpp", n, frames=(9, 0.5)) for n in range(2)] + [record("cpp", n, frames=DRIFT) for n in (2, 3)]
     (cell,) = load(records).cells
     assert cell.values("steady_s") == pytest.approx([0.5, 0.5, 0.85, 0.85]) and not cell.unranked
-    told = "ok, but 2 of 4 repetitions have no steady state: its frames still get 16 % faster"
+    told = "ok, but 2 of 4 repetitions have no steady state: its frames still became 16 % faster"
     assert cell.verdict == told and told in doubts.write(load(records, name="again"))
     (cell,) = load([*records, record("cpp", 4, frames=DRIFT)], name="two").cells
     assert cell.unranked.endswith("16 % faster, in 3 of 5 repetitions") and cell.values("steady_s") == []

@@ -210,7 +210,7 @@ def test_what_was_swept_together_has_no_exponents_apart(fitted, sweep):
     told = [row for row in sweep(lambda p, d, objects, lights: B * p * d * (objects + lights), depths=(1, 4, 16))
             if row["point"]["side"] == 32 * row["point"]["depth"] ** 0.5]  # fmt: skip
     _, said = fitted(told)
-    assert "Exponents: unavailable: not all of p, d, o + l varied apart" in said
+    assert "Exponents: unavailable: not all of p, d, o + l varied independently" in said
 
 
 @pytest.mark.nightly
