@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from reports.run.results import Cell, Results
-
-STEP = 1 / 255  # of an 8-bit picture
+from reports.run.stored import STEP
 
 
 @dataclass(frozen=True)

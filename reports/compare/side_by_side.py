@@ -98,11 +98,11 @@ def write(members: list[Member], out: Path) -> str:
             with style.styled():
                 style.save(_draw({place: drawable[place] for place in shown}, members), out / name)
             parts.append(markdown.figure(name, f"Side by side: {scene}"))
-            parts.append(thinning.told(len(shown), len(drawable), "places", "the table's CSV has all"))
+            parts.append(thinning.note(len(shown), len(drawable), "places", "the table's CSV has all"))
     if others:
         few = thinning.few(others, table.MOST)
         parts += ["Of the same name, and not compared:", markdown.bullets(list(map(markdown.escape, few)))]
-        parts.append(thinning.told(len(few), len(others), "of these", "the reports of the runs have all"))
+        parts.append(thinning.note(len(few), len(others), "of these", "the reports of the runs have all"))
     return "\n\n".join(filter(None, parts))
 
 

@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from reports.paper import latex, markdown
+from reports.paper import markdown, table
 from reports.run import study
 from reports.run.results import Results
 
@@ -57,6 +57,6 @@ def write(results: Results, out: Path) -> str:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows(body)
-    latex.write(header, list(map(list, body)), out / "machine.tex")
+    table.write_latex(header, list(map(list, body)), out / "machine.tex")
     title = "## Machine (the study's table 2.1)"
     return "\n\n".join([title, markdown.table(header, body), "[machine.csv](machine.csv)"])

@@ -76,5 +76,5 @@ def write(results: Results, out: Path) -> str:
         with style.styled():
             style.save(draw(results, scene), out / name)
         parts += [f"### {markdown.escape(scene)}", markdown.figure(name, f"Times: {scene}")]
-        parts.append(thinning.told(min(MOST, there), there, "places", "the numbers of all are in the table's CSV"))
+        parts.append(thinning.note(min(MOST, there), there, "places", "the numbers of all are in the table's CSV"))
     return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))
