@@ -35,7 +35,15 @@ def test_a_failed_load_pass_is_told_and_spoils_no_time(load, gpu_record, bad):
 def test_an_old_run_has_timed_repetitions_and_no_part_of_a_gpu(report_text, load, record):
     assert load([record("cpp")], name="old").cells[0].values("steady_s")
     text = report_text([record("cpp"), record("numba")])
-    for word in ("GPU:", "figure 2.7", "figure 2.8", "figure 2.9", "figure 4.3", "Share of the device", "holds the scene"):
+    for word in (
+        "GPU:",
+        "figure 2.7",
+        "figure 2.8",
+        "figure 2.9",
+        "figure 4.3",
+        "Share of the device",
+        "holds the scene",
+    ):
         assert word not in text, word
 
 
