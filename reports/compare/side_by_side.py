@@ -89,10 +89,8 @@ def write(members: list[Member], out: Path) -> str:
         drawable = _places(mine)
         if drawable:
             shown = thinning.few(list(drawable), MOST)
-            path, drawn = (
-                out / f"side-by-side-{number}-{markdown.slug(Path(scene).stem)}",
-                {p: drawable[p] for p in shown},
-            )
+            path = out / f"side-by-side-{number}-{markdown.slug(Path(scene).stem)}"
+            drawn = {place: drawable[place] for place in shown}
             parts.append(style.figure(path, f"Side by side: {scene}", _draw, drawn, members))
             parts.append(thinning.note(len(shown), len(drawable), "places", "the table's CSV has all"))
     if others:
