@@ -1,4 +1,4 @@
-"""Tabulates errors: each picture by every measure, numeric ones first, then perceptual ones."""
+"""The table of errors: each picture by every measure, numeric first, then perceptual."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ CAPTION = (
 
 
 def _worst(title: str, name: str, unit: str, worst=max, none: str = "the run does not have it") -> Column:
-    """Returns a column with the worst of all repetitions. none: the reason for no value, where no row has a reason."""
+    """A column of the worst of all repetitions. none: why there is no value, where no row says why."""
 
     def value(cell: Cell):
         found = list(cell.known(name, cell.timed).values())
@@ -29,10 +29,14 @@ def _worst(title: str, name: str, unit: str, worst=max, none: str = "the run doe
         judged = cell.worst("rmse")
         if isinstance(judged, Missing):
             return judged
-        reasons = cell.known(f"no_{name}", cell.timed).values() if name in repetition.SEEN else ()
-        return Missing(next(iter(reasons), none))
+        told = cell.known(f"no_{name}", cell.timed).values() if name in repetition.SEEN else ()
+        return Missing(next(iter(told), none))
 
-    return Column(title, name, unit, value, quantity.exact)
+    return Column(title, name, unit, value, _show)
+
+
+def _show(value, scale: float = 1.0) -> str:
+    return "exactly 0" if value == 0 else quantity.text(value, scale)
 
 
 COLUMNS = [
@@ -43,7 +47,7 @@ COLUMNS = [
     _worst("relative MSE", "relative_mse", "1"),
     Column(
         "beyond 1/255 (%)", "bad_pixels", "1", lambda cell: cell.worst("bad_pixels"),
-        lambda value: quantity.exact(value, 100),
+        lambda value: _show(value, 100),
     ),
     _worst("FLIP", "flip", "1"),
     _worst("SSIM", "ssim", "1", min),
@@ -52,6 +56,6 @@ COLUMNS = [
 
 
 def write(results: Results, out: Path) -> str:
-    """Writes accuracy-*.csv per scene; returns the section of the report."""
+    """accuracy-*.csv, one a scene, and the section of the report."""
     tables = [(scene, results.of(scene), COLUMNS) for scene in results.scenes]
     return table.section(out, "accuracy", "Accuracy", tables, CAPTION)

@@ -238,7 +238,7 @@ def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
     left.set(yscale="log", ylabel="linear RGB")
     style.log_ticks(left.yaxis)
     right.axhline(100, color="#888888", lw=0.8)
-    right.set(ylabel="kept, % of the value without a cut-off")
+    right.set(ylabel="kept, % of what it is without a cut-off")
     right.set_ylim(bottom=0)
     cutoffs = sorted({point.cutoff for sweep in sweeps for point in sweep.points})
     for axes in (left, right):

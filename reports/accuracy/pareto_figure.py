@@ -126,7 +126,7 @@ def _regions(axes, chart: Chart) -> None:
     left, right = axes.get_xlim()
     if chart.resolution > left:
         axes.axvspan(left, chart.resolution, color="#E4E4E4", lw=0, zorder=0)
-        why = "below the accuracy of the truth" if chart.sampled else "float64 pictures count as equal"
+        why = "the truth is no better known" if chart.sampled else "float64 pictures are not told apart"
         _upright(axes, chart.resolution, why, ha="right")
     names = [(VISIBLE, "1/255")]
     axes.axvline(VISIBLE, color="black", lw=0.8)

@@ -72,7 +72,7 @@ def draw(results: Results, group: Group):
             axes = box(row, column)
             if row == 0:
                 axes.set_title(
-                    "block {} × {}".format(*block) if block[0] else "block unknown", fontweight="bold", pad=9
+                    "block {} × {}".format(*block) if block[0] else "block not told", fontweight="bold", pad=9
                 )
             cell = next((cell for cell in mine if (gpu.block(results, cell) or (0, 0)) == block), None)
             _wrong(results, cell, axes, block, (wide / width, high / height))
