@@ -6,7 +6,7 @@ from reports.gpu import gpu_table
 from reports.paper import quantity, table
 from reports.paper.table import Column
 from reports.run import gpu, launch, ranking
-from reports.run.results import Cell, Missing, Results
+from reports.run.results import Cell, Results
 
 BASE = "global"
 CAPTION = (
@@ -17,15 +17,9 @@ CAPTION = (
 
 def _ratio(cell: Cell, cells: list[Cell]):
     """Returns the time of a cell over that of the one in global memory among `cells`, which differ only in memory."""
-    other = next((c for c in cells if c.parameters.get("scene_memory") == BASE), None)
-    if cell.unranked:
-        return Missing(f"not ranked: {cell.unranked}")
-    if other is None or other.unranked:
-        return Missing("global memory is not ranked here")
-    if other is cell:
-        return "1 (the baseline)"
-    column, _ = launch.clock([cell, other])
-    return ranking.ratio(cell, other, column)
+    base = next((other for other in cells if other.parameters.get("scene_memory") == BASE), None)
+    column, _ = launch.clock([cell, base or cell])
+    return ranking.ratio_to_cell(cell, base, "global memory is not ranked here", column)
 
 
 def of_scene(results: Results, scene: str) -> dict[int, list[Cell]]:

@@ -49,16 +49,17 @@ class Limits:
         return self._find("cpp", vector="off", precision="float64")
 
     def over_base(self, cell: Cell) -> Estimate | Missing | str:
-        if cell is self.base:
-            return "1 (the baseline)"
-        return self._ratio(cell, self.base, "readable cpp in float64 is not in the run")
+        return ranking.ratio_to_cell(cell, self.base, "readable cpp in float64 is not in the run")
 
     def faster_than_pov_ray(self, cell: Cell) -> Estimate | Missing | str:
         """Returns POV-Ray's time over that of the cell."""
         name = POV_RAY[threads(cell) > 1]
         if cell.variant == name:
             return "1 (POV-Ray)"
-        return self._ratio(self._find(name), cell, f"{name} is not in the run")
+        if cell.unranked:
+            return Missing(f"not ranked: {cell.unranked}")
+        pov_ray = self._find(name)
+        return ranking.ratio(pov_ray, cell) if pov_ray else Missing(f"{name} is not in the run")
 
     def over_search(self, cell: Cell) -> Estimate | Missing:
         """Returns the time of a whole frame of the cell over the time that Embree's search took in its own frame."""
@@ -142,14 +143,6 @@ class Limits:
         return next(
             (one for one in mine if all(one.parameters.get(key, "off") == parameters[key] for key in parameters)), None
         )
-
-    def _ratio(self, above: Cell | None, below: Cell | None, absent: str) -> Estimate | Missing:
-        if above is None or below is None:
-            return Missing(absent)
-        for cell in (above, below):
-            if cell.unranked:
-                return Missing(f"not ranked: {cell.unranked}")
-        return ranking.ratio(above, below)
 
 
 def threads(cell: Cell) -> int:

@@ -51,13 +51,8 @@ def carries(cell: Cell) -> str:
 
 def ratio(cell: Cell, base: Cell | None) -> Estimate | Missing | str:
     """Returns the time over that of the kernel as needed."""
-    if cell.unranked:
-        return Missing(f"not ranked: {cell.unranked}")
-    if cell is base:
-        return "1 (the baseline)"
-    if base is None or base.unranked:
-        return Missing("the kernel as needed is not ranked here")
-    return ranking.ratio(cell, base, launch.clock([cell, base])[0])
+    column, _ = launch.clock([cell, base or cell])
+    return ranking.ratio_to_cell(cell, base, "the kernel as needed is not ranked here", column)
 
 
 def peak(cell: Cell) -> Estimate | Missing:
