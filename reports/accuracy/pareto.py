@@ -68,10 +68,10 @@ class Chart:
     def cheapest(self, results: Results, budget: float) -> tuple[Point, list[Point]] | Missing:
         """Returns the fastest point with an error of at most `budget`, and the next ones not resolved from it."""
         if budget < self.resolution:
-            return Missing(f"the truth is only known to {self.resolution:.2g}")
+            return Missing(f"the truth is known to {self.resolution:.2g} only")
         able = sorted((p for p in self.points if p.error <= budget), key=lambda point: point.time.value)
         if not able:
-            return Missing("no method is so accurate")
+            return Missing("no method is so near to the truth")
         first, rivals = able[0], []
         for other in able[1:]:
             if len(rivals) == MOST_RIVALS or ranking.resolved(results, ranking.ratio(other.cell, first.cell)):
