@@ -89,7 +89,7 @@ def _errors(results: Results, cell: Cell) -> Errors | Missing:
     picture = stored.picture(results, cell)
     if isinstance(picture, Missing):
         return picture
-    accuracy = results.record(cell)["accuracy"] or {"unavailable": "it was not judged"}
+    accuracy = results.record(cell)["accuracy"] or {"unavailable": "the judge was not asked"}
     if "unavailable" in accuracy:
         return Missing(accuracy["unavailable"])
     right = stored.array(results, accuracy.get("reference_file"))

@@ -122,5 +122,5 @@ def _reason(value) -> str | None:
 def _not_judged(record: dict) -> str | None:
     """Returns why the judge gave no verdict on a picture; None if it gave one, or if there is no picture."""
     if record["accuracy"] is None:
-        return "it was not judged" if record["status"] == "ok" else None
+        return "the judge was not asked" if record["status"] == "ok" else None
     return record["accuracy"].get("unavailable")
