@@ -141,9 +141,7 @@ def test_the_cheapest_within_a_budget(load, cell):
     assert (point.name, rivals) == ("cpp, jittered 2 × 2", [])
     point, rivals = chart.cheapest(run, 1 / 255)
     assert {point.cell.variant, *(rival.cell.variant for rival in rivals)} == {"cpp", "numba"}
-    assert "no method" in str(chart.cheapest(run, 1e-3)) and "is known to 0.00012" in str(
-        chart.cheapest(run, 1e-4)
-    )
+    assert "no method" in str(chart.cheapest(run, 1e-3)) and "is known to 0.00012" in str(chart.cheapest(run, 1e-4))
 
 
 def test_budgets_are_a_table_and_a_file(load, many, tmp_path):
