@@ -39,7 +39,7 @@ def write(folder: Path) -> None:
 
 
 def _seen(loaded: Results, cell) -> np.ndarray:
-    return pictures_figure.shown(stored.picture(loaded, cell), cell.parameters.get("arithmetic", "linear"))
+    return stored.displayed(stored.picture(loaded, cell), cell)
 
 
 def montage(pictures: list[np.ndarray]) -> Image.Image:

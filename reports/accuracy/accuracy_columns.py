@@ -26,8 +26,8 @@ COLUMNS = [
 CAPTION = (
     "The error is the largest absolute difference in any channel of linear RGB from the reference, which another "
     "renderer made in float64, outside the mask of ill-conditioned pixels; beside it the tolerance above which a "
-    "picture is wrong. The mask marks the pixels whose colour in float64 changes visibly when the sample moves by "
-    "4 float32 steps. Where first hits of rays are asked for in place of a picture, the error is that of a hit's "
+    "picture is wrong. The mask marks the pixels whose colour in float64 changes visibly when the sample moves by 4 "
+    "float32 steps. Where first hits of rays are asked for in place of a picture, the error is that of a hit's "
     "distance, as a share of it; outside the mask, which is of rays, all must hit what the reference says."
 )
 

@@ -1,7 +1,7 @@
-"""How the rounding errors of mirrored rays grow with each bounce, from pictures of depth 0, 1, 2, ..
+"""Measures how rounding errors of mirrored rays grow with each bounce, from pictures of depth 0, 1, 2, ..
 
-The picture of depth k less that of depth k - 1 is what bounce k brings. Between two ways of doing the same arithmetic
-it differs by a factor g more with each bounce, since a curved mirror spreads rays, until nothing of it is alike.
+The picture of depth k minus that of depth k - 1 is the light of bounce k. Its difference between two arithmetics grows
+by a factor g with each bounce, since a curved mirror spreads rays, until the two have nothing in common.
 """
 
 import itertools
@@ -11,27 +11,29 @@ import numpy as np
 
 from harness.statistics.statistics import Estimate
 from reports.accuracy import precision, resampling
-from reports.accuracy.precision import STEP, STRICT
+from reports.accuracy.precision import STRICT
 from reports.accuracy.resampling import Blocks
 from reports.run import stored
 from reports.run.cell import Cell, Missing
 from reports.run.results import Results
+from reports.run.stored import STEP
 from reports.run.view import View
 
 UNITS = {"float64": 2.0**-53, "float32": 2.0**-24}
-SMALL = 24  # u: the angle by which the first ray is off, as a rule
-LEAST_PIXELS = 30  # that reach a bounce, for its median to count
-LEAST_BOUNCES = 3  # that a growth is fitted to
+SMALL = 24  # u: the usual error of the first ray's angle
+LEAST_PIXELS = 30  # that a bounce reaches, for its median to count
+LEAST_BOUNCES = 3  # for the fit of a growth
 LEAST_DEPTHS = 4  # of a sweep
-FLOOR = 4  # u of the median of the pictures: below it a difference is the rounding of their sums
-ALIKE = 0.1  # of the difference between two pixels chosen at random: above it the growth is over
+FLOOR = 4  # u of the pictures' median: a smaller difference is rounding of their sums
+ALIKE = 0.1  # of the difference between two random pixels: the growth ends there
 
 
 @dataclass(frozen=True)
 class Bounce:
-    """Bounce `number`: the median over the `pixels` that reach it of how far its light is off, and of that light.
+    """The light of bounce `number` at the `pixels` that it reaches.
 
-    random: the median difference of this light between two of these pixels chosen at random. floor: as FLOOR.
+    median: of its error over these pixels. random: the median difference between two of these pixels chosen at random.
+    floor: the error that rounding of sums makes, see FLOOR.
     """
 
     number: int
@@ -42,7 +44,7 @@ class Bounce:
 
     @property
     def fits(self) -> bool:
-        """Does it grow here as rays do?"""
+        """Is the error between rounding and saturation, where it grows?"""
         return self.pixels >= LEAST_PIXELS and self.floor < self.median < ALIKE * self.random
 
 
@@ -50,7 +52,7 @@ class Bounce:
 class Growth:
     """One arithmetic of a variant against strict float64 of `against`.
 
-    growth: g, of the fitted bounces. useful: bounces until 24 u has grown to 1. start: of the line, at bounce 0.
+    growth: g, of the fitted bounces. start: of the fitted line at bounce 0. useful: bounces until 24 u has grown to 1.
     """
 
     variant: str
@@ -66,7 +68,7 @@ class Growth:
 
     @property
     def fitted(self) -> list[Bounce]:
-        """The first bounces in succession that fit: what comes after the growth is over is chance."""
+        """The first successive bounces that fit; after the growth has ended, later fits are chance."""
         first = next((n for n, bounce in enumerate(self.bounces) if bounce.fits), len(self.bounces))
         last = next((n for n in range(first, len(self.bounces)) if not self.bounces[n].fits), len(self.bounces))
         return self.bounces[first:last]
@@ -81,14 +83,14 @@ class Growth:
 
     @property
     def passes(self) -> int | None:
-        """The first bounce whose median is beyond 1/255, of those with enough pixels; None if there is none."""
+        """The first bounce with enough pixels and a median beyond 1/255; None if there is none."""
         beyond = (one.number for one in self.bounces if one.median > STEP and one.pixels >= LEAST_PIXELS)
         return next(beyond, None)
 
 
 @dataclass(frozen=True)
 class Chaos:
-    """Growths of a view. equal: labels of what is equal to strict float64 in every bit. lacking: others, and why."""
+    """Growths of a view. equal: labels of arithmetics that equal strict float64 in every bit. lacking: reasons."""
 
     view: View
     growths: list[Growth]
@@ -97,8 +99,8 @@ class Chaos:
 
 
 def found(results: Results) -> list[Chaos]:
-    """Every view of mirrors in which depth was swept from 0 in steps of one, in more than one arithmetic."""
-    told = []
+    """Returns every view of mirrors with depths 0, 1, 2, .. in more than one arithmetic."""
+    views = []
     for seen, by_method in precision.groups(results):
         if not _mirrors(results, seen.cells):
             continue
@@ -107,12 +109,12 @@ def found(results: Results) -> list[Chaos]:
         if bases and len(swept) > 1:
             chaos = _chaos(results, seen, swept, bases)
             if chaos.growths or chaos.equal:
-                told.append(chaos)
-    return told
+                views.append(chaos)
+    return views
 
 
 def _mirrors(results: Results, cells: list[Cell]) -> bool:
-    """Is there one path a pixel, and not a tree, nor a mean of many?"""
+    """Does each pixel have a single path of mirrored rays, no tree and no mean of samples?"""
     if any(cell.parameters.get("sampler", "one") != "one" for cell in cells):
         return False
     needs = {need for cell in cells if cell.timed for need in results.records[cell.timed[0]]["needs"]}
@@ -120,7 +122,7 @@ def _mirrors(results: Results, cells: list[Cell]) -> bool:
 
 
 def _depths(cells: list[Cell]) -> list[Cell]:
-    """The cells of depth 0, 1, 2, .. as far as none is left out."""
+    """Returns the cells of depth 0, 1, 2, .. up to the first gap."""
     by_depth = {cell.parameters["depth"]: cell for cell in cells}
     known = []
     while len(known) in by_depth:
@@ -133,7 +135,7 @@ def _chaos(results: Results, seen: View, swept: dict, bases: dict) -> Chaos:
     light = {variant: _light(results, cells) for variant, cells in bases.items()}
     growths, equal, lacking = [], [], []
     for (variant, chosen), cells in swept.items():
-        # Strict float64 of a variant is held against another's; all else against its own.
+        # Strict float64 is compared with another variant's, other arithmetics with the same variant's.
         against = variant if variant in bases and chosen != STRICT else first
         if (variant, chosen) == (first, STRICT):
             continue
@@ -150,7 +152,7 @@ def _chaos(results: Results, seen: View, swept: dict, bases: dict) -> Chaos:
 
 
 def _light(results: Results, cells: list[Cell]) -> list[tuple[np.ndarray, np.ndarray]] | Missing:
-    """For bounce 1, 2, ..: its light, (height, width, 3), and the picture up to it."""
+    """Returns for bounce 1, 2, ..: its light, (height, width, 3), and the picture up to it."""
     pictures = [stored.picture(results, cell) for cell in _depths(cells)]
     for cell, picture in zip(cells, pictures, strict=False):
         if isinstance(picture, Missing):
@@ -179,7 +181,7 @@ def _growth(variant: str, chosen: tuple[str, str], against: str, mine: list, rig
 
 
 def _fit(fitted: list[Bounce], off: list[np.ndarray], reached: list[np.ndarray]) -> tuple[Estimate | Missing, float]:
-    """g by least squares of the log of the median on the bounce, and the line at bounce 0."""
+    """Fits g by least squares of the log of the median on the bounce; returns g and the line at bounce 0."""
     if len(fitted) < LEAST_BOUNCES:
         why = f"needs {LEAST_BOUNCES} bounces between rounding and saturation, has {len(fitted)}"
         return Missing(why), None

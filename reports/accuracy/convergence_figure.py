@@ -1,16 +1,17 @@
-"""Error against samples, a panel for each view, with the slope that was fitted and the one that theory has."""
+"""Draws error against samples, a panel for each view, with the fitted slope and theory's."""
 
 import textwrap
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 
 from reports.accuracy import convergence
 from reports.accuracy.convergence import CLOSE, NEAR, OCTAVES, Line
 from reports.accuracy.resampling import RESAMPLES, SIDE
-from reports.paper import markdown, quantity, style
+from reports.paper import markdown, quantity, style, table
 from reports.run.cell import Missing
 from reports.run.results import Results
 from reports.run.view import View
@@ -18,14 +19,16 @@ from reports.run.view import View
 TITLE = "Convergence: error against samples"
 CAPTION = (
     "Error: RMSE over all pixels, linear RGB, against the truth. N: samples of a pixel, n × n, times its feelers and "
-    "glossy rays where these were swept. Slope: least squares of log2 error on log2 N, all points alike; of pictures "
-    "that differ in their seed alone the mean squared error is taken. [low, high]: 95 % interval from "
-    f"{RESAMPLES} resamples of blocks of up to {SIDE} × {SIDE} pixels, the same in all pictures of a line. It takes "
+    "glossy rays where these were swept. Slope: least squares of log2 error on log2 N with equal weights; pictures "
+    "that differ only in their seed make one point with their mean squared error. [low, high]: 95 % interval from "
+    f"{RESAMPLES} resamples of blocks of up to {SIDE} × {SIDE} pixels, the same in all pictures of a line. It needs "
     f"{OCTAVES} octaves of N. Grey band: up to the standard error of the truth; points below {NEAR} times it, and "
-    "exact ones, are hollow and not fitted. Dotted: the slope of theory through the middle of the line. Guides: "
-    "-1/2, -3/4 and -1. Theory holds for one kind of edge or shading, so the experiment names it for each scene; a "
-    f"slope agrees that is within {CLOSE} of it. Variants with errors equal to six digits are one line."
+    "exact ones, are hollow and not fitted. Dotted: theory's slope through the middle of the line. Guides: -1/2, -3/4 "
+    "and -1. Theory depends on the kind of edge or shading, so the experiment names it for each scene; a slope agrees "
+    f"with theory within {CLOSE}. Variants with errors equal to six digits share a line."
 )
+POINTS = "view", "variant", "sampler", "draws", "rmse", "standard_error_of_truth", "fitted"
+SLOPES = "view", "variant", "sampler", "slope", "low", "high", "theory", "difference", "octaves", "note"
 COLOURS = {"uniform": "#D55E00", "jittered": "#0072B2", "feelers": "#009E73", "glossy_rays": "#B5A300"}
 OTHER = "#CC79A7"
 MARKERS = "osD^vP*X"
@@ -35,26 +38,24 @@ MOST = 6  # panels of a figure
 
 
 def write(results: Results, out: Path) -> str:
-    """convergence-NUMBER.png and .svg, convergence.csv, convergence-slopes.csv, and the section of the report."""
+    """Writes convergence-NUMBER.png and .svg, convergence.csv, convergence-slopes.csv; returns the section."""
     found = convergence.found(results)
     if not found:
         return ""
     parts = [f"## {TITLE}"]
     drawn = [(view, lines) for view, lines in found if any(line.points for line in lines)]
     for number, first in enumerate(range(0, len(drawn), MOST)):
-        with style.styled():
-            style.save(draw(drawn[first : first + MOST]), out / f"convergence-{number}")
-        parts.append(markdown.figure(f"convergence-{number}", TITLE))
+        parts.append(style.figure(out / f"convergence-{number}", TITLE, draw, drawn[first : first + MOST]))
     parts += [_table(found), *_left_out(found)]
-    for name, table in (("convergence", _points(found)), ("convergence-slopes", _slopes(found))):
-        table.to_csv(out / f"{name}.csv", index=False, na_rep="NaN", lineterminator="\n")
-    parts.append("Every point: [convergence.csv](convergence.csv). "
-                 "Every slope: [convergence-slopes.csv](convergence-slopes.csv).")  # fmt: skip
+    table.write_lines(out / "convergence.csv", POINTS, _points(found))
+    table.write_lines(out / "convergence-slopes.csv", SLOPES, _slopes(found))
+    points, slopes = (f"[{name}]({name})" for name in ("convergence.csv", "convergence-slopes.csv"))
+    parts.append(f"Every point: {points}. Every slope: {slopes}.")
     return "\n\n".join([*parts, markdown.escape(CAPTION)])
 
 
 def draw(found: list[tuple[View, list[Line]]]):
-    """The figure of views, each with a line that has points."""
+    """Draws views, each with a line that has points."""
     columns = min(2, len(found))
     rows = -(-len(found) // columns)
     size = PANEL[0] * columns, PANEL[1] * rows
@@ -81,7 +82,7 @@ def _panel(axes, view: View, lines: list[Line]) -> None:
     ends = np.array([first, last])
     for slope, name in GUIDES:
         axes.plot(ends, high * 1.4 * (ends / first) ** slope, color="#BBBBBB", lw=0.7, zorder=1)
-        at = (low / 2.5 * 1.6 / (high * 1.4)) ** (1 / slope) * first  # where it leaves the panel, if it does
+        at = (low / 2.5 * 1.6 / (high * 1.4)) ** (1 / slope) * first  # where the guide leaves the panel
         x = min(at, last)
         axes.text(x, high * 1.4 * (x / first) ** slope, name, fontsize=6, color="#888888", ha="right", va="center",
                   bbox={"fc": "white", "lw": 0, "pad": 0.6}, zorder=2)  # fmt: skip
@@ -132,38 +133,29 @@ def _table(found: list[tuple[View, list[Line]]]) -> str:
 
 
 def _left_out(found: list[tuple[View, list[Line]]]) -> list[str]:
-    told: dict[str, int] = {}
+    counts: Counter[str] = Counter()
     for _, lines in found:
         for line in lines:
             for reason, count in line.lacking.items():
-                text = f"{', '.join(line.variants)}: {reason}"
-                told[text] = told.get(text, 0) + count
-    if not told:
-        return []
-    return ["Left out:", markdown.bullets([markdown.escape(f"{count} of {text}") for text, count in told.items()])]
+                counts[f"{', '.join(line.variants)}: {reason}"] += count
+    return markdown.listed("Left out:", [f"{count} of {text}" for text, count in counts.items()])
 
 
-def _points(found: list[tuple[View, list[Line]]]) -> pd.DataFrame:
-    rows = [
+def _points(found: list[tuple[View, list[Line]]]) -> list[tuple]:
+    return [
         (view.label, variant, line.label, point.draws, point.error, point.standard_error, point.fits)
         for view, lines in found
         for line in lines
         for variant in line.variants
         for point in line.points
     ]
-    return pd.DataFrame(
-        rows, columns=["view", "variant", "sampler", "draws", "rmse", "standard_error_of_truth", "fitted"]
-    )
 
 
-def _slopes(found: list[tuple[View, list[Line]]]) -> pd.DataFrame:
-    rows = []
+def _slopes(found: list[tuple[View, list[Line]]]) -> Iterator[tuple]:
     for view, lines in found:
         for line in lines:
             known = not isinstance(line.slope, Missing)
             numbers = (line.slope.value, line.slope.low, line.slope.high) if known else (None,) * 3
             note = line.slope.note if known else str(line.slope)
             for variant in line.variants:
-                rows.append((view.label, variant, line.label, *numbers, line.theory, line.off, line.octaves, note))
-    names = ["view", "variant", "sampler", "slope", "low", "high", "theory", "difference", "octaves", "note"]
-    return pd.DataFrame(rows, columns=names)
+                yield view.label, variant, line.label, *numbers, line.theory, line.off, line.octaves, note

@@ -1,43 +1,49 @@
-"""What a contribution cut-off costs and saves: error beside its proven bound, rays and time (CUT-1 to CUT-3)."""
+"""Reports the cost and gain of a contribution cut-off: error beside its proven bound, rays, time (CUT-1 to CUT-3)."""
 
 import textwrap
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 
 from harness.statistics.statistics import Estimate
-from reports.paper import markdown, quantity, style
+from reports.paper import markdown, quantity, style, table
 from reports.run import method, ranking, stored, view
 from reports.run.cell import Cell, Missing
-from reports.run.results import Results
+from reports.run.results import Results, grouped
+from reports.run.stored import STEP
 from reports.run.view import View
 
 TITLE = "Cut-off: error against its proven bound, and what it saves"
-STEP = 1 / 255
 UNIT = {"float32": 2.0**-24}  # u of NUM-2; else that of float64
-SLACK = 64  # u: what sums of some hundred terms may be off by
+SLACK = 64  # u: possible rounding of sums of some hundred terms
 METHODS = "precision", "epsilon", "floating_point", *method.STEPS
+CSV_HEADER = (
+    "view", "variant", "method", "cutoff", "largest_error", "largest_bound", "mean_bound", "largest_ratio",
+    "pixels_beyond_bound", "bad_pixels", "rays_kept", "time_kept", "time_low", "time_high", "note",
+)  # fmt: skip
 KINDS = "primary", "reflected", "transmitted", "shadow"
 CAPTION = (
     "Error: largest absolute difference in any channel of linear RGB from the picture of the same variant without a "
-    "cut-off, all else equal. Bound of a pixel: the weight that was cut there times the most that a ray can bring "
-    "(CUT-3); it is worked out with the picture and needs no other one. Error ÷ bound is the largest over pixels, with "
-    f"{SLACK} u of the pixel's brightest channel (of 1 at least) taken off the error first, for rounding: above 1 in a "
-    "single pixel the bound does not hold. Rays: of all kinds, in % of those without a cut-off. Time: of a steady "
-    "frame, likewise, with its 95 % interval where there are enough processes. Variants with equal errors and rays "
-    "are drawn as one in all but time."
+    "cut-off, all else equal. Bound of a pixel: the weight that was cut there times the largest radiance of a ray "
+    "(CUT-3); the renderer computes it with the picture and needs no other one. Error ÷ bound is the largest over "
+    f"pixels, after {SLACK} u of the pixel's brightest channel (at least 1) are subtracted from the error for "
+    "rounding: above 1 in a single pixel, the bound does not hold. Rays: of all kinds, in % of those without a "
+    "cut-off. Time: of a steady frame, likewise, with its 95 % interval where there are enough processes. Variants "
+    "with equal errors and rays share their marks except those of time."
 )
 
 
 @dataclass(frozen=True)
 class Point:
-    """A picture with a cut-off against the one without. error, bounds: (largest, mean) over pixels, linear RGB.
+    """A picture with a cut-off compared with the one without.
 
-    ratio: largest error ÷ bound. beyond: pixels whose error is above the bound. bad: share of pixels off by more than
-    1/255. rays, time: kept, of 1.
+    error: largest over pixels, linear RGB. bounds: (largest, mean) over pixels. ratio: largest error ÷ bound. beyond:
+    number of pixels with an error above the bound. bad: share of pixels off by more than 1/255. rays, time: the share
+    that remains, 0 to 1.
     """
 
     cutoff: float
@@ -52,7 +58,10 @@ class Point:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Points of a variant by rising cut-off. method: what tells it from others of its view. lacking: as in Line."""
+    """Points of a variant by rising cut-off.
+
+    method: its differences from others of its view. lacking: the number of cells without a point, by reason.
+    """
 
     variant: str
     method: str
@@ -65,52 +74,44 @@ class Sweep:
 
 
 def found(results: Results) -> list[tuple[View, list[Sweep]]]:
-    """Every view in which the cut-off was swept."""
-    told = []
+    """Returns every view in which the cut-off was swept."""
+    views = []
     for seen in view.views(results.cells, ("cutoff", *METHODS)):
-        telling = [key for key in view.differing(seen.cells, METHODS) if key != "epsilon"]
-        groups: dict[tuple, list[Cell]] = {}
-        for cell in seen.cells:
-            method = ", ".join(f"{key} = {cell.parameters[key]}" for key in telling)
-            groups.setdefault((cell.variant, method), []).append(cell)
+        differing = [key for key in view.differing(seen.cells, METHODS) if key != "epsilon"]
+        groups = grouped(seen.cells, lambda cell, keys=differing: (cell.variant, method.values(cell, keys)))
         sweeps = [_sweep(results, *names, cells) for names, cells in groups.items()]
         sweeps = [sweep for sweep in sweeps if sweep.points or sweep.lacking]
         if sweeps:
-            told.append((seen, sweeps))
-    return told
+            views.append((seen, sweeps))
+    return views
 
 
 def _sweep(results: Results, variant: str, method: str, cells: list[Cell]) -> Sweep:
     whole = next((cell for cell in cells if not cell.parameters.get("cutoff")), None)
-    points, lacking = [], {}
-    for cell in sorted(cells, key=lambda cell: cell.parameters.get("cutoff", 0)):
-        if cell is not whole and cell.parameters.get("cutoff"):
-            point = _point(results, cell, whole)
-            if isinstance(point, Missing):
-                lacking[str(point)] = lacking.get(str(point), 0) + 1
-            else:
-                points.append(point)
-    return Sweep(variant, method, points, lacking)
+    cut = sorted((cell for cell in cells if cell.parameters.get("cutoff")), key=lambda cell: cell.parameters["cutoff"])
+    found = [_point(results, cell, whole) for cell in cut]
+    points = [point for point in found if isinstance(point, Point)]
+    return Sweep(variant, method, points, Counter(str(one) for one in found if isinstance(one, Missing)))
 
 
 def _point(results: Results, cell: Cell, whole: Cell | None) -> Point | Missing:
     if whole is None:
-        return Missing("the run has no cell without a cut-off at its place")
+        return Missing("the run has no cell without a cut-off to compare with")
     record = results.record(cell)
-    told = (record or {}).get("bound")
-    if told is None:
-        return Missing(cell.verdict if cell.status != "ok" else "nothing was cut: its scene reflects nothing")
-    arrays = stored.picture(results, cell), stored.picture(results, whole), stored.array(results, told["dropped_file"])
+    known = (record or {}).get("bound")
+    if known is None:
+        return Missing(cell.verdict if cell.status != "ok" else "its scene reflects nothing that could be cut")
+    arrays = stored.picture(results, cell), stored.picture(results, whole), stored.array(results, known["dropped_file"])
     for one in arrays:
         if isinstance(one, Missing):
             return one
     cut, right, dropped = arrays
-    bound = told["radiance"] * dropped
+    bound = known["radiance"] * dropped
     error = np.abs(cut - right).max(axis=-1)
     unit = UNIT.get(cell.parameters["precision"], 2.0**-53)
     surely = np.maximum(error - SLACK * unit * np.maximum(right.max(axis=-1), 1), 0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.where(surely > 0, surely / bound, 0.0)  # infinite where nothing was cut and yet it differs
+        ratios = np.where(surely > 0, surely / bound, 0.0)  # infinite where nothing was cut, but the pixel differs
     return Point(
         cell.parameters["cutoff"],
         float(error.max()),
@@ -125,8 +126,8 @@ def _point(results: Results, cell: Cell, whole: Cell | None) -> Point | Missing:
 
 def _rays(record: dict, whole: dict) -> float | Missing:
     if not record["rays"] or not whole["rays"]:
-        return Missing("the rays are not told")
-    kept, all_of_them = (sum(told["rays"][kind] for kind in KINDS) for told in (record, whole))
+        return Missing("the rays are not reported")
+    kept, all_of_them = (sum(one["rays"][kind] for kind in KINDS) for one in (record, whole))
     return kept / all_of_them
 
 
@@ -138,29 +139,26 @@ def _time(cell: Cell, whole: Cell) -> Estimate | Missing:
 
 
 def write(results: Results, out: Path) -> str:
-    """cutoff-NUMBER-VIEW.png and .svg, cutoff.csv, and the section of the report; "" if no cut-off was swept."""
-    told = found(results)
-    if not told:
+    """Writes cutoff-NUMBER-VIEW.png and .svg, cutoff.csv; returns the section, "" if no cut-off was swept."""
+    views = found(results)
+    if not views:
         return ""
-    parts = [f"## {TITLE}", _judgement(told)]
-    for number, (seen, sweeps) in enumerate(told):
+    parts = [f"## {TITLE}", _judgement(views)]
+    for number, (seen, sweeps) in enumerate(views):
         parts.append(f"### {markdown.escape(seen.label)}")
         drawn = [sweep for sweep in sweeps if sweep.points]
         if drawn:
-            name = f"cutoff-{number}-{markdown.slug(seen.label)}"
-            with style.styled():
-                style.save(draw(seen, drawn, results.variants), out / name)
-            parts += [markdown.figure(name, f"{TITLE}: {seen.label}"), _table(drawn)]
+            path, alt = out / f"cutoff-{number}-{markdown.slug(seen.label)}", f"{TITLE}: {seen.label}"
+            parts += [style.figure(path, alt, draw, seen, drawn, results.variants), _table(drawn)]
         left = [f"{count} of {sweep.label}: {why}" for sweep in sweeps for why, count in sweep.lacking.items()]
-        if left:
-            parts += ["Left out:", markdown.bullets([markdown.escape(text) for text in left])]
-    _csv(told).to_csv(out / "cutoff.csv", index=False, na_rep="NaN", lineterminator="\n")
+        parts += markdown.listed("Left out:", left)
+    table.write_lines(out / "cutoff.csv", CSV_HEADER, _csv(views))
     return "\n\n".join([*parts, "Every point: [cutoff.csv](cutoff.csv).", markdown.escape(CAPTION)])
 
 
-def _judgement(told: list[tuple[View, list[Sweep]]]) -> str:
-    """Does the bound hold everywhere? Said first."""
-    points = [(seen, sweep, point) for seen, sweeps in told for sweep in sweeps for point in sweep.points]
+def _judgement(views: list[tuple[View, list[Sweep]]]) -> str:
+    """Says whether the bound holds everywhere."""
+    points = [(seen, sweep, point) for seen, sweeps in views for sweep in sweeps for point in sweep.points]
     if not points:
         return "Whether the bound holds: unavailable: no picture with a cut-off could be compared."
     broken = [
@@ -171,11 +169,11 @@ def _judgement(told: list[tuple[View, list[Sweep]]]) -> str:
     ]
     if broken:
         said = f"**THE BOUND DOES NOT HOLD in {len(broken)} of {len(points)} pictures.** It, or the cut-off, is wrong:"
-        return "\n\n".join([said, markdown.bullets([markdown.escape(text) for text in broken])])
+        return "\n\n".join(markdown.listed(said, broken))
     worst = max(point.ratio for _, _, point in points)
     return (
-        f"The bound holds in every pixel of all {len(points)} pictures with a cut-off; the error comes to "
-        f"{100 * worst:.3g} % of it at most."
+        f"The bound holds in every pixel of all {len(points)} pictures with a cut-off; the error is at "
+        f"most {100 * worst:.3g} % of it."
     )
 
 
@@ -201,32 +199,23 @@ def _table(sweeps: list[Sweep]) -> str:
     return markdown.table(header, rows)
 
 
-def _csv(told: list[tuple[View, list[Sweep]]]) -> pd.DataFrame:
-    rows = []
-    for seen, sweeps in told:
+def _csv(views: list[tuple[View, list[Sweep]]]) -> Iterator[tuple]:
+    for seen, sweeps in views:
         for sweep in sweeps:
             for point in sweep.points:
                 rays = None if isinstance(point.rays, Missing) else point.rays
                 time = point.time
                 known = not isinstance(time, Missing)
                 times = (time.value, time.low, time.high, time.note) if known else (None, None, None, str(time))
-                rows.append((
-                    seen.label, sweep.variant, sweep.method or "as the view", point.cutoff, point.error, *point.bounds,
-                    point.ratio, point.beyond, point.bad, rays, *times,
-                ))  # fmt: skip
-    names = [
-        "view", "variant", "method", "cutoff", "largest_error", "largest_bound", "mean_bound", "largest_ratio",
-        "pixels_beyond_bound", "bad_pixels", "rays_kept", "time_kept", "time_low", "time_high", "note",
-    ]  # fmt: skip
-    return pd.DataFrame(rows, columns=names)
+                name = seen.label, sweep.variant, sweep.method or "as the view"
+                errors = point.error, *point.bounds, point.ratio, point.beyond, point.bad
+                yield *name, point.cutoff, *errors, rays, *times
 
 
 def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
-    """The figure of sweeps, each with a point."""
+    """Draws sweeps, each with a point."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.9), layout="constrained")
-    alike: dict[tuple, list[Sweep]] = {}
-    for sweep in sweeps:
-        alike.setdefault(tuple(_rounded(point) for point in sweep.points), []).append(sweep)
+    alike = grouped(sweeps, lambda sweep: tuple(map(_rounded, sweep.points)))
     markers = iter("osD^vP*X" * len(sweeps))
     for mine in alike.values():
         first, marker = mine[0], next(markers)
@@ -243,8 +232,7 @@ def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
     for number, sweep in enumerate(sweeps):
         colour, marker = style.colour(sweep.variant, variants), "x*1234"[methods.index(sweep.method) % 6]
         _times(right, sweep, colour, marker, 2 ** (0.12 * (number - (len(sweeps) - 1) / 2)))
-    left.axhline(STEP, color="#888888", lw=0.8)
-    left.text(1, STEP, "1/255 ", transform=left.get_yaxis_transform(), ha="right", va="bottom", fontsize=6)
+    style.visible_step(left)
     for style_, name in (("-", "largest error"), ("--", "largest bound"), (":", "mean bound")):
         left.plot([], [], style_, color="#444444", lw=1, label=name)
     left.set(yscale="log", ylabel="linear RGB")
@@ -258,23 +246,22 @@ def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
         axes.set_xticks(cutoffs[:: -(-len(cutoffs) // 6)], [_power(c) for c in cutoffs[:: -(-len(cutoffs) // 6)]])
         axes.minorticks_off()
         axes.set_xlabel("cut-off")
-        axes.grid(lw=0.4, color="#DDDDDD")
-        axes.set_axisbelow(True)
+        axes.grid()
     style.log_ticks(left.yaxis)
     left.legend(fontsize=6)
     figure.legend(*right.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize=6)
-    figure.suptitle("\n".join(textwrap.wrap(seen.label, 110)), x=0.01, ha="left", fontsize=8)
+    style.entitle(figure, seen.label)
     return figure
 
 
 def _rounded(point: Point) -> tuple[str, ...]:
-    """Returns the drawn values of a point except its time, rounded to visible digits."""
+    """Returns the drawn values of a point without its time, rounded to visible digits."""
     rays = "" if isinstance(point.rays, Missing) else f"{point.rays:.4e}"
     return f"{point.cutoff}", rays, *(f"{value:.4e}" for value in (point.error, *point.bounds))
 
 
 def _shown(values: list[float]) -> np.ndarray:
-    """Values for a logarithmic axis, which has no 0."""
+    """Returns values for a logarithmic axis, NaN instead of 0."""
     return np.where(np.array(values) > 0, values, np.nan)
 
 

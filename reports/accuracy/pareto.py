@@ -1,4 +1,4 @@
-"""Speed against accuracy: the methods of a view as points of error and time, and their Pareto front."""
+"""Compares speed and accuracy: methods of a view as points of error and time, and their Pareto front."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,22 +10,23 @@ from reports.run import method, ranking
 from reports.run.cell import Cell, Missing
 from reports.run.method import Curve, Names
 from reports.run.results import Results
+from reports.run.stored import STEP as VISIBLE
 from reports.run.view import View
 
-VISIBLE = 1 / 255  # a step of an 8-bit picture
 BUDGETS = (1e-1, 1 / 32, VISIBLE, 1e-3, 1e-4, 1e-6, 1e-9)
-ALIKE = 1e-9  # float64 pictures of two renderers may differ by so much (the judge's tolerance): none is the nearer
-MOST_RIVALS = 4  # that are named
-DRAWS = {"samples": 2, "feelers": 1, "glossy_rays": 1}  # dials whose value to this power counts random draws
-FLAT = 1 / 4  # a slope of error against draws that is no convergence: theory has 1/2 at least
+ALIKE = 1e-9  # the judge's tolerance of float64 pictures: errors that differ by less count as equal
+MOST_RIVALS = 4  # to name
+DRAWS = {"samples": 2, "feelers": 1, "glossy_rays": 1}  # the power of a dial that counts random draws
+FLAT = 1 / 4  # a smaller slope of error against draws is no convergence: theory has at least 1/2
 
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A cell with an error and a time. error: RMSE over all pixels against the truth, linear RGB, of the worst picture.
+    """A cell with an error and a time.
 
-    time: of a steady frame, s. share: of the resamples of processes, in which it is on the front. number: its place on
-    the front of the medians, the fastest first; None beside it. unbiased: is its error noise alone?
+    error: RMSE over all pixels against the truth, linear RGB, of the worst picture. time: of a steady frame, s.
+    share: of resamples of the processes that have it on the front. number: its place on the front of the medians, the
+    fastest first; None off the front. unbiased: its error is noise only.
     """
 
     cell: Cell
@@ -38,18 +39,18 @@ class Point:
 
     @property
     def efficiency(self) -> float | Missing:
-        """1 / (mean square error x time), 1/s."""
+        """1 / (mean squared error x time), 1/s."""
         if not self.unbiased:
-            return Missing("biased: more of the same does not average the error away")
-        return Missing("no error was seen") if self.error == 0 else 1 / (self.error**2 * self.time.value)
+            return Missing("biased: more samples do not average the error away")
+        return Missing("its error is 0") if self.error == 0 else 1 / (self.error**2 * self.time.value)
 
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """A view with its points, in the order of the run, and what of it has no point, with the reason.
+    """A view with its points in the order of the run, and the cells without a point, each with the reason.
 
-    resolution: the truth is no better known, so errors below it are not told apart, RMSE. sampled: is the truth a mean
-    of random pictures, which has a standard error? It is the resolution then.
+    resolution: RMSE below which the truth is not known, so that smaller errors count as equal. sampled: the truth is a
+    mean of random pictures; its standard error is the resolution.
     """
 
     view: View
@@ -65,7 +66,7 @@ class Chart:
         return sorted((point for point in self.points if point.number), key=lambda point: point.number)
 
     def cheapest(self, results: Results, budget: float) -> tuple[Point, list[Point]] | Missing:
-        """The fastest point with an error of `budget` at most, and those next to it that are not resolved from it."""
+        """Returns the fastest point with an error of at most `budget`, and the next ones not resolved from it."""
         if budget < self.resolution:
             return Missing(f"the truth is known to {self.resolution:.2g} only")
         able = sorted((p for p in self.points if p.error <= budget), key=lambda point: point.time.value)
@@ -80,10 +81,10 @@ class Chart:
 
 
 def front(times: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    """Which points nobody beats: bool of shape (resamples, points).
+    """Returns which points no other beats: bool, (resamples, points).
 
-    times: s, (resamples, points). errors: (points,). A point is beaten by one that is nowhere worse and somewhere
-    better; of points that are equal in both, each stays.
+    times: s, (resamples, points). errors: (points,). A point beats another if it is nowhere worse and somewhere better;
+    points equal in both stay.
     """
     order = np.argsort(errors, kind="stable")
     ranked = np.asarray(times, dtype=float)[:, order]
@@ -98,7 +99,7 @@ def front(times: np.ndarray, errors: np.ndarray) -> np.ndarray:
 
 
 def alike(errors: np.ndarray) -> np.ndarray:
-    """Errors, (points,), of which those that differ by no more than float64 renderers may are made equal."""
+    """Returns errors, (points,), made equal where they differ by no more than float64 renderers may."""
     order = np.argsort(errors)
     ranked = errors[order]
     first = np.flatnonzero(np.diff(ranked, prepend=-np.inf) > ALIKE)
@@ -108,13 +109,13 @@ def alike(errors: np.ndarray) -> np.ndarray:
 
 
 def shares(times: list[list[float]], errors: np.ndarray, seed: int = 1) -> np.ndarray:
-    """For each point, the share of the resamples of processes in which it is on the front, (points,).
+    """Returns for each point the share of resamples of the processes in which it is on the front, (points,).
 
-    times: s, of the processes of each point. What is on the front is decided by the median over its processes; the
-    error is the same in all of them.
+    times: s, of the processes of each point. The median over processes decides; the error is the same in all of them.
     """
     fastest, slowest = (np.array([end(values) for values in times]) for end in (min, max))
-    beaten = (errors[:, None] <= errors) & (slowest[:, None] < fastest)  # row by column, however they are drawn
+    # Of a pair (row, column), the row beats the column in every resample.
+    beaten = (errors[:, None] <= errors) & (slowest[:, None] < fastest)
     possible = np.flatnonzero(~beaten.any(axis=0))
     rng = np.random.default_rng(seed)
     medians = np.empty((RESAMPLES, len(times)))
@@ -122,7 +123,7 @@ def shares(times: list[list[float]], errors: np.ndarray, seed: int = 1) -> np.nd
     for count in np.unique(counts):
         mine = possible[counts == count]
         values = np.sort([times[point] for point in mine], axis=1)
-        # Ranks are drawn in place of values, which makes the medians quick.
+        # Drawing ranks instead of values makes the medians fast.
         drawn = rng.integers(count, size=(RESAMPLES, len(mine), count), dtype=np.uint16)
         drawn.sort(axis=-1)
         ends = (values[np.arange(len(mine)), drawn[..., rank]] for rank in ((count - 1) // 2, count // 2))
@@ -132,23 +133,22 @@ def shares(times: list[list[float]], errors: np.ndarray, seed: int = 1) -> np.nd
     return found
 
 
-@lru_cache(maxsize=1)  # a report asks for it in several places
+@lru_cache(maxsize=1)  # several sections of a report need them
 def charts(results: Results) -> list[Chart]:
-    """Every view in which two methods at least were tried, of a run that knows errors; [] if it does not."""
+    """Returns every view with two methods or more; [] if the run has no errors against a truth."""
     if not any(record.get("error") for record in results.records):
         return []
-    views = [seen for seen in method.views(results) if len({repr(_compared(cell)) for cell in seen.cells}) > 1]
-    return [_chart(results, seen) for seen in views]
+    return [_chart(results, seen) for seen in method.views(results) if len(set(map(_compared, seen.cells))) > 1]
 
 
-def _compared(cell: Cell) -> dict:
-    return {key: value for key, value in method.of(cell).items() if key != "threads"}
+def _compared(cell: Cell) -> str:
+    return repr({key: value for key, value in method.of(cell).items() if key != "threads"})
 
 
 def _chart(results: Results, seen: View) -> Chart:
     names, errors, lacking = Names(seen.cells, method.truth_depth(results)), {}, []
     for cell in seen.cells:
-        error = known_error(cell)
+        error = worst_error(cell)
         if cell.unranked or isinstance(error, Missing):
             lacking.append((cell, cell.unranked or str(error)))
         else:
@@ -164,20 +164,21 @@ def _chart(results: Results, seen: View) -> Chart:
     return Chart(seen, names, points, lacking, curves, resolution, sampled)
 
 
-def known_error(cell: Cell) -> float | Missing:
-    """The largest RMSE against the truth over its repetitions, or why there is none."""
-    found = cell.known("error_rmse", cell.timed)
+def worst_error(cell: Cell, column: str = "error_rmse") -> float | Missing:
+    """Returns the largest value of an error against the truth, or its bound, over repetitions, or why there is none."""
+    found = cell.known(column, cell.timed)
     if found:
         return float(max(found.values()))
-    reasons = cell.known("no_error", cell.timed).values()
-    return Missing(next(iter(reasons), "its error against the truth is not told"))
+    names = ("no_error_flip", "no_error") if column == "error_flip" else ("no_error",)
+    reasons = [reason for name in names for reason in cell.known(name, cell.timed).values()]
+    return Missing(next(iter(reasons), "its error against the truth is not reported"))
 
 
 def _points(results: Results, seen: View, names: Names, errors: dict, resolution: float) -> list[Point]:
-    told = alike(np.maximum(list(errors.values()), resolution))
-    share = shares([cell.values("steady_s") for cell in errors], told)
+    compared = alike(np.maximum(list(errors.values()), resolution))
+    share = shares([cell.values("steady_s") for cell in errors], compared)
     medians = np.array([cell.steady.value for cell in errors])
-    on_front = front(medians[None], told)[0]
+    on_front = front(medians[None], compared)[0]
     order = [row for row in np.argsort(medians, kind="stable") if on_front[row]]
     numbers = {row: number for number, row in enumerate(order, 1)}
     return [
@@ -190,9 +191,9 @@ def _points(results: Results, seen: View, names: Names, errors: dict, resolution
 
 
 def bias_floor(chart: Chart, curve: Curve) -> float | None:
-    """The smallest error of a biased curve that more draws no longer bring down; None if it still falls, or is noise.
+    """Returns the smallest error of a biased curve that more draws do not reduce; None if it still falls or is noise.
 
-    Flat is a curve whose last step falls by less than draws^-1/4, far from what the truth is known to.
+    A curve is flat if its last step falls by less than draws^-1/4, well above the resolution of the truth.
     """
     points = {point.cell: point for point in chart.points}
     mine = [points[cell] for cell in curve.cells]
@@ -207,7 +208,7 @@ def bias_floor(chart: Chart, curve: Curve) -> float | None:
 
 
 def never_pays(charts: list[Chart]) -> tuple[list[str], list[str]]:
-    """Variants, whatever their method, and methods, whoever renders, that are on no front in any resample."""
+    """Returns variants, with any method, and methods, in any variant, that are on no front in any resample."""
     variants: dict[str, float] = {}
     methods: dict[str, float] = {}
     for chart in charts:

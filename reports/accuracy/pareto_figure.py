@@ -1,4 +1,4 @@
-"""The chart of speed against accuracy: error across, time up, a curve along each dial, the Pareto front."""
+"""Draws speed against accuracy: error across, time up, a curve along each dial, the Pareto front."""
 
 import textwrap
 from html import escape
@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 
 from harness.statistics.statistics import RESAMPLES
 from reports.accuracy import pareto, pareto_table
-from reports.accuracy.pareto import VISIBLE, Chart, Point
+from reports.accuracy.pareto import VISIBLE, Chart
 from reports.paper import markdown, quantity, style, thinning
 from reports.run import command, method
 from reports.run.cell import Cell, Missing
@@ -20,18 +20,18 @@ from reports.run.results import Results
 TITLE = "Speed against accuracy"
 CAPTION = (
     "Error: RMSE over all pixels against the truth, linear RGB, of the worst repetition; time: of a steady frame, the "
-    "median over processes with its 95 % interval as a bar. The truth is float64 with nothing left out, made by "
-    "another renderer: of scenes without samples one picture, of sampled ones the mean of many with other seeds, each "
-    "with more samples than any here. Lines: one variant along one dial. Stairs: the front, points that no "
-    f"other beats in both; numbered, the fastest first. Opacity: the share of {RESAMPLES} resamples of the processes "
-    "in which a point is on the front. Errors below what the truth is known to count as equal. Guides: the error of so "
-    "many samples N falls with the power that is written at them, if time grows with N. Dotted: an error that a biased "
-    "curve does not get below, however many samples it takes. Efficiency, 1 / (mean square error × time), is told "
-    "where the error is noise alone."
+    "median over processes with its 95 % interval as a bar. Another renderer made the truth in float64 with nothing "
+    "left out: for scenes without samples one picture, for sampled ones the mean of many with other seeds, each with "
+    "more samples than any here. Lines: one variant along one dial. Stairs: the front, points that no other beats in "
+    f"both; numbered, the fastest first. Opacity: the share of {RESAMPLES} resamples of the processes that have a "
+    "point on the front. Errors below the accuracy of the truth count as equal. Guides: the slope of an error that "
+    "falls with the written power of the number of samples N, if time grows with N. Dotted: an error below which a "
+    "biased curve does not fall, however many samples it takes. Efficiency, 1 / (mean squared error × time), is given "
+    "where the error is noise only."
 )
 MOST = 24  # charts
-MOST_FAMILIES = 24  # of the legend
-MOST_NAMED = 12  # that a sentence names
+MOST_FAMILIES = 24  # in the legend
+MOST_NAMED = 12  # in a sentence
 MARKERS = "osD^vP*X<>phd8"
 FAINT = 0.25  # opacity of a point that is never on the front
 WIDTH, PLOT, HEAD, LEFT, RIGHT, LABEL, LINE = 7.2, 4.0, 0.55, 0.65, 0.15, 0.5, 0.145  # inches
@@ -40,7 +40,7 @@ OUTLINE = [withStroke(linewidth=1.5, foreground="white")]
 
 
 def draw(results: Results, chart: Chart):
-    """The figure of a chart with points. Points have the gid "method-N", N their place in `chart.points`."""
+    """Draws a chart with points. Point N of `chart.points` has the gid "method-N"."""
     variants = [name for name in results.variants if any(name == point.cell.variant for point in chart.points)]
     of_cell = family_of(chart)
     families = list(dict.fromkeys(of_cell.values()))
@@ -76,9 +76,9 @@ def draw(results: Results, chart: Chart):
 
 
 def family_of(chart: Chart) -> dict[Cell, str]:
-    """Names the method of each cell without the dial of the first curve that it belongs to.
+    """Names the method of each cell without the dial of its first curve.
 
-    Where that gives more than can be told apart, whatever all dials say.
+    Leaves out all dials where there would be more names than markers.
     """
     found = {}
     for curve in chart.curves:
@@ -97,7 +97,7 @@ def _lost(chart: Chart) -> str:
 
 
 def _limits(axes, chart: Chart) -> float:
-    """Set the axes; where errors of exactly 0 are drawn, at the left edge."""
+    """Sets the axes; returns the place at the left edge for errors of exactly 0."""
     errors = [point.error for point in chart.points if point.error > 0]
     low, high = min([VISIBLE, *errors]), max([VISIBLE, *errors])
     low = min(low, chart.resolution / 1.5) if chart.sampled else low
@@ -113,8 +113,7 @@ def _limits(axes, chart: Chart) -> float:
     )  # fmt: skip
     for axis in (axes.xaxis, axes.yaxis):
         style.log_ticks(axis)
-    axes.grid(lw=0.4, color="#DDDDDD")
-    axes.set_axisbelow(True)
+    axes.grid()
     if none:
         axes.axvspan(zero / pad, left, color="#F3F3F3", lw=0)
         axes.axvline(left, color="#888888", lw=0.6, ls="--")
@@ -123,7 +122,7 @@ def _limits(axes, chart: Chart) -> float:
 
 
 def _regions(axes, chart: Chart) -> None:
-    """Draws limits of the error: the truth's own error, a visible step, float32, and floors."""
+    """Marks regions of the error: below the resolution of the truth, a visible step, float32."""
     left, right = axes.get_xlim()
     if chart.resolution > left:
         axes.axvspan(left, chart.resolution, color="#E4E4E4", lw=0, zorder=0)
@@ -131,19 +130,16 @@ def _regions(axes, chart: Chart) -> None:
         _upright(axes, chart.resolution, why, ha="right")
     names = [(VISIBLE, "1/255")]
     axes.axvline(VISIBLE, color="black", lw=0.8)
-    single = [p.error for p in chart.points if p.cell.parameters["precision"] == "float32" and not _cut(p)]
+    parameters = ((point.error, point.cell.parameters) for point in chart.points)
+    single = [error for error, of in parameters if of["precision"] == "float32" and not of.get("cutoff")]
     if single and not chart.sampled and max(single) > 0:
         low, high = min(error for error in single if error > 0), max(single)
         axes.axvspan(low / 1.05, high * 1.05, color="#FBE9C8", lw=0, zorder=0)
         names.append((np.sqrt(low * high), "float32"))
     at = [np.log(x / left) / np.log(right / left) for x, _ in names]
     for (_, text), x in zip(names, at, strict=True):
-        above = text != "1/255" and abs(x - at[0]) < 0.1  # then the two would meet
+        above = text != "1/255" and abs(x - at[0]) < 0.1  # the two would overlap
         axes.text(x, 1.045 if above else 1.01, text, transform=axes.transAxes, ha="center", va="bottom", fontsize=7)
-
-
-def _cut(point: Point) -> bool:
-    return bool(point.cell.parameters.get("cutoff"))
 
 
 def _upright(axes, x: float, text: str, ha: str = "center") -> None:
@@ -165,8 +161,8 @@ def _curves(axes, results: Results, chart: Chart, zero: float) -> None:
 
 
 def _points(axes, results: Results, chart: Chart, zero: float, markers: dict) -> None:
-    # The fainter first, so that what is on the front is on top.
-    for number, point in sorted(enumerate(chart.points), key=lambda told: told[1].share):
+    # Faint points first, so that the front is on top.
+    for number, point in sorted(enumerate(chart.points), key=lambda one: one[1].share):
         x, time = point.error or zero, point.time
         colour = style.colour(point.cell.variant, results.variants)
         look = {"color": colour, "alpha": FAINT + (1 - FAINT) * point.share, "zorder": 3 + point.share}
@@ -177,7 +173,7 @@ def _points(axes, results: Results, chart: Chart, zero: float, markers: dict) ->
 
 
 def _front(axes, chart: Chart, zero: float) -> None:
-    """Stairs through the points of the front, and on to the edges."""
+    """Draws stairs through the points of the front and on to the edges."""
     front = chart.front[::-1]
     right, top = axes.get_xlim()[1], axes.get_ylim()[1]
     across = [front[0].error or zero, *(point.error or zero for point in front), right]
@@ -186,7 +182,7 @@ def _front(axes, chart: Chart, zero: float) -> None:
 
 
 def _guides(axes) -> None:
-    """A fan of slopes in the upper right corner, which the front leaves free."""
+    """Draws a fan of slopes in the upper right corner, which the front leaves free."""
     figure = axes.figure
     (left, right), (low, high) = np.log(axes.get_xlim()), np.log(axes.get_ylim())
     box = axes.get_window_extent()
@@ -209,7 +205,7 @@ def _guides(axes) -> None:
 
 
 def _numbers(axes, chart: Chart, zero: float) -> None:
-    """The numbers of the front, each where it covers the least, and a ring about the fastest below a visible step."""
+    """Numbers the points of the front, each where it covers least, and rings the fastest below a visible step."""
     inch = axes.figure.dpi / 72
     taken = [axes.transData.transform((p.error or zero, p.time.value)) for p in chart.points]
     for point in chart.front:
@@ -235,7 +231,7 @@ def _numbers(axes, chart: Chart, zero: float) -> None:
 
 
 def _fastest(results: Results, chart: Chart) -> list[str]:
-    """A sentence on the fastest method whose error is not seen, in lines."""
+    """Returns a sentence on the fastest method with an invisible error, in lines."""
     found = chart.cheapest(results, VISIBLE)
     if isinstance(found, Missing):
         return [f"fastest below 1/255: {found}"]
@@ -246,19 +242,19 @@ def _fastest(results: Results, chart: Chart) -> list[str]:
 
 
 def _titled(path: Path, results: Results, chart: Chart) -> None:
-    """Write into the SVG file what each point is and the command that made it, which viewers show at the pointer."""
+    """Writes each point's name and command into the SVG file; viewers show them at the pointer."""
     text = path.read_text(encoding="utf-8")
     for number, point in enumerate(chart.points):
         place = f"{point.number}: " if point.number else ""
-        told = f"{place}{point.name}, error {point.error:.3g}, {quantity.text(point.time)} s: "
-        told += str(command.of(results, point.cell))
+        title = f"{place}{point.name}, error {point.error:.3g}, {quantity.text(point.time)} s: "
+        title += str(command.of(results, point.cell))
         mark = f'<g id="method-{number}">'
-        text = text.replace(mark, f"{mark}\n    <title>{escape(told, quote=False)}</title>", 1)
+        text = text.replace(mark, f"{mark}\n    <title>{escape(title, quote=False)}</title>", 1)
     path.write_text(text, encoding="utf-8")
 
 
 def write(results: Results, out: Path) -> str:
-    """pareto-NUMBER-VIEW.png, .svg and .csv, one a view, and the section of the report; "" without errors."""
+    """Writes pareto-NUMBER-VIEW.png, .svg and .csv for each view; returns the section, "" without errors."""
     charts = pareto.charts(results)
     if not charts:
         return ""
@@ -271,24 +267,23 @@ def write(results: Results, out: Path) -> str:
             continue
         parts.append(f"### {markdown.escape(chart.view.label)}")
         if chart.points:
-            with style.styled():
-                style.save(draw(results, chart), out / name)
+            parts.append(style.figure(out / name, f"{TITLE}: {chart.view.label}", draw, results, chart))
             if (out / f"{name}.svg").exists():
                 _titled(out / f"{name}.svg", results, chart)
-            parts += [markdown.figure(name, f"{TITLE}: {chart.view.label}"), *pareto_table.told(results, chart)]
+            parts += pareto_table.front(results, chart)
         else:
-            parts.append("unavailable: nothing has both a time and an error.")
+            parts.append("unavailable: no method has both a time and an error.")
         parts += [*pareto_table.left_out(chart), f"Every method: [{name}.csv]({name}.csv)"]
     there = sum(bool(chart.points) for chart in charts)
-    parts.append(thinning.told(len(shown), there, "charts", "the CSV files have all"))
+    parts.append(thinning.note(len(shown), there, "charts", "the CSV files have all"))
     return "\n\n".join(filter(None, [*parts, _never(charts), markdown.escape(CAPTION)]))
 
 
 def _never(charts: list[Chart]) -> str:
-    """Who and what is dominated everywhere."""
+    """Names the variants and methods that are dominated everywhere."""
     names = [
         f"{'; '.join(names[:MOST_NAMED])}{f'; and {len(names) - MOST_NAMED} more' * (len(names) > MOST_NAMED)} ({what})"
         for names, what in zip(pareto.never_pays(charts), ("by any method", "by any renderer"), strict=True)
         if names
     ]
-    return markdown.escape(f"Never worth the time, on no front of any chart: {'; '.join(names)}.") if names else ""
+    return markdown.escape(f"Never worth the time (on no front of any chart): {'; '.join(names)}.") if names else ""

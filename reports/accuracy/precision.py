@@ -1,4 +1,4 @@
-"""Compares pictures that differ only in precision and floating_point with strict float64: errors are rare and large."""
+"""Compares pictures in other precisions and floating-point modes with strict float64, all else equal."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,19 +7,19 @@ import numpy as np
 
 from reports.run import stored, view
 from reports.run.cell import Cell, Missing
-from reports.run.results import Results
+from reports.run.results import Results, grouped
+from reports.run.stored import STEP
 from reports.run.view import View
 
 ARITHMETIC = "precision", "epsilon", "floating_point"
 STRICT = ("float64", "strict")
-STEP = 1 / 255
 
 
 @dataclass(frozen=True)
 class Errors:
-    """The errors of a picture over pixels, each by its largest channel difference, linear RGB.
+    """The errors of a picture; the error of a pixel is its largest channel difference, linear RGB.
 
-    bad: share of pixels off by more than 1/255. largest: over all pixels. median: over those that differ at all, which
+    bad: share of pixels off by more than 1/255. largest: over all pixels. median: over the pixels that differ, which
     leaves out the background. status: of the cell.
     """
 
@@ -32,7 +32,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Method:
-    """Pictures of one variant in one arithmetic, by rising depth. lacking: of those without errors, why, by depth."""
+    """Pictures of one variant in one arithmetic, by rising depth. lacking: reasons for no errors, by depth."""
 
     variant: str
     arithmetic: tuple[str, str]
@@ -45,27 +45,25 @@ class Method:
 
 
 def name(arithmetic: tuple[str, str]) -> str:
-    """ "float64 strict"."""
+    """Returns a name such as "float64 strict"."""
     return " ".join(arithmetic)
 
 
 def arithmetic(cell: Cell) -> tuple[str, str]:
-    """precision and floating_point; runs that are older than the latter were strict."""
+    """Returns precision and floating_point; older runs without the latter were strict."""
     return cell.parameters["precision"], cell.parameters.get("floating_point", "strict")
 
 
 def groups(results: Results) -> Iterator[tuple[View, dict[tuple[str, tuple[str, str]], list[Cell]]]]:
-    """Views in which the arithmetic was varied, each with its cells by variant and arithmetic, by rising depth."""
+    """Yields views with several arithmetics, each with its cells by variant and arithmetic, by rising depth."""
     for seen in view.views(results.cells, (*ARITHMETIC, "depth")):
         if len({arithmetic(cell) for cell in seen.cells}) > 1:
-            found: dict[tuple, list[Cell]] = {}
-            for cell in sorted(seen.cells, key=lambda cell: cell.parameters["depth"]):
-                found.setdefault((cell.variant, arithmetic(cell)), []).append(cell)
-            yield seen, found
+            cells = sorted(seen.cells, key=lambda cell: cell.parameters["depth"])
+            yield seen, grouped(cells, lambda cell: (cell.variant, arithmetic(cell)))
 
 
 def found(results: Results) -> list[tuple[View, list[Method]]]:
-    """Every view in which the arithmetic was varied, with its methods."""
+    """Returns every view with several arithmetics, with its methods."""
     return [
         (seen, [_method(results, *key, cells) for key, cells in by_method.items()])
         for seen, by_method in groups(results)
@@ -75,19 +73,18 @@ def found(results: Results) -> list[tuple[View, list[Method]]]:
 def _method(results: Results, variant: str, chosen: tuple[str, str], cells: list[Cell]) -> Method:
     errors, lacking = [], {}
     for cell in cells:
-        told = _errors(results, cell)
-        if isinstance(told, Missing):
-            lacking[cell.parameters["depth"]] = str(told)
+        found = _errors(results, cell)
+        if isinstance(found, Missing):
+            lacking[cell.parameters["depth"]] = str(found)
         else:
-            errors.append(told)
+            errors.append(found)
     return Method(variant, chosen, errors, lacking)
 
 
 def _errors(results: Results, cell: Cell) -> Errors | Missing:
-    """Against the picture that it was judged by: another renderer's, strict float64, all else equal, samples too.
+    """Returns errors against the judge's reference: another renderer's picture in strict float64, with equal samples.
 
-    (The truth of the run may be deeper, or the mean of many pictures, and then holds other errors than those of the
-    arithmetic.)
+    (The truth of the run may be deeper, or a mean of many pictures, and would add other errors to the arithmetic's.)
     """
     picture = stored.picture(results, cell)
     if isinstance(picture, Missing):

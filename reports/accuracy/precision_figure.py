@@ -1,26 +1,25 @@
-"""The figure of errors of float32 and relaxed arithmetic: share of pixels and size, by depth of reflection."""
+"""Draws errors of float32 and relaxed arithmetic by depth of reflection: share of pixels and size."""
 
-import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-import pandas as pd
 
 from reports.accuracy import precision
-from reports.accuracy.precision import STEP, STRICT, Method
+from reports.accuracy.precision import STRICT, Method
 from reports.paper import markdown, quantity, style, table, thinning
 from reports.run.results import Results
 from reports.run.view import View
 
 TITLE = "Precision: errors that are rare and large"
 CAPTION = (
-    "Of each pixel the largest absolute difference in any channel of linear RGB from the picture of another renderer "
-    "in float64, strict, all else equal: depth, samples, and how far rays start from surfaces. Beyond 1/255: pixels "
-    "off by more than a step of an 8-bit picture. The median, of the pixels that differ at all, says how far off they "
-    "are as a rule, the largest how far one can be: between the two lies what RMSE hides. A picture that the judge "
-    "rejects is shown all the same, and said to be wrong; it is hollow in the figure. A share or an error of 0 is at "
-    "the lower edge."
+    "The error of a pixel is the largest absolute difference in any channel of linear RGB from another renderer's "
+    "picture in strict float64, all else equal: depth, samples, offset of rays from surfaces. Beyond 1/255: pixels off "
+    "by more than a step of an 8-bit picture. The median over pixels that differ shows the usual error, the largest "
+    "the worst: RMSE hides how far they are apart. A picture that the judge rejects is shown too, marked wrong in the "
+    "table and hollow in the figure. A share or an error of 0 is at the lower edge."
 )
+CSV_HEADER = "view", "variant", "precision", "floating_point", "depth", "bad_pixels", "max", "median", "status"
 COLOURS = {
     ("float32", "strict"): "#0072B2",
     ("float32", "contract"): "#56B4E9",
@@ -38,7 +37,7 @@ def colour(arithmetic: tuple[str, str]) -> str:
 
 
 def write(results: Results, out: Path) -> str:
-    """precision-NUMBER-VIEW.png and .svg, precision.csv, and the section of the report; "" of one arithmetic."""
+    """Writes precision-NUMBER-VIEW.png and .svg, precision.csv; returns the section, "" with one arithmetic."""
     found = precision.found(results)
     if not found:
         return ""
@@ -46,29 +45,26 @@ def write(results: Results, out: Path) -> str:
     for number, (seen, methods) in enumerate(found):
         parts.append(f"### {markdown.escape(seen.label)}")
         if any(len(method.errors) > 1 for method in methods):
-            name = f"precision-{number}-{markdown.slug(seen.label)}"
-            with style.styled():
-                style.save(draw(seen, [method for method in methods if method.errors]), out / name)
-            parts.append(markdown.figure(name, f"{TITLE}: {seen.label}"))
+            path, drawn = out / f"precision-{number}-{markdown.slug(seen.label)}", [m for m in methods if m.errors]
+            parts.append(style.figure(path, f"{TITLE}: {seen.label}", draw, seen, drawn))
         parts.append(_table(methods))
-    _csv(found).to_csv(out / "precision.csv", index=False, na_rep="NaN", lineterminator="\n")
+    table.write_lines(out / "precision.csv", CSV_HEADER, _csv(found))
     return "\n\n".join([*parts, "Every picture: [precision.csv](precision.csv).", markdown.escape(CAPTION)])
 
 
 def _table(methods: list[Method]) -> str:
     rows = []
     for method in methods:
-        told = {
+        fields = {
             one.depth: [f"{100 * one.bad:.3g}", _plain(one.largest), _plain(one.median), one.status]
             for one in method.errors
         }
-        told |= {depth: ["unavailable"] * 3 + [why] for depth, why in method.lacking.items()}
-        rows += [
-            [method.variant, precision.name(method.arithmetic), str(depth), *told[depth]] for depth in sorted(told)
-        ]
+        fields |= {depth: ["unavailable"] * 3 + [why] for depth, why in method.lacking.items()}
+        name = [method.variant, precision.name(method.arithmetic)]
+        rows += [[*name, str(depth), *fields[depth]] for depth in sorted(fields)]
     header = ["variant", "arithmetic", "depth", "beyond 1/255 (%)", "largest error", "median error", "status"]
     some = thinning.few(rows, table.MOST)
-    more = thinning.told(len(some), len(rows), "rows", "the CSV file has all")
+    more = thinning.note(len(some), len(rows), "rows", "the CSV file has all")
     return "\n\n".join(filter(None, [markdown.table(header, some), more]))
 
 
@@ -76,20 +72,17 @@ def _plain(value: float) -> str:
     return "exactly 0" if value == 0 else quantity.plain(value)
 
 
-def _csv(found: list[tuple[View, list[Method]]]) -> pd.DataFrame:
-    rows = []
+def _csv(found: list[tuple[View, list[Method]]]) -> Iterator[tuple]:
     for seen, methods in found:
         for method in methods:
             name = seen.label, method.variant, *method.arithmetic
-            told = {one.depth: (one.bad, one.largest, one.median, one.status) for one in method.errors}
-            told |= {depth: (None, None, None, why) for depth, why in method.lacking.items()}
-            rows += [(*name, depth, *told[depth]) for depth in sorted(told)]
-    names = ["view", "variant", "precision", "floating_point", "depth", "bad_pixels", "max", "median", "status"]
-    return pd.DataFrame(rows, columns=names)
+            fields = {one.depth: (one.bad, one.largest, one.median, one.status) for one in method.errors}
+            fields |= {depth: (None, None, None, why) for depth, why in method.lacking.items()}
+            yield from ((*name, depth, *fields[depth]) for depth in sorted(fields))
 
 
 def draw(seen: View, methods: list[Method]):
-    """The figure of methods, each with errors."""
+    """Draws methods with errors."""
     figure, panels = plt.subplots(1, 2, figsize=(7.2, 3.8), layout="constrained")
     variants = list(dict.fromkeys(method.variant for method in methods))
     lines = (
@@ -112,12 +105,10 @@ def draw(seen: View, methods: list[Method]):
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes.minorticks_off()
         axes.xaxis.get_major_locator().set_params(integer=True)
-        axes.grid(lw=0.4, color="#DDDDDD")
-        axes.set_axisbelow(True)
-    panels[1].axhline(STEP, color="#888888", lw=0.8)
-    panels[1].text(1, STEP, "1/255 ", transform=panels[1].get_yaxis_transform(), ha="right", va="bottom", fontsize=6)
+        axes.grid()
+    style.visible_step(panels[1])
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=6)
-    figure.suptitle("\n".join(textwrap.wrap(seen.label, 110)), x=0.01, ha="left", fontsize=8)
+    style.entitle(figure, seen.label)
     return figure
 
 

@@ -1,19 +1,19 @@
-"""Resamples pictures in blocks of pixels: neighbouring errors are correlated, so a pixel is no unit."""
+"""Resamples pictures in blocks of pixels, since the errors of neighbouring pixels are correlated."""
 
 import numpy as np
 
 from harness.statistics.statistics import LEVEL
 
 RESAMPLES = 999
-SIDE = 8  # pixels of a block, at most
-LEAST = 16  # blocks that an interval needs
+SIDE = 8  # most pixels of a block's side
+LEAST = 16  # blocks for an interval
 
 
 class Blocks:
     """The blocks of a picture of height x width pixels.
 
-    of: (height, width), the number of the block of each pixel. weights: (RESAMPLES, blocks), how often each resample
-    has a block; None if there are fewer than LEAST.
+    of: (height, width), the block number of each pixel. count: of blocks. weights: (RESAMPLES, blocks), how often each
+    resample contains a block; None if there are fewer than LEAST blocks.
     """
 
     def __init__(self, height: int, width: int, seed: int = 1):
@@ -28,15 +28,15 @@ class Blocks:
             self.weights = rng.multinomial(self.count, np.full(self.count, 1 / self.count), size=RESAMPLES)
 
     def sums(self, values: np.ndarray) -> np.ndarray:
-        """Sum of `values` (height, width) in each block."""
+        """Returns the sum of `values` (height, width) in each block, (blocks,)."""
         return np.bincount(self.of.ravel(), weights=values.ravel(), minlength=self.count)
 
     def means(self, values: np.ndarray) -> np.ndarray:
-        """Mean of `values` (height, width) in each resample."""
+        """Returns the mean of `values` (height, width) in each resample, (RESAMPLES,)."""
         return (self.weights @ self.sums(values)) / (self.weights @ self.sums(np.ones(self.of.shape)))
 
     def medians(self, values: np.ndarray, some: np.ndarray) -> np.ndarray:
-        """Median of `values` (height, width) where `some`, in each resample; NaN of one that has none."""
+        """Returns the median of `values` (height, width) where `some`, in each resample; NaN where it has none."""
         block, mine = self.of[some], values[some]
         order = np.argsort(mine)
         block, mine = block[order], mine[order]
@@ -49,6 +49,6 @@ class Blocks:
 
 
 def ends(values: np.ndarray) -> tuple[float, float]:
-    """The 95 % interval (percentile) of a number that each resample has."""
+    """Returns the 95 % interval (percentile) of a number of each resample."""
     low, high = np.nanpercentile(values, [50 * (1 - LEVEL), 50 * (1 + LEVEL)])
     return float(low), float(high)

@@ -1,1 +1,1 @@
-"""Runs and machines beside each other."""
+"""Compares runs and machines."""

@@ -1,9 +1,8 @@
 """Compares two runs cell by cell: faster, slower, not resolved, picture changed.
 
-Cells are the same if variant, scene and swept values have the same names. They are compared if the scene's content and
-all parameters that make the picture are the same too, both are ranked, and both have enough processes for an interval.
-The runs were made apart from each other, so processes are not paired; and a ratio must be further from 1 than the
-larger of the two runs' noise floors.
+Two cells match if variant, scene and swept values have the same names. They are compared if the scene's content and
+all parameters of the picture are equal too, both are ranked, and both have enough processes for an interval. The runs
+were not interleaved, so processes are not paired, and a ratio counts only beyond the larger of the two noise floors.
 """
 
 import json
@@ -28,9 +27,9 @@ VERDICTS = "slower", "faster", statistics.NOT_RESOLVED, CHANGED, INCOMPARABLE, O
 class Row:
     """The change of a cell between two runs.
 
-    time: faster, slower, not resolved, or not comparable, for `reason`; "" if it is in one run only.
-    broken: it was ok in A and is not in B. a, b: medians over processes of the steady times, s. ratio: b / a.
-    picture: None if there are not two.
+    time: faster, slower, not resolved, or not comparable, for `reason`; "" if it is in one run only. a, b: medians over
+    processes of the steady times, s. ratio: b / a. picture: None without two pictures. only: the verdict on a cell of
+    one run only, else "". broken: it was ok in A and is not in B.
     """
 
     name: str
@@ -45,7 +44,7 @@ class Row:
 
     @property
     def verdict(self) -> str:
-        """One of VERDICTS. What makes another picture does something else: to be faster at it is no win."""
+        """One of VERDICTS. A changed picture comes first: a cell that renders something else has not become faster."""
         if self.only:
             return self.only
         return CHANGED if self.picture is not None and self.picture.changed else self.time
@@ -53,7 +52,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """a, b: the folders. machine, others: what differs. floors: of both runs."""
+    """Two runs compared. a, b: their folders. machine, others: lines on differences. floors: noise floors of both."""
 
     a: Path
     b: Path
@@ -64,24 +63,24 @@ class Comparison:
 
     @property
     def floor(self) -> float | None:
-        """The larger of those that are known; None if none is."""
+        """The larger known noise floor; None if none is known."""
         return _larger(self.floors)
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many rows have which verdict."""
+        """The number of rows by verdict."""
         counts = Counter(row.verdict for row in self.rows)
         return {verdict: counts[verdict] for verdict in VERDICTS if counts[verdict]}
 
     @property
     def broken(self) -> list[Row]:
-        """Returns the cells that were ok in A and are not in B."""
+        """The cells that were ok in A and are not in B."""
         return [row for row in self.rows if row.broken]
 
     def slower(self, percent: float) -> list[Row]:
-        """Returns the cells that are significantly slower by more: the whole interval of their ratio lies above.
+        """Returns the cells that are significantly slower by more than `percent`: the whole interval lies above it.
 
-        UserError if no cell was compared and none broke: a gate that looks at nothing must not pass.
+        UserError if no cell was compared and none broke: a gate must not pass without a comparison.
         """
         if not self.broken and not any(row.ratio is not None and row.time != INCOMPARABLE for row in self.rows):
             raise UserError(f"{self.a}, {self.b}: no cell could be compared; see the reasons above")
@@ -89,8 +88,10 @@ class Comparison:
 
 
 def compare(folder_a: Path, folder_b: Path, host: str = "") -> Comparison:
-    """B against A; host: of a run on several, the one that is meant. UserError if one is no run, or if no cell is in
-    both."""
+    """Compares run B with run A. host: the one to use of runs on several hosts.
+
+    UserError if a folder holds no run, or if no cell is in both.
+    """
     a, b = (results.load(folder, store.named(folder, host)) for folder in (folder_a, folder_b))
     named_a, named_b = (dict(zip(map(_identity, run.cells), _named(run), strict=True)) for run in (a, b))
     both = [(cell, named_b[key][1]) for key, (_, cell) in named_a.items() if key in named_b]
@@ -135,7 +136,7 @@ def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, floor: f
 
 
 def other_job(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> str:
-    """ "" or why the two cells were not asked for the same picture."""
+    """Returns why two cells were not asked for the same picture, "" if they were."""
     if len({_scene_version(a, cell_a), _scene_version(b, cell_b)} - {None}) > 1:
         return "the content of the scene changed"
     changed = [

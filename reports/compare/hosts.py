@@ -1,18 +1,19 @@
-"""Groups runs by machine: what the machines are, and what differs between runs of one machine."""
+"""Groups runs by machine, describes the machines, and lists differences between runs of one machine."""
 
 import itertools
 import json
+from collections import Counter
 from dataclasses import dataclass
 
 from reports.compare import runs as compare_runs
 from reports.paper import markdown
-from reports.run.results import Results
+from reports.run.results import Results, grouped
 from reports.times import machine_table
 
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """A run among several. name: of its folder in the report, no other run's. host: what its machine is called."""
+    """A run among several. name: of its folder in the report, unique. host: the name of its machine."""
 
     name: str
     host: str
@@ -20,12 +21,13 @@ class Member:
 
 
 def members(runs: list[tuple[str, Results]]) -> list[Member]:
-    """Runs, each (name, run), those of one machine together; machines and runs of one stay in the order given."""
-    machines: dict[str, list[tuple[str, Results]]] = {}
-    for name, run in runs:
-        environment = run.facts["environment"]
-        known = json.dumps({key: environment.get(key) for key in compare_runs.MACHINE}, sort_keys=True)
-        machines.setdefault(known, []).append((name, run))
+    """Returns members for runs, each (name, run), grouped by machine; the order given is kept otherwise."""
+
+    def machine(one: tuple[str, Results]) -> str:
+        environment = one[1].facts["environment"]
+        return json.dumps({key: environment.get(key) for key in compare_runs.MACHINE}, sort_keys=True)
+
+    machines = grouped(runs, machine)
     labels = _labels([mine[0][1].facts["environment"] for mine in machines.values()])
     names = _distinct([name for mine in machines.values() for name, _ in mine])
     return [
@@ -36,16 +38,13 @@ def members(runs: list[tuple[str, Results]]) -> list[Member]:
 
 
 def _labels(environments: list[dict]) -> list[str]:
-    """Names of machines: those of hosts; with the processor, and then with a number, where these are the same."""
-    hosts = [told["host"] for told in environments]
-    full = [
-        told["host"] if hosts.count(told["host"]) == 1 else f"{told['host']}, {told['cpu']}" for told in environments
-    ]
-    return _distinct(full)
+    """Names machines by their hosts, and by processor and a number where hosts have the same name."""
+    hosts = Counter(one["host"] for one in environments)
+    return _distinct([one["host"] + f", {one['cpu']}" * (hosts[one["host"]] > 1) for one in environments])
 
 
 def _distinct(names: list[str]) -> list[str]:
-    """The names, with a number behind each that was there before."""
+    """Returns the names, with a number appended to each repeated one."""
     found: list[str] = []
     for name in names:
         number, made = 2, name
@@ -56,16 +55,14 @@ def _distinct(names: list[str]) -> list[str]:
 
 
 def by_host(found: list[Member]) -> dict[str, list[Member]]:
-    hosts: dict[str, list[Member]] = {}
-    for member in found:
-        hosts.setdefault(member.host, []).append(member)
-    return hosts
+    return grouped(found, lambda member: member.host)
 
 
 def write(found: list[Member]) -> str:
-    """The section of the report: machines beside each other, and what changed on each from run to run."""
+    """Returns the section of the report: a table of the machines, and the changes on each from run to run."""
     hosts = by_host(found)
-    tables = [dict(_rows(mine[0])) for mine in hosts.values()]
+    environments = [mine[0].results.facts["environment"] for mine in hosts.values()]
+    tables = [{what: ours for what, ours, _ in machine_table.rows(environment)} for environment in environments]
     body = [[what, *(table[what] for table in tables)] for what in tables[0]]
     parts = ["## Machines", markdown.table(["what", *hosts], body)]
     for host, mine in hosts.items():
@@ -77,8 +74,3 @@ def write(found: list[Member]) -> str:
         if changed:
             parts += [f"### Changed on {markdown.escape(host)} from run to run", markdown.bullets(changed)]
     return "\n\n".join(parts)
-
-
-def _rows(member: Member) -> list[tuple[str, str]]:
-    """Returns the rows of its machine as in table 2.1, without the study's."""
-    return [(what, ours) for what, ours, _ in machine_table.rows(member.results.facts["environment"])]

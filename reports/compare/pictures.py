@@ -1,4 +1,4 @@
-"""How the pictures of one cell differ between two runs."""
+"""Compares the pictures of one cell in two runs."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,19 +6,17 @@ from pathlib import Path
 import numpy as np
 
 from reports.run.results import Cell, Results
-
-STEP = 1 / 255  # of an 8-bit picture
+from reports.run.stored import STEP
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The difference of two pictures, linear RGB. If their bytes are equal, nothing else is computed.
+    """The difference of two pictures, linear RGB; nothing else is computed if their bytes are the same.
 
-    changed: is a channel, outside the masks that are known, off by more than the judge lets pass?
-    pixels: how many there are. differing: how many have a channel that is not equal. largest: largest absolute
-    difference of a channel. rmse: root of the mean squared difference. beyond: pixels with a channel off by more than
-    1/255. beyond_outside: those of them that are ill-conditioned in neither run, None if that is not known.
-    unavailable: "" or why all numbers are None.
+    changed: outside the known masks a channel differs by more than the judge's tolerance. pixels: of the picture.
+    differing: pixels with a channel that differs. largest: largest absolute difference of a channel. rmse: root of the
+    mean squared difference. beyond: pixels with a channel off by more than 1/255. beyond_outside: of these, the pixels
+    that are ill-conditioned in neither run; None if not known. unavailable: why all numbers are None, else "".
     """
 
     same: bool
@@ -35,7 +33,7 @@ class Difference:
         if self.same:
             return "the same bytes"
         if self.largest is None:
-            return f"other bytes; by how much is unavailable: {self.unavailable}"
+            return f"other bytes; the difference is unavailable: {self.unavailable}"
         outside = "unavailable: no masks" if self.beyond_outside is None else self.beyond_outside
         return (
             f"{self.differing} of {self.pixels} pixels differ, by {self.largest:.2g} at most (RMSE {self.rmse:.2g}), "
@@ -44,7 +42,7 @@ class Difference:
 
 
 def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Difference | None:
-    """The pictures of two cells that should be the same, each the first of its run; None if there are not two."""
+    """Compares the first pictures of two cells that should be the same; None without two pictures."""
     record_a, record_b = a.record(cell_a), b.record(cell_b)
     if not (record_a and record_a["picture"] and record_b and record_b["picture"]):
         return None
@@ -54,12 +52,12 @@ def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Difference | 
         ours, theirs = _read(a, record_a["picture"]["file"]), _read(b, record_b["picture"]["file"])
         if ours.shape != theirs.shape:
             return Difference(same=False, changed=True, unavailable=f"their shapes are {ours.shape} and {theirs.shape}")
-        masks = [_read(run, _mask(told)) for run, told in ((a, record_a), (b, record_b)) if _mask(told)]
+        masks = [_read(run, file) for run, one in ((a, record_a), (b, record_b)) if (file := _mask(one))]
     except (OSError, ValueError) as error:
         return Difference(same=False, changed=True, unavailable=str(error))
     off = np.abs(ours.astype(np.float64) - theirs)
     trusted = ~np.logical_or.reduce(masks) if masks else np.ones(off.shape[:2], dtype=bool)
-    tolerances = [(told["accuracy"] or {}).get("tolerance") for told in (record_a, record_b)]
+    tolerances = [(one["accuracy"] or {}).get("tolerance") for one in (record_a, record_b)]
     beyond = off.max(axis=-1) > STEP
     return Difference(
         same=False,

@@ -1,4 +1,4 @@
-"""Differences of two runs beside their times: machine, software, renderers, parameters."""
+"""Lists differences of two runs other than times: machine, software, renderers, parameters."""
 
 import json
 
@@ -11,12 +11,12 @@ STATE = "governor", "turbo", "commit"
 
 
 def machine(a: Results, b: Results) -> list[str]:
-    """How the machine of B is another than that of A, a line each; none if it is the same."""
+    """Lists the differences between the machines of A and B; [] if they are the same."""
     return _changes(a.facts["environment"], b.facts["environment"], MACHINE)
 
 
 def others(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> list[str]:
-    """Lists what else differs, a line each: software, state, order, renderers; parameters of the `pairs` of cells."""
+    """Lists other differences: software, state, order, renderers; parameters of the `pairs` of cells."""
     found = _changes(a.facts["environment"], b.facts["environment"], SOFTWARE + STATE)
     found += _changes(a.facts, b.facts, ("order",))
     versions = [{cell["variant"]: cell["renderer_version"] for cell in run.facts["cells"]} for run in (a, b)]
@@ -29,7 +29,7 @@ def others(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> list[str]:
 
 
 def changed_picture(a: Cell, b: Cell) -> list[str]:
-    """The names of the parameters, known to both, by which the cells are to make different pictures."""
+    """Returns the names of parameters, known to both cells, that make their pictures different."""
     return [
         name for name, value in a.parameters.items()
         if name not in NOT_IN_THE_PICTURE and value != b.parameters.get(name, value)
@@ -37,11 +37,11 @@ def changed_picture(a: Cell, b: Cell) -> list[str]:
 
 
 def _changes(before: dict, now: dict, names: tuple[str, ...]) -> list[str]:
-    """A line for each value that is not the same; tables are looked into."""
-    return [f"{name}: {_said(old)} -> {_said(new)}" for name, old, new in fingerprint.changes(before, now, names)]
+    """Returns a line for each value that differs, also inside tables."""
+    return [f"{name}: {_text(old)} -> {_text(new)}" for name, old, new in fingerprint.changes(before, now, names)]
 
 
-def _said(value) -> str:
+def _text(value) -> str:
     if value is None:
-        return "not told"
+        return "unknown"
     return value if isinstance(value, str) else json.dumps(value)

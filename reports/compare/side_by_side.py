@@ -1,4 +1,4 @@
-"""The cells that several runs share, side by side: never pooled, each with its own interval and baseline."""
+"""Shows cells that several runs share side by side; nothing is pooled, each has its own interval and baseline."""
 
 import json
 from pathlib import Path
@@ -15,13 +15,13 @@ from reports.paper import markdown, quantity, style, table, thinning
 from reports.paper.table import Column
 from reports.run import ranking
 from reports.run.cell import Cell, Missing
-from reports.run.results import place_label
+from reports.run.results import grouped, place_label
 
 TITLE = "Side by side"
 CAPTION = (
-    "Cells that two runs or more have: of the same scene, with the same parameters of the picture. Each line is of one "
-    "run alone: nothing is pooled. A ratio is to a baseline of the same run, so machines can be compared by it. "
-    "Pictures with the same digits are the same to the last bit (SHA-256)."
+    "Cells that two runs or more share: the same scene and the same parameters of the picture. Each line shows one "
+    "run: nothing is pooled. Ratios are to a baseline of the same run, so they compare machines. Pictures with the "
+    "same digits are equal to the last bit (SHA-256)."
 )
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
 MOST = 16  # panels
@@ -31,12 +31,9 @@ Group = list[tuple[Member, Cell]]
 
 
 def common(members: list[Member]) -> tuple[list[Group], list[str]]:
-    """Cells that two runs or more have, by cell; and sentences on those that have the same name and another job."""
-    found: dict[tuple, Group] = {}
-    for member in members:
-        for cell in member.results.cells:
-            key = cell.scene, json.dumps(cell.swept, sort_keys=True), cell.variant
-            found.setdefault(key, []).append((member, cell))
+    """Returns the cells that two runs or more share, and sentences on cells with the same name but another job."""
+    every = [(member, cell) for member in members for cell in member.results.cells]
+    found = grouped(every, lambda one: (one[1].scene, json.dumps(one[1].swept, sort_keys=True), one[1].variant))
     groups, others = [], []
     for mine in found.values():
         (first, cell), alike = mine[0], [mine[0]]
@@ -67,7 +64,7 @@ def _columns(of: dict[Cell, Member]) -> list[Column]:
 
 
 def _ratio(value) -> str:
-    """Not resolved by the noise floor of its own run (ranking.ratio_to)."""
+    """Marks a ratio that the noise floor of its own run does not resolve (ranking.ratio_to)."""
     open_ = isinstance(value, Estimate) and value.low is not None and value.note == statistics.NOT_RESOLVED
     return quantity.text(value) + (f" {value.note}" if open_ else "")
 
@@ -80,44 +77,37 @@ def _digits(member: Member, cell: Cell) -> str | Missing:
 
 
 def write(members: list[Member], out: Path) -> str:
-    """side-by-side-*.csv and figures, one a scene, and the section of the report; "" if runs have nothing in common."""
+    """Writes side-by-side-*.csv and figures per scene; returns the section, "" if runs have nothing in common."""
     groups, others = common(members)
     if not groups and not others:
         return ""
     of = {cell: member for group in groups for member, cell in group}
-    scenes: dict[str, list[Group]] = {}
-    for group in groups:
-        scenes.setdefault(group[0][1].scene, []).append(group)
+    scenes = grouped(groups, lambda group: group[0][1].scene)
     tables = [(scene, [cell for group in mine for _, cell in group], _columns(of)) for scene, mine in scenes.items()]
     parts = [table.section(out, "side-by-side", TITLE, tables, CAPTION)] if tables else [f"## {TITLE}"]
     for number, (scene, mine) in enumerate(scenes.items()):
-        name = f"side-by-side-{number}-{markdown.slug(Path(scene).stem)}"
         drawable = _places(mine)
         if drawable:
             shown = thinning.few(list(drawable), MOST)
-            with style.styled():
-                style.save(_draw({place: drawable[place] for place in shown}, members), out / name)
-            parts.append(markdown.figure(name, f"Side by side: {scene}"))
-            parts.append(thinning.told(len(shown), len(drawable), "places", "the table's CSV has all"))
+            path = out / f"side-by-side-{number}-{markdown.slug(Path(scene).stem)}"
+            drawn = {place: drawable[place] for place in shown}
+            parts.append(style.figure(path, f"Side by side: {scene}", _draw, drawn, members))
+            parts.append(thinning.note(len(shown), len(drawable), "places", "the table's CSV has all"))
     if others:
         few = thinning.few(others, table.MOST)
-        parts += ["Of the same name, and not compared:", markdown.bullets(list(map(markdown.escape, few)))]
-        parts.append(thinning.told(len(few), len(others), "of these", "the reports of the runs have all"))
+        parts += markdown.listed("Cells of the same name that are not comparable:", few)
+        parts.append(thinning.note(len(few), len(others), "of these", "the reports of the runs have all"))
     return "\n\n".join(filter(None, parts))
 
 
 def _places(groups: list[Group]) -> dict[tuple[str, str], list[Group]]:
-    """By place the groups of which two runs or more have a rank."""
-    found: dict[tuple[str, str], list[Group]] = {}
-    for group in groups:
-        ranked = [(member, cell) for member, cell in group if not cell.unranked]
-        if len(ranked) > 1:
-            found.setdefault(group[0][1].place, []).append(ranked)
-    return found
+    """Returns by place the groups with ranked cells of two runs or more."""
+    ranked = [[(member, cell) for member, cell in group if not cell.unranked] for group in groups]
+    return grouped((group for group in ranked if len(group) > 1), lambda group: group[0][1].place)
 
 
 def _draw(places: dict[tuple[str, str], list[Group]], members: list[Member]):
-    """A row of two panels a place: times, and ratios to the baseline of the run."""
+    """Draws two panels for each place: times, and ratios to the baseline of the run."""
     colours = {member: COLOURS[number % len(COLOURS)] for number, member in enumerate(members)}
     heights = [sum(len(group) + 1 for group in mine) * ROW + HEAD for mine in places.values()]
     figure, panels = plt.subplots(
@@ -145,8 +135,7 @@ def _panels(place: tuple[str, str], groups: list[Group], axes, colours: dict[Mem
     for panel, what in zip(axes, ("steady frame (s)", "time ÷ the baseline of its run"), strict=True):
         panel.set(xscale="log", xlabel=what, ylim=(row - 1.5, -0.5))
         style.log_ticks(panel.xaxis, narrow=True)
-        panel.grid(axis="x", lw=0.4, color="#CCCCCC")
-        panel.set_axisbelow(True)
+        panel.grid(axis="x", color="#CCCCCC")
     axes[0].set_yticks(ticks, labels)
     axes[1].set_yticks(ticks, [])
     axes[0].set_title(place_label(place), loc="left", fontweight="bold")

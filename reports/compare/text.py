@@ -1,4 +1,4 @@
-"""Prints a comparison: a table on a terminal, a line a cell elsewhere, JSON for a script."""
+"""Prints a comparison: a table on a terminal, elsewhere a line per cell, or JSON for a script."""
 
 import json
 import sys
@@ -15,7 +15,7 @@ COLOURS = {"slower": "red", "faster": "green", "picture changed": "yellow"}
 
 
 def show(comparison: Comparison) -> None:
-    """Print it."""
+    """Prints a comparison."""
     for line in heading(comparison):
         print(line)
     if not sys.stdout.isatty():
@@ -30,20 +30,20 @@ def heading(comparison: Comparison) -> list[str]:
     """Returns the lines that a reader needs before any ratio."""
     lines = [f"A: {comparison.a}", f"B: {comparison.b}"]
     if comparison.machine:
-        lines.append("WARNING: the machines are not the same: a ratio says as much of them as of the renderers")
+        lines.append("WARNING: the machines differ, so a ratio compares machines as much as renderers")
     lines += [f"  {line}" for line in comparison.machine]
     if comparison.others:
-        lines += ["also not the same:", *(f"  {line}" for line in comparison.others)]
+        lines += ["other differences:", *(f"  {line}" for line in comparison.others)]
     floors = [
         f"{which} {100 * floor.value:.2g} %" if floor.value is not None else f"{which} unavailable: {floor.reason}"
         for which, floor in zip("AB", comparison.floors, strict=True)
     ]
-    known = "the larger counts" if comparison.floor is not None else "so the intervals alone decide"
+    known = "the larger one is used" if comparison.floor is not None else "only the intervals decide"
     return [*lines, f"noise floor: {'; '.join(floors)}; {known}"]
 
 
 def line_of(row: Row) -> str:
-    """A row in plain text."""
+    """Returns a row as plain text."""
     return ": ".join(filter(None, [_verdict(row), row.name, "; ".join(filter(None, [_times(row), *_notes(row)]))]))
 
 
@@ -63,7 +63,7 @@ def _notes(row: Row) -> list[str]:
 
 
 def _show_table(comparison: Comparison) -> None:
-    """Reasons and pictures stand below it: in a column they would be a word wide."""
+    """Prints a table; reasons and pictures go below it, as a column for them would be one word wide."""
     table = Table("cell", "A (s)", "B (s)", "B / A", "verdict")
     for row in comparison.rows:
         numbers = ["", "", ""]
@@ -78,8 +78,8 @@ def _show_table(comparison: Comparison) -> None:
 
 
 def as_json(comparison: Comparison) -> str:
-    """All of it. Numbers that are not known are null."""
-    told = {
+    """Returns a comparison as JSON; unknown numbers are null."""
+    facts = {
         "a": str(comparison.a),
         "b": str(comparison.b),
         "machine": comparison.machine,
@@ -89,4 +89,4 @@ def as_json(comparison: Comparison) -> str:
         "counts": {verdict: comparison.counts.get(verdict, 0) for verdict in VERDICTS},
         "cells": [{"verdict": row.verdict, **asdict(row)} for row in comparison.rows],
     }
-    return json.dumps(told, indent=1, allow_nan=False)
+    return json.dumps(facts, indent=1, allow_nan=False)

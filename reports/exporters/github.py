@@ -1,4 +1,4 @@
-"""For github-action-benchmark, tool "customSmallerIsBetter": the steady frame of each ranked cell.
+"""Exports the steady frame of each ranked cell for github-action-benchmark, tool "customSmallerIsBetter".
 
 A JSON list of {name, unit, value, range, extra} (its src/extract.ts, `BenchmarkResult`). value: median over processes
 of the steady time, s. range: text, its 95 % interval; left out where there is none. extra: text, what else is to know.
@@ -10,7 +10,7 @@ from reports.run.results import Cell, Results
 
 
 def text(results: Results, cells: dict[str, Cell]) -> str:
-    """The file for the ranked cells, by name."""
+    """Returns the text of the file for the ranked cells, by name."""
     return json.dumps([_result(results, name, cell) for name, cell in cells.items()], indent=1) + "\n"
 
 

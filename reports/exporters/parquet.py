@@ -1,8 +1,8 @@
-"""A Parquet file: a row for each repetition, whatever its status and pass, and run.json as the file's metadata.
+"""Exports a Parquet file: a row for each repetition of any status and pass, and run.json as the file's metadata.
 
 The columns are those of repetitions.csv in a report, what identifies the row, `point.` and `parameters.` with the swept
-values and the job's parameters, and the lists `frames_s` and `frame_renders`. What is not known is null, and a column
-of which nothing is known has the type null. A column whose values are of several types is text, each value as JSON.
+values and the job's parameters, and the lists `frames_s` and `frame_renders`. Unknown values are null, and a column
+without a known value has the type null. A column with values of several types is text, each value as JSON.
 """
 
 import json
@@ -17,7 +17,7 @@ IDENTITY = "cell", "renderer", "renderer_version", "scene_version", "started", "
 
 
 def write(results: Results, out: Path) -> None:
-    """Write the file `out`. UserError if pyarrow is not installed."""
+    """Writes the file `out`. UserError if pyarrow is not installed."""
     try:
         import pyarrow
         from pyarrow import parquet
@@ -40,7 +40,7 @@ def _row(record: dict, is_out: bool) -> dict:
 
 
 def _names(rows: list[dict]) -> list[str]:
-    """Returns the names of all columns; those that only some rows have stand where they were first found."""
+    """Returns the names of all columns in the order in which they first appear."""
     return list(dict.fromkeys(name for row in rows for name in row))
 
 

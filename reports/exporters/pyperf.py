@@ -1,8 +1,8 @@
-"""As pyperf stores a suite of benchmarks (format 1.0), for `pyperf compare_to`, `stats`, `hist`, `check`.
+"""Exports a suite of benchmarks for pyperf (format 1.0): `pyperf compare_to`, `stats`, `hist`, `check`.
 
 A benchmark is a ranked cell; a run of it is a process: its values are the durations (s) of its steady frames, its
-warm-ups those of the frames before. Where a frame was a batch of renders, these are pyperf's loops. Metadata that are
-not known are not there. Processor, host and Python are those of the harness.
+warm-ups those of the frames before. The renders of a batch frame are pyperf's loops. Unknown metadata are left out.
+Processor, host and Python are those of the harness.
 """
 
 import json
@@ -23,12 +23,12 @@ def text(results: Results, cells: dict[str, Cell]) -> str:
 
 
 def _steady(cell: Cell):
-    """The indices of its records that have steady frames."""
+    """Returns the indices of its records with steady frames."""
     return cell.good.dropna(subset=["steady_s"]).index
 
 
 def _machine(environment: dict) -> dict:
-    """By pyperf's names (its doc/metadata.rst)."""
+    """Returns the machine by pyperf's names (its doc/metadata.rst)."""
     implementation, _, version = environment["python"].partition(" ")
     return _known(
         hostname=environment["host"],
@@ -57,7 +57,7 @@ def _about(results: Results, name: str, cell: Cell) -> dict:
 
 
 def _run(record: dict) -> dict:
-    """One process."""
+    """Returns one process."""
     frames = record["frames_s"]
     first = steady.find(frames).start
     loops = record.get("frame_renders") or [1] * len(frames)
@@ -76,7 +76,7 @@ def _run(record: dict) -> dict:
 
 
 def _known(**metadata) -> dict:
-    """Without what is unknown; pyperf takes numbers and text of one line that is not empty."""
+    """Returns the known metadata; pyperf takes numbers and text of one line that is not empty."""
     found = {}
     for name, value in metadata.items():
         value = re.sub(r"\s+", " ", value).strip() if isinstance(value, str) else value

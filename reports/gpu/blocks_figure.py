@@ -1,4 +1,4 @@
-"""Figure 2.8: time by block size, at one thread for each pixel."""
+"""Draws figure 2.8: time by block size, with one thread per pixel."""
 
 from pathlib import Path
 
@@ -18,14 +18,14 @@ HEADING = "Time by block size, one thread for each pixel (figure 2.8 of the stud
 CAPTION = (
     "Median over processes of the time, below it its 95 % interval, where there are enough processes; darker is "
     "faster, on a logarithmic scale. Framed: the lowest median, if its ratio to the next lowest is resolved (table of "
-    "times). Grey: run and not ranked. Blank: not run; a block has 1024 threads at most."
+    "times). Grey: run, but not ranked. Blank: not run; a block has at most 1024 threads."
 )
-SIDE = 0.62  # inches of a square, at least
+SIDE = 0.62  # least side of a square, inches
 UNITS = ("s", 1.0), ("ms", 1e3), ("µs", 1e6)
 
 
 def of_scene(results: Results, scene: str) -> list[Group]:
-    """Groups in which the block was swept, with a cell for each block: of several the one that asked for 0 threads."""
+    """Returns groups in which the block was swept, a cell per block: of several the one that asked for 0 threads."""
     full = [cell for cell in gpu.cells(results, scene) if gpu.threads(results, cell) >= cell.pixels]
     found = []
     for group in launch.groups(full, launch.SHAPE):
@@ -38,7 +38,7 @@ def of_scene(results: Results, scene: str) -> list[Group]:
 
 
 def best(results: Results, cells: list[Cell], column: str) -> tuple[Cell, Cell | None, bool]:
-    """The cell with the lowest median, the next, and whether they are resolved."""
+    """Returns the cell with the lowest median, the next, and whether their ratio is resolved."""
     first, *others = sorted(cells, key=lambda cell: statistics.median(cell.values(column)).value)
     if not others:
         return first, None, False
@@ -46,7 +46,7 @@ def best(results: Results, cells: list[Cell], column: str) -> tuple[Cell, Cell |
 
 
 def draw(results: Results, group: Group):
-    """The figure of a group, of which a cell at least is ranked."""
+    """Draws a group with at least one ranked cell."""
     column, clock = launch.clock(group.ranked)
     block = {id(cell): gpu.block(results, cell) for cell in group.cells}
     widths, heights = (sorted({size[axis] for size in block.values()}) for axis in (0, 1))
@@ -54,7 +54,7 @@ def draw(results: Results, group: Group):
     low, high = (function(median.value for median in medians.values()) for function in (min, max))
     unit, scale = next((pair for pair in UNITS if high * pair[1] >= 1), UNITS[-1])
     norm = LogNorm(low * scale, max(high, low * 1.01) * scale)
-    side = min(1.4, max(SIDE, 4.2 / len(widths)))  # few squares are larger, to be as wide as the title
+    side = min(1.4, max(SIDE, 4.2 / len(widths)))  # a few squares are larger, as wide as the title
     size = max(5.6, side * len(widths) + 1.4), side * len(heights) + 1.0
     figure, axes = plt.subplots(figsize=size, layout="constrained")
     shades = plt.get_cmap("cividis")
@@ -94,5 +94,5 @@ def _number(median, scale: float) -> str:
 
 
 def write(results: Results, out: Path) -> str:
-    """blocks-NUMBER-GROUP.png and .svg, one a sweep, and the section of the report; "" if nothing was swept."""
+    """Writes blocks-NUMBER-GROUP.png and .svg for each sweep; returns the section, "" if there is none."""
     return launch_figure.section(results, out, TITLE, "blocks", of_scene, draw, CAPTION)

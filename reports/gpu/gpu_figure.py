@@ -1,4 +1,4 @@
-"""Figure 4.3: use of the GPU over time, and its power below, behind them the phases that the renderer marked."""
+"""Draws figure 4.3: use of the GPU over time, its power below, and the phases that the renderer marked."""
 
 import textwrap
 from pathlib import Path
@@ -11,9 +11,9 @@ from reports.run import gpu
 from reports.run.results import Cell, Missing, Results, place_label
 
 CAPTION = (
-    "NVML's utilisation is the part of a short past period, 1/6 s to 1 s by the device, in which a kernel ran; it "
-    "does not tell how much of the device that kernel used, and it lags behind the phases. Power is of the whole "
-    "device. Shown is the first good repetition of the repeated-load pass, which lasts long enough for these slow "
+    "NVML's utilisation is the share of a short past period, 1/6 s to 1 s depending on the device, in which a kernel "
+    "ran; it does not say how much of the device that kernel used, and it lags behind the phases. Power is the whole "
+    "device's. Shown is the first good repetition of the repeated-load pass, which lasts long enough for these slow "
     "sensors, else of the timed ones."
 )
 CURVES = ("gpu_percent", "GPU use (%)"), ("gpu_power_w", "power (W)")
@@ -21,7 +21,7 @@ WIDTH, CELL, EMPTY, HEAD, FOOT = 7.2, 2.5, 1.0, 0.35, 0.6  # inches
 
 
 def curve(results: Results, record: dict, column: str) -> pd.DataFrame | Missing:
-    """Columns t (s) and `column` of the series of a record, rows that tell it; or why there are none."""
+    """Returns columns t (s) and `column` of the series of a record, rows with a value only; or why there are none."""
     if (record.get("device") or {}).get("simulated"):
         return Missing("the CUDA simulator uses no GPU")
     if not record["series"]:
@@ -37,7 +37,7 @@ def curve(results: Results, record: dict, column: str) -> pd.DataFrame | Missing
 
 
 def draw(results: Results, cells: list[Cell]):
-    """The figure of the cells of a place."""
+    """Draws the cells of a place."""
     found = [_found(results, cell) for cell in cells]
     heights = [EMPTY if all(isinstance(told, Missing) for told in curves) else CELL for _, curves in found]
     height = HEAD + sum(heights) + FOOT
@@ -67,7 +67,7 @@ def draw(results: Results, cells: list[Cell]):
 
 
 def _found(results: Results, cell: Cell) -> tuple[dict | None, list[pd.DataFrame | Missing]]:
-    """The record that is drawn, None if there is none, and for each of CURVES its curve or why it is missing."""
+    """Returns the record to draw, None if there is none, and for each of CURVES its curve or why it is missing."""
     rows = gpu.observed_rows(cell)
     good = rows[rows["status"] == "ok"]
     if len(good):
@@ -78,7 +78,7 @@ def _found(results: Results, cell: Cell) -> tuple[dict | None, list[pd.DataFrame
 
 
 def _panel(results: Results, cell: Cell, record: dict, axes, told: pd.DataFrame | Missing, column: str) -> list[str]:
-    """Draw one curve of a cell; the names of its phases."""
+    """Draws one curve of a cell; returns the names of its phases."""
     if isinstance(told, Missing):
         _say(axes, textwrap.fill(str(told), 110))
         return []
@@ -100,15 +100,12 @@ def _say(axes, text: str) -> None:
 
 
 def write(results: Results, out: Path) -> str:
-    """gpu-NUMBER-SCENE.png and .svg, one a scene, and the section of the report; "" without a GPU."""
+    """Writes gpu-NUMBER-SCENE.png and .svg for each scene; returns the section, "" without a GPU."""
     parts = []
     for number, scene in enumerate(gpu.scenes(results)):
         cells = gpu.cells(results, scene)
         place = timeline.largest_place(cells)
         cells = [cell for cell in cells if cell.place == place]
-        name = f"gpu-{number}-{markdown.slug(Path(scene).stem)}"
-        with style.styled():
-            style.save(draw(results, cells), out / name)
-        label = place_label(place)
-        parts += [f"### {markdown.escape(label)}", markdown.figure(name, f"GPU use: {label}")]
+        path, label = out / f"gpu-{number}-{markdown.slug(Path(scene).stem)}", place_label(place)
+        parts += [f"### {markdown.escape(label)}", style.figure(path, f"GPU use: {label}", draw, results, cells)]
     return "\n\n".join(["## GPU use (the study's figure 4.3)", *parts, markdown.escape(CAPTION)]) if parts else ""

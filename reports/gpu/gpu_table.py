@@ -1,36 +1,36 @@
-"""The GPU table: parts of a frame, launch shape and resources of the kernel, observations of the device."""
+"""Tabulates GPU cells: parts of a frame, launch shape and resources of the kernel, observations of the device."""
 
 from pathlib import Path
 
 from reports.accuracy import accuracy_columns
-from reports.paper import quantity, table
+from reports.paper import table
 from reports.paper.table import Column
 from reports.run import gpu
 from reports.run.results import Cell, Missing, Results
 
 TIMES = (
-    "kernel: by CUDA events; download: the picture to the host; frame: a steady one, which has both; upload: the "
-    "scene to the device, once a process. End to end: upload + a steady frame, as if for one picture, without the "
-    "start of the process and compiling. Median over processes, with its 95 % interval, of each process's median over "
+    "kernel: by CUDA events; download: the picture to the host; frame: a steady one, which includes both; upload: the "
+    "scene to the device, once per process. End to end: upload + a steady frame, as if for one picture, without "
+    "starting the process and compiling. Median over processes, with its 95 % interval, of each process's median over "
     "its steady frames."
 )
 LAUNCH = (
-    "Memory kind: where the kernel keeps the scene. Occupancy: threads that a multiprocessor can hold at once with "
-    "these registers and this shared memory, of those that the device allows; it is computed, not measured. Local "
-    "memory is of one thread, and is where registers are spilled to."
+    "Memory kind: where the kernel keeps the scene. Occupancy: the threads that a multiprocessor can hold at once with "
+    "these registers and this shared memory, over those that the device allows; it is computed, not measured. Local "
+    "memory belongs to one thread and receives spilled registers."
 )
 DEVICE = (
     "From NVML, median over processes, with its 95 % interval, of the repeated-load pass, else of the timed one, as "
-    "the column says. Power and energy are of the whole device, idle power included; energy is that of the time in "
-    "the column after it, within the phase render. A value is left out where rendering is too short for the sensors."
+    "the column says. Power and energy are the whole device's, idle power included; the column after the energy says "
+    "over which time, within the phase render. A value is unavailable where rendering is too short for the sensors."
 )
 
 
 def _time(title: str, name: str, reason: str) -> Column:
-    return Column(f"{title} (ms)", name, "s", lambda cell: cell.median(name, reason), lambda v: quantity.text(v, 1e3))
+    return Column(f"{title} (ms)", name, "s", lambda cell: cell.median(name, reason), scale=1e3)
 
 
-NO_PARTS = "no steady frames that tell their parts"
+NO_PARTS = "no steady frames that report their parts"
 NO_UPLOAD = "it has no phase upload"
 TIME_COLUMNS = [
     _time("upload", "upload_s", NO_UPLOAD),
@@ -46,8 +46,8 @@ def launch_columns(results: Results) -> list[Column]:
     def method(title, name, unit="", show=_count):
         return Column(title, name, unit, lambda cell: _method(results, cell, name), show)
 
-    told = [gpu.record(results, cell) for scene in gpu.scenes(results) for cell in gpu.cells(results, scene)]
-    methods = [record["used"].get("methods") or {} for record in told if record]
+    records = [gpu.record(results, cell) for scene in gpu.scenes(results) for cell in gpu.cells(results, scene)]
+    methods = [record["used"].get("methods") or {} for record in records if record]
     spills = sorted({name for names in methods for name in names if name.startswith("spill")})
     return [
         method("memory kind", "scene_memory"),
@@ -63,8 +63,8 @@ def launch_columns(results: Results) -> list[Column]:
 
 
 def _method(results: Results, cell: Cell, name: str):
-    told = gpu.method(results, cell, name)
-    return told if isinstance(told, Missing | str) else float(told)
+    used = gpu.method(results, cell, name)
+    return used if isinstance(used, Missing | str) else float(used)
 
 
 def _count(value) -> str:
@@ -73,9 +73,7 @@ def _count(value) -> str:
 
 def device_columns(results: Results) -> list[Column]:
     def seen(title, name, unit, scale=1.0):
-        return Column(
-            title, name, unit, lambda cell: gpu.observed(results, cell, name), lambda v: quantity.text(v, scale)
-        )
+        return Column(title, name, unit, lambda cell: gpu.observed(results, cell, name), scale=scale)
 
     return [
         Column("pass", "pass", "", lambda cell: "load" if cell.loaded else "timed"),
@@ -91,16 +89,16 @@ def device_columns(results: Results) -> list[Column]:
 
 
 def _throttled(results: Results, cell: Cell) -> str | Missing:
-    """The reasons why the device ran slower than it could, over all repetitions that were looked at."""
-    told = [(results.records[index]["gpu"] or {}).get("throttled") for index in gpu.observed_rows(cell).index]
-    lists = [reasons for reasons in told if isinstance(reasons, list)]
+    """Returns why the device ran slower than it could, over all observed repetitions."""
+    found = [(results.records[index]["gpu"] or {}).get("throttled") for index in gpu.observed_rows(cell).index]
+    lists = [reasons for reasons in found if isinstance(reasons, list)]
     if lists:
         return ", ".join(sorted({reason for reasons in lists for reason in reasons})) or "nothing"
     return gpu.observed(results, cell, "throttled")
 
 
 def write(results: Results, out: Path) -> str:
-    """gpu-times-*.csv, gpu-launch-*.csv and gpu-device-*.csv, one a scene, and the section; "" without a GPU."""
+    """Writes gpu-times-*.csv, gpu-launch-*.csv, gpu-device-*.csv per scene; returns the section, "" without a GPU."""
     found = [(scene, gpu.cells(results, scene)) for scene in gpu.scenes(results)]
     if not found:
         return ""

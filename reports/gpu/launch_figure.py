@@ -1,4 +1,4 @@
-"""Figure 2.7: time against the total number of threads, a line per block size."""
+"""Draws figure 2.7: time against the total number of threads, a line per block size."""
 
 from pathlib import Path
 
@@ -14,21 +14,21 @@ TITLE = "Total number of threads (the study's figure 2.7)"
 HEADING = "Time against the total number of threads (figure 2.7 of the study)"
 CAPTION = (
     "A line per block size, its threads across × down. Large: the median over processes with its 95 % interval, where "
-    "there are enough processes; small: each process, the median of its steady frames. Threads are those launched, "
-    "which are whole blocks; where they are fewer than the pixels, each renders several. Dotted: one thread for each "
-    "pixel. Only what is ranked is drawn."
+    "there are enough processes; small: each process, the median of its steady frames. Threads are those launched, in "
+    "whole blocks; where there are fewer threads than pixels, each renders several. Dotted: one thread per pixel. Only "
+    "ranked cells are drawn."
 )
 MARKERS = "osD^vP*X<>ph"
 
 
 def of_scene(results: Results, scene: str) -> list[Group]:
-    """Groups in which the total number of threads was swept."""
+    """Returns groups in which the total number of threads was swept."""
     found = launch.groups(gpu.cells(results, scene), launch.SHAPE)
     return [group for group in found if len({cell.parameters.get("total_threads") for cell in group.cells}) > 1]
 
 
 def draw(results: Results, group: Group):
-    """The figure of a group, of which a cell at least is ranked."""
+    """Draws a group with at least one ranked cell."""
     column, clock = launch.clock(group.ranked)
     blocks: dict[tuple[int, int], dict[int, Cell]] = {}
     for cell in group.ranked:
@@ -39,20 +39,13 @@ def draw(results: Results, group: Group):
     figure, axes = plt.subplots(figsize=(7.2, 4.4), layout="constrained")
     colours = [*style.COLOURS.values(), *style.SPARE]
     for n, (width, height) in enumerate(sorted(lines, key=lambda block: (block[0] * block[1], block))):
-        _line(
-            axes,
-            lines[width, height],
-            column,
-            f"{width} × {height}",
-            colours[n % len(colours)],
-            MARKERS[n % len(MARKERS)],
-        )
+        look = colours[n % len(colours)], MARKERS[n % len(MARKERS)]
+        _line(axes, lines[width, height], column, f"{width} × {height}", *look)
     axes.axvline(group.cells[0].pixels, ls=":", lw=0.8, color="#444444")
     axes.set(xscale="log", yscale="log", xlabel="total number of threads", ylabel=f"{clock} (s)")
     for axis in (axes.xaxis, axes.yaxis):
         style.log_ticks(axis)
-    axes.grid(lw=0.4, color="#CCCCCC")
-    axes.set_axisbelow(True)
+    axes.grid(color="#CCCCCC")
     axes.set_title(f"{HEADING}\n{group.label}", loc="left")
     figure.legend(title="block", loc="outside right upper")
     return figure
@@ -71,12 +64,12 @@ def _line(axes, line: list[tuple[int, Cell]], column: str, label: str, colour: s
 
 
 def write(results: Results, out: Path) -> str:
-    """threads-NUMBER-GROUP.png and .svg, one a sweep, and the section of the report; "" if nothing was swept."""
+    """Writes threads-NUMBER-GROUP.png and .svg for each sweep; returns the section, "" if there is none."""
     return section(results, out, TITLE, "threads", of_scene, draw, CAPTION)
 
 
 def section(results: Results, out: Path, title: str, stem: str, of_scene, draw, caption: str) -> str:
-    """A section with a figure for each group that `of_scene(results, scene)` finds, made by `draw(results, group)`."""
+    """Returns a section with a figure `draw(results, group)` of each group that `of_scene(results, scene)` returns."""
     found = [group for scene in results.scenes for group in of_scene(results, scene)]
     if not found:
         return ""
@@ -87,8 +80,6 @@ def section(results: Results, out: Path, title: str, stem: str, of_scene, draw, 
             why = " / ".join(dict.fromkeys(cell.unranked for cell in group.cells))
             parts.append(markdown.escape(f"unavailable: nothing is ranked: {why}"))
             continue
-        name = f"{stem}-{number}-{markdown.slug(group.label)}"
-        with style.styled():
-            style.save(draw(results, group), out / name)
-        parts.append(markdown.figure(name, f"{title}: {group.label}"))
+        path = out / f"{stem}-{number}-{markdown.slug(group.label)}"
+        parts.append(style.figure(path, f"{title}: {group.label}", draw, results, group))
     return "\n\n".join([*parts, markdown.escape(caption)])

@@ -15,18 +15,18 @@ from reports.run.results import Results
 
 NAME = "report.html"
 LIMIT = 8_000_000  # bytes of the page
-TAGS = 20_000  # of them for what stands around figures
-ROOM = 1_300_000  # of them for pictures to compare and of points; figures have what is left
+TAGS = 20_000  # of them for HTML tags around figures
+ROOM = 1_300_000  # of them for pictures to compare and of points; figures get the rest
 
-# Sections that a reader looks for first, in this order, and those that have something to try out.
+# Sections that come first, in this order, and those with something interactive.
 FIRST = ("summary", "pareto_figure", "overview", "pictures_figure", "cpu_figure")
 TRIED = {"pareto_figure": chart, "pictures_figure": comparer, "cpu_figure": series}
 
 
 def write(results: Results, told: list[tuple[str, str]], out: Path) -> Path:
-    """Write report.html into the folder `out`, where the figures are; its path.
+    """Writes report.html into the folder `out`, beside its figures; returns its path.
 
-    told: pairs (name of a part of the report, its Markdown).
+    told: sections, each (name of its module, Markdown).
     """
     pictures = Embedded(ROOM)
     data = {name: TRIED[name].data(results, pictures) for name, _ in told if name in TRIED}
@@ -35,7 +35,7 @@ def write(results: Results, told: list[tuple[str, str]], out: Path) -> Path:
 
 
 def write_plain(title: str, lead: str, told: list[tuple[str, str]], out: Path) -> Path:
-    """The same page, in the order of `told`, with nothing to try out. lead: a line below the title."""
+    """Writes the same page without anything interactive, in the order of `told`. lead: a line below the title."""
     return _write(title, lead, told, {}, Embedded(0), out)
 
 
@@ -51,7 +51,7 @@ def _write(title: str, lead: str, told: list[tuple[str, str]], data: dict, pictu
 
 
 def _made(title: str, lead: str, found: list[sections.Section], figures: Embedded, data: dict, block: str) -> str:
-    """The page. figures: what is in it of them; data: by name of a section, what can be tried out there."""
+    """Returns the page. figures: the embedded ones. data: of interactive charts by the name of their section."""
     drawing, program = get_plotlyjs() if data else "", _source("page.js")
     made = Environment(
         loader=PackageLoader("reports.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
@@ -80,12 +80,12 @@ def _place(told: tuple[str, str]) -> int:
 
 
 def _fingerprint(script: str) -> str:
-    """Returns the hash by which the page's policy allows a script; no other can run, whatever names hold."""
+    """Returns the hash by which the page's policy allows a script; the browser runs no other script."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def _lead(results: Results) -> str:
-    """Returns one line: what was run, where and when."""
+    """Returns a line on the run: variants, processes, processor and time."""
     facts, places = results.facts, len(results.places)
     counts = f"{len(results.variants)} variants, {len(results.records)} processes"
     many = f", {places} places" if places > 1 else ""

@@ -1,6 +1,4 @@
-"""The interactive chart of speed against accuracy: the points of reports.accuracy.pareto with their details."""
-
-from pathlib import Path
+"""Prepares the interactive chart of speed against accuracy: points of reports.accuracy.pareto with their details."""
 
 import numpy as np
 
@@ -8,19 +6,18 @@ from reports.accuracy import pareto, pareto_figure
 from reports.accuracy.pareto import VISIBLE, Chart, Point
 from reports.page.embedded import Embedded, smaller
 from reports.paper import quantity, style, thinning
-from reports.pictures.pictures_figure import shown
 from reports.run import command, stored
 from reports.run.cell import Cell, Missing
-from reports.run.results import Results
+from reports.run.results import Results, place_label
 
-MOST = 2000  # points inside a page
+MOST = 2000  # points of a page
 MOST_SEEN = 240  # pictures of points
 LONGEST = 132  # pixels of such a picture
 TOLD = ("error (RMSE, linear RGB)", "steady frame", "peak memory", "efficiency", "its repetitions")
 
 
 def data(results: Results, pictures: Embedded) -> dict:
-    """{} without errors; else `charts`, `colours` by variant, and what it says of itself."""
+    """Returns `charts`, `colours` by variant and notes for the page; {} without errors. Adds pictures to `pictures`."""
     charts = [chart for chart in pareto.charts(results) if chart.points]
     if not charts:
         return {}
@@ -33,20 +30,14 @@ def data(results: Results, pictures: Embedded) -> dict:
         left -= len(kept)
         made.append(_chart(results, chart, kept, seen, words))
     colours = {name: style.colour(name, results.variants) for name in results.variants}
-    says = " ".join(
-        filter(
-            None,
-            [
-                thinning.told(MOST - left, there, "points", "the CSV files have all"),
-                "" if len(seen) == there else f"Pictures are shown of {len(seen)} of the {there} points.",
-            ],
-        )
-    )
+    notes = [thinning.note(MOST - left, there, "points", "the CSV files have all")]
+    notes += [f"{len(seen)} of the {there} points have a picture."] * (len(seen) < there)
+    says = " ".join(filter(None, notes))
     return {"charts": made, "told": TOLD, "words": words.all, "colours": colours, "visible": VISIBLE, "says": says}
 
 
 class Words:
-    """Texts as lists of places in `all`, since commands differ in a few words only."""
+    """Stores texts as lists of places in `all`, since commands differ in a few words only."""
 
     def __init__(self):
         self._places: dict[str, int] = {}
@@ -60,7 +51,7 @@ class Words:
 
 
 def _kept(chart: Chart, most: int) -> list[Point]:
-    """At most `most` of its points: the front, and of the others some, evenly spread."""
+    """Returns at most `most` points: the front, and others evenly spread."""
     front = thinning.few(chart.front, most)
     others = thinning.few([point for point in chart.points if not point.number], most - len(front))
     some = set(map(id, [*front, *others]))
@@ -68,14 +59,14 @@ def _kept(chart: Chart, most: int) -> list[Point]:
 
 
 def _seen(results: Results, charts: list[Chart], pictures: Embedded) -> dict[Cell, str]:
-    """The keys of small pictures, those of the fronts before the others."""
+    """Adds small pictures, those of the fronts first; returns their keys."""
     cells = [point.cell for chart in charts for point in chart.front]
     cells += [cell for chart in charts for cell in thinning.few([point.cell for point in chart.points], MOST_SEEN)]
     found: dict[Cell, str] = {}
     for cell in dict.fromkeys(cells):
         picture = stored.picture(results, cell) if len(found) < MOST_SEEN else None
         if isinstance(picture, np.ndarray):
-            key = pictures.add_pixels(smaller(shown(picture, cell.parameters.get("arithmetic", "linear")), LONGEST))
+            key = pictures.add_pixels(smaller(stored.displayed(picture, cell), LONGEST))
             found |= {cell: key} if key else {}
     return found
 
@@ -99,12 +90,12 @@ def _chart(results: Results, chart: Chart, kept: list[Point], seen: dict[Cell, s
 
 
 def _point(results: Results, point: Point, family: int, seen: str | None, words: Words) -> dict:
-    cell = point.cell
-    memory = cell.median("peak_bytes", "not told")
+    cell, efficiency = point.cell, point.efficiency
+    memory = cell.median("peak_bytes", "not reported")
     return {
         "variant": cell.variant,
         "name": point.name,
-        "where": Path(cell.scene).stem if cell.point == "no sweep" else f"{Path(cell.scene).stem}, {cell.point}",
+        "where": place_label(cell.place),
         "error": point.error,
         "time": [point.time.value, point.time.low, point.time.high],
         "share": round(point.share, 3),
@@ -113,20 +104,11 @@ def _point(results: Results, point: Point, family: int, seen: str | None, words:
         "told": [
             f"{point.error:.3g}",
             f"{quantity.text(point.time)} s",
-            _memory(memory),
-            _efficiency(point),
+            str(memory) if isinstance(memory, Missing) else f"{quantity.text(memory, 1e-6)} MB",
+            str(efficiency) if isinstance(efficiency, Missing) else f"{efficiency:.3g} /s",
             cell.verdict,
         ],
         "picture": seen,
         "render": words.of(str(command.of(results, cell))),
         "again": words.of(str(command.again(results, cell))),
     }
-
-
-def _memory(value) -> str:
-    return str(value) if isinstance(value, Missing) else f"{quantity.text(value, 1e-6)} MB"
-
-
-def _efficiency(point: Point) -> str:
-    found = point.efficiency
-    return str(found) if isinstance(found, Missing) else f"{found:.3g} /s"

@@ -1,4 +1,4 @@
-"""The picture comparer of the page: pictures of one place, their errors and FLIP maps."""
+"""Prepares the picture comparer of the page: pictures of one place, their errors and FLIP maps."""
 
 import numpy as np
 from matplotlib import colormaps
@@ -10,42 +10,38 @@ from reports.run import stored
 from reports.run.cell import Cell, Missing
 from reports.run.results import Results, place_label
 
-LONGEST = 640  # pixels of a picture that is too large to be shown pixel for pixel
+LONGEST = 640  # pixels of a side; a larger picture is reduced
 MOST = 40  # pictures of a place
 GREY = (221, 221, 221)
 
 
 def data(results: Results, pictures: Embedded) -> dict:
-    """{} without pictures; else `places` with pictures to compare, and what it says of itself."""
+    """Returns `places` with pictures to compare and a note for the page; {} without pictures. Adds to `pictures`."""
     found = pictures_figure.places(results)
     places, there = [], 0
     for place, cells in found:
         if cells[0].pixels == 1:
             continue
-        told = [shown for cell in cells[:MOST] if (shown := _picture(results, cell, pictures))]
+        shown = [one for cell in cells[:MOST] if (one := _picture(results, cell, pictures))]
         there += len(cells)
-        if told:
-            places.append({"label": place_label(place), "pictures": told})
+        if shown:
+            places.append({"label": place_label(place), "pictures": shown})
     if not places:
         return {}
-    shown = sum(len(place["pictures"]) for place in places)
-    lacking = f"Inside this page are {shown} of {there} pictures: others were not stored, or had no room."
-    return {"places": places, "says": lacking if shown < there else ""}
+    count = sum(len(place["pictures"]) for place in places)
+    lacking = f"This page holds {count} of {there} pictures: the others were not stored, or did not fit."
+    return {"places": places, "says": lacking if count < there else ""}
 
 
 def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
-    record = results.record(cell)
-    if record is None or not record["picture"]:
-        return None
-    picture = stored.array(results, record["picture"]["file"])
+    picture = stored.raw(results, cell)
     if isinstance(picture, Missing) or picture.ndim != 3:
         return None
-    arithmetic = record["parameters"].get("arithmetic", "linear")
-    seen = smaller(pictures_figure.shown(picture, arithmetic), LONGEST)
+    seen = smaller(stored.displayed(picture, cell), LONGEST)
     key = pictures.add_pixels(seen, exact=True)
     if key is None:
         return None
-    accuracy = record["accuracy"] or {}
+    accuracy = results.record(cell)["accuracy"] or {}
     return {
         "label": cell.label,
         "verdict": cell.verdict,
@@ -58,7 +54,7 @@ def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
 
 
 def _error(results: Results, picture: np.ndarray, accuracy: dict, pictures: Embedded) -> str | None:
-    """The largest difference of a channel from the reference, as figure 4.1 colours it."""
+    """Adds the picture's largest channel difference from the reference, coloured as in figure 4.1; returns its key."""
     reference = stored.reference(results, accuracy)
     if isinstance(reference, Missing) or reference.shape != picture.shape:
         return None
@@ -67,12 +63,12 @@ def _error(results: Results, picture: np.ndarray, accuracy: dict, pictures: Embe
     norm = LogNorm(pictures_figure.SMALLEST_DIFFERENCE, 1.0, clip=True)
     pixels = colormaps["viridis"](norm(known), bytes=True)[..., :3].copy()
     pixels[difference == 0] = GREY
-    pixels[~np.isfinite(difference)] = np.multiply(pictures_figure.BROKEN, 255)
+    pixels[~np.isfinite(difference)] = np.multiply(stored.BROKEN, 255)
     return pictures.add_pixels(smaller(pixels, LONGEST))
 
 
 def _flip(results: Results, accuracy: dict, pictures: Embedded) -> str | None:
-    """Returns the FLIP map, from 0 to 1, in its usual colours."""
+    """Adds the FLIP map, 0 to 1, in its usual colours; returns its key."""
     found = stored.array(results, accuracy.get("flip_file"))
     if isinstance(found, Missing):
         return None

@@ -1,4 +1,4 @@
-"""The section on doubts: warnings of scenes and repetitions, and processes that waited."""
+"""Writes the section on doubts: warnings of scenes and repetitions, and processes that waited for a core."""
 
 import re
 from pathlib import Path
@@ -7,18 +7,18 @@ from reports.page.summary import where
 from reports.paper import markdown
 from reports.run.results import Cell, Results, point_label
 
-STARVED = 0.9  # of a core: a renderer that computes all the time and is let uses more
-SHORTEST = 0.2  # s of a process, of which starting is then a small part
+STARVED = 0.9  # of a core: a renderer that computes all the time, and gets its core, uses more
+SHORTEST = 0.2  # s of a process; of a shorter one starting is a large part
 
 
 def write(results: Results, _: Path | None = None) -> str:
-    """The section of the report."""
+    """Returns the section of the report."""
     found = [*map(markdown.escape, results.facts.get("warnings", [])), *_warnings(results)]
     return f"## Doubtful\n\n{markdown.bullets(found) if found else 'No scene and no repetition has a warning.'}"
 
 
 def _warnings(results: Results) -> list[str]:
-    """One item a variant and kind of doubt, with the places where it holds."""
+    """Returns an item for each variant and kind of doubt, with its places."""
     found: dict[tuple[str, str], list[tuple[str, tuple]]] = {}
     for cell in results.cells:
         for kind, text in _doubts(results, cell):
@@ -29,10 +29,10 @@ def _warnings(results: Results) -> list[str]:
             for kind, text in _of_row(record, "a second process of the A/A pair"):
                 found.setdefault((record["variant"], kind), []).append((text, place))
     return [
-        f"{markdown.escape(variant)}: {markdown.escape(said[0][0])}"
-        + (f", and {len(said) - 1} more like it" if len({text for text, _ in said}) > 1 else "")
-        + f" ({where(results, [place for _, place in said])})"
-        for (variant, _), said in found.items()
+        f"{markdown.escape(variant)}: {markdown.escape(doubts[0][0])}"
+        + (f", and {len(doubts) - 1} more like it" if len({text for text, _ in doubts}) > 1 else "")
+        + f" ({where(results, [place for _, place in doubts])})"
+        for (variant, _), doubts in found.items()
     ]
 
 
@@ -46,13 +46,13 @@ def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
     share = _share_of_a_core(cell)
     if share is not None and share < STARVED and not cell.gpu:
         found.append(
-            ("starved", f"used {share:.0%} of one core over its life: it waited, or other programs had the cores")
+            ("starved", f"used {share:.0%} of one core over its life: it waited, or other programs took the cores")
         )
     return found
 
 
 def _of_row(record: dict, what: str) -> list[tuple[str, str]]:
-    """Returns the doubts about a row that is in no table of times; with `what`, also that it is not ok."""
+    """Returns the doubts about a row that no table of times shows; if `what` names it, also that it is not ok."""
     bad = [f"{what} is not ok: {record['status']}: {record['reason']}"] if what and record["status"] != "ok" else []
     return [(_kind(text), text) for text in bad + record["warnings"]]
 
@@ -62,7 +62,7 @@ def _kind(text: str) -> str:
 
 
 def _share_of_a_core(cell: Cell) -> float | None:
-    """CPU time over wall time of its repetitions that are long enough to tell; None if there are none."""
+    """Returns CPU time over wall time of its repetitions that are long enough; None if there are none."""
     cpu, wall = cell.known("cpu_s"), cell.known("wall_s")
     long = [row for row in cpu if wall[row] > SHORTEST]
     return sum(cpu[row] for row in long) / sum(wall[row] for row in long) if long else None

@@ -1,4 +1,4 @@
-"""Pictures inside a page, each once, as long as there is room."""
+"""Embeds pictures into a page, each once, until the room is used up."""
 
 import base64
 import hashlib
@@ -7,11 +7,11 @@ import io
 import numpy as np
 from PIL import Image
 
-LOSSY = 82  # quality of WebP where a picture is only looked at
+LOSSY = 82  # quality of WebP for pictures that are only looked at
 
 
 class Embedded:
-    """Pictures by a short key, as data: addresses, of `room` bytes together. left_out: how many did not fit."""
+    """Pictures as data: addresses by a short key, at most `room` bytes in total. left_out: how many did not fit."""
 
     def __init__(self, room: int):
         self.room, self.left_out = room, 0
@@ -19,7 +19,7 @@ class Embedded:
         self._known: dict[str, str] = {}
 
     def add(self, data: bytes, kind: str) -> str | None:
-        """The key of a picture of this kind ("image/webp", say); None if there is no room for it."""
+        """Adds a picture of a kind such as "image/webp"; returns its key, None if it does not fit."""
         found = hashlib.sha256(data).hexdigest()
         if found not in self._known:
             address = f"data:{kind};base64,{base64.b64encode(data).decode()}"
@@ -32,7 +32,7 @@ class Embedded:
         return self._known[found]
 
     def add_pixels(self, pixels: np.ndarray, exact: bool = False) -> str | None:
-        """The same of uint8 sRGB (height, width, 3), to the last bit if `exact`."""
+        """Adds a picture, uint8 sRGB (height, width, 3), without loss if `exact`; returns as `add`."""
         file = io.BytesIO()
         how = {"lossless": True, "quality": 60} if exact else {"quality": LOSSY}
         Image.fromarray(pixels, "RGB").save(file, "WEBP", method=4, **how)
@@ -40,7 +40,7 @@ class Embedded:
 
 
 def smaller(pixels: np.ndarray, longest: int) -> np.ndarray:
-    """uint8 (height, width, 3) with no side longer than `longest` pixels."""
+    """Reduces a picture, uint8 (height, width, 3), so that no side is longer than `longest` pixels."""
     high, wide = pixels.shape[:2]
     if max(high, wide) <= longest:
         return pixels

@@ -132,7 +132,7 @@
       show(n);
       const box = id("point-commands");
       box.replaceChildren();
-      for (const [what, key] of [["Its picture again", "render"], ["Measured again", "again"]]) {
+      for (const [what, key] of [["Render it again", "render"], ["Measure it again", "again"]]) {
         const line = chart.points[n][key].map((place) => words[place]).join(" ");
         const one = element("div", undefined, box);
         one.className = "command";
@@ -245,7 +245,7 @@
         else {
           pen.fillStyle = "#eeeeee";
           pen.fillRect(0, 0, width, height);
-          told.push(`The ${map === "flip" ? "FLIP" : "error"} map of ${which.toUpperCase()} is unavailable: not stored, or no room for it.`);
+          told.push(`The ${map === "flip" ? "FLIP" : "error"} map of ${which.toUpperCase()} is unavailable: not stored, or too large for this page.`);
         }
       }
       id("compare-told").textContent = told.join(" ");

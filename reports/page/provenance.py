@@ -1,7 +1,8 @@
-"""The section on provenance: command, commit, versions, and what disturbed the machine."""
+"""Writes the section on provenance: command, commit, versions, and the state of the machine."""
 
 import json
 import shlex
+from pathlib import Path
 
 from reports.paper import markdown
 from reports.run.results import Results
@@ -9,51 +10,51 @@ from reports.run.results import Results
 RENDERER_HEADER = ["variant", "source", "reference", "built with", "versions", "methods"]
 
 
-def write(results: Results) -> str:
-    """The section of the report."""
+def write(results: Results, _: Path | None = None) -> str:
+    """Returns the section of the report."""
     facts = results.facts
-    environment = facts["environment"]
-    experiment = facts["experiment"]
+    environment, experiment = facts["environment"], facts["experiment"]
     rows = [
         ["title", facts["title"]],
         ["started", facts["started"]],
         ["command", shlex.join(facts["command"])],
         ["commit", environment["commit"]],
         ["host", environment["host"]],
-        ["processes a cell, unless overridden", str(experiment["processes"])],
-        ["steady frames a process, unless overridden", str(experiment["frames"])],
+        ["processes per cell, unless overridden", str(experiment["processes"])],
+        ["steady frames per process, unless overridden", str(experiment["frames"])],
         ["overrides", json.dumps(experiment["override"]) if experiment.get("override") else "none"],
         ["image", json.dumps(experiment["image"])],
         ["measurer's interval (s)", str(experiment["measure"]["interval"])],
         ["measurer's audit", _audit(results)],
         *([["CUDA device", _devices(results)]] if any(cell.gpu for cell in results.cells) else []),
         ["repetitions", f"{len(results.records)}, {_order(facts)}"],
-        *([f"left out: {told['constraint']}", f"{told['cells']} cells"] for told in facts.get("left_out", [])),
+        *([f"left out: {one['constraint']}", f"{one['cells']} cells"] for one in facts.get("left_out", [])),
         ["ended", _ended(facts)],
     ]
     doubts = disturbances(environment) + changes(environment, facts.get("ended", {}))
     return "\n\n".join(
         [
             "## Provenance",
-            markdown.table(["what", "of this run"], rows),
+            markdown.table(["what", "this run"], rows),
             "### Renderers",
             markdown.table(RENDERER_HEADER, _renderers(results)),
             "### State of the machine",
-            markdown.bullets(list(map(markdown.escape, doubts))) if doubts else "Nothing found that disturbs.",
+            markdown.bullets(list(map(markdown.escape, doubts))) if doubts else "Nothing disturbs timings.",
+            "Every repetition, one row each: [repetitions.csv](repetitions.csv)",
         ]
     )
 
 
 def _order(facts: dict) -> str:
     if facts.get("order") == "sequential":
-        return "one cell after the other: a drift of the machine makes its cells differ"
+        return "one cell after the other: if the machine drifts, cells differ"
     return f"interleaved, shuffled with seed {facts['experiment']['seed']}"
 
 
 def _ended(facts: dict) -> str:
-    """When, and the state of the machine then, which the run itself has a part in."""
+    """Returns the end of the run and the state of the machine then, to which the run contributes."""
     if "ended" not in facts:
-        return "unavailable: it was cut off, or is of an older version"
+        return "unavailable: the run was interrupted, or is of an older version"
     load, pressure = facts["ended"]["load"], str(facts["ended"]["pressure"]).splitlines()[0]
     loads = load if isinstance(load, str) else ", ".join(f"{value:.2f}" for value in load)
     return f"{facts['ended']['at']}; load {loads}; waiting for a core: {pressure}"
@@ -70,49 +71,49 @@ def changes(begun: dict, ended: dict) -> list[str]:
 
 
 def _renderers(results: Results) -> list[list[str]]:
-    """One row a variant, from its first record that says versions."""
+    """Returns a row for each variant, from its first record with versions or methods."""
     rows = []
     for variant in results.variants:
         mine = [record for record in results.records if record["variant"] == variant]
-        said = next((record for record in mine if record["versions"] or record["used"]), None)
-        if said is None:
-            rows.append([variant, *["unavailable: it never told"] * 5])
+        record = next((record for record in mine if record["versions"] or record["used"]), None)
+        if record is None:
+            rows.append([variant, *["unavailable: no process reported it"] * 5])
             continue
-        build, accuracy = said["build"], said["accuracy"] or {}
+        build, accuracy = record["build"], record["accuracy"] or {}
         rows.append(
             [
                 variant,
-                said["renderer_version"],
-                accuracy.get("reference") or f"unavailable: {accuracy.get('unavailable', said['reason'])}",
+                record["renderer_version"],
+                accuracy.get("reference") or f"unavailable: {accuracy.get('unavailable', record['reason'])}",
                 f"{build['compiler']}: {shlex.join(build['command'])}" if build else "nothing is built",
-                _told(said["versions"]),
-                _told((said["used"] or {}).get("methods")),
+                _pairs(record["versions"]),
+                _pairs((record["used"] or {}).get("methods")),
             ]
         )
     return rows
 
 
-def _told(values) -> str:
+def _pairs(values) -> str:
     if not values:
-        return "unavailable: it does not tell"
+        return "unavailable: not reported"
     if not isinstance(values, dict):
         return str(values)
-    return ", ".join(f"{name} {'not told' if value is None else value}" for name, value in values.items())
+    return ", ".join(f"{name} {'not reported' if value is None else value}" for name, value in values.items())
 
 
 def _devices(results: Results) -> str:
-    """The devices as renderers told them, each once."""
-    told = [record.get("device") for record in results.records]
+    """Returns the devices that renderers reported, each once."""
+    found = [record.get("device") for record in results.records]
     names = (
-        f"{device['name']}, compute capability {'.'.join(map(str, device.get('compute_capability') or ['not told']))}, "
-        f"driver {device.get('driver') or 'not told'}"
-        for device in filter(None, told)
+        f"{device['name']}, compute capability {'.'.join(map(str, device.get('compute_capability') or ['unknown']))}, "
+        f"driver {device.get('driver') or 'unknown'}"
+        for device in filter(None, found)
     )
-    return "; ".join(dict.fromkeys(names)) or "unavailable: no renderer told it"
+    return "; ".join(dict.fromkeys(names)) or "unavailable: no renderer reported it"
 
 
 def _audit(results: Results) -> str:
-    """How well the measurer kept its interval."""
+    """Says how well the measurer kept its interval."""
     audits = [record["measurer"] for record in results.records if record["measurer"]]
     ticks, missed = (sum(audit[name] for audit in audits) for name in ("ticks", "missed"))
     late = [audit["interval_p99_s"] for audit in audits if audit["interval_p99_s"]]
@@ -123,7 +124,7 @@ def _audit(results: Results) -> str:
 
 
 def disturbances(environment: dict) -> list[str]:
-    """Lists what in the state of the machine disturbs timings, or could not be read."""
+    """Lists the states of the machine that disturb timings or could not be read."""
     found = []
     cores = environment["cores"]["usable"]
     load, pressure = environment["load"], environment["pressure"]

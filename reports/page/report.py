@@ -1,4 +1,4 @@
-"""The report of a run: every table and figure, and report.md and report.html that hold them. Same run, same bytes."""
+"""Writes the report of a run: tables, figures, report.md and report.html. The same run gives the same bytes."""
 
 from pathlib import Path
 
@@ -43,7 +43,7 @@ PARTS = (
     gpu_table, gpu_figure, roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure,
     complexity, hierarchy, convergence_figure, cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
-# Of a run that puts methods under stress, where nothing is ranked.
+# For a run that puts methods under stress, where nothing is ranked.
 STABILITY = (
     stability_summary, machine_table, stability_overview, stability_pictures, stability_window, stability_cost,
     stability_figure,
@@ -51,35 +51,32 @@ STABILITY = (
 
 
 def write(run: Path, out: Path) -> Path:
-    """Write the report of the run in the folder `run` into the folder `out`; the path of its report.html."""
+    """Writes the report of the run in the folder `run` into the folder `out`; returns the path of its report.html."""
     write_loaded(results.load(Path(run)), Path(out))
     return Path(out) / page.NAME
 
 
 def write_loaded(loaded: results.Results, out: Path) -> list[tuple[str, str]]:
-    """The same of a run that is loaded; its sections, each (name, Markdown)."""
+    """Writes the report of a loaded run; returns its sections, each (name, Markdown)."""
     out.mkdir(parents=True, exist_ok=True)
     loaded.repetitions.to_csv(out / "repetitions.csv", index=False, na_rep="NaN", lineterminator="\n")
-    told = [(part, _section(part, loaded, out)) for part in (STABILITY if loaded.facts.get("stability") else PARTS)]
-    rows = "Every repetition, one row each: [repetitions.csv](repetitions.csv)"
-    told.append((provenance, f"{_section(provenance, loaded)}\n\n{rows}"))
-    named = [(part.__name__.rpartition(".")[2], text) for part, text in told if text]
+    parts = STABILITY if loaded.facts.get("stability") else PARTS
+    names = {part: part.__name__.rpartition(".")[2] for part in (*parts, provenance)}
+    sections = [(name, text) for part, name in names.items() if (text := _section(part, name, loaded, out))]
     title = f"# {markdown.escape(loaded.facts['title'])}"
-    text = "\n\n".join([title, *(text for _, text in named)]) + "\n"
+    text = "\n\n".join([title, *(text for _, text in sections)]) + "\n"
     (out / "report.md").write_text(text, encoding="utf-8")
-    page.write(loaded, named, out)
-    return named
+    page.write(loaded, sections, out)
+    return sections
 
 
-def _section(part, loaded: results.Results, *out: Path) -> str:
+def _section(part, name: str, loaded: results.Results, out: Path) -> str:
     """Writes one section. UserError for faults of a stored run that its schema does not catch (store/schema.py)."""
     try:
-        return part.write(loaded, *out)
+        return part.write(loaded, out)
     except (UserError, OSError):
         raise
     except Exception as error:
-        name, why = part.__name__.rpartition(".")[2], f"{type(error).__name__}: {error}"
+        why = f"{loaded.folder}: cannot write the section {name} of this run: {type(error).__name__}: {error}"
         remedy = "the run is damaged, or of another version of rayrace; else this is a bug of rayrace"
-        raise UserError(
-            f"{loaded.folder}: the section {name} cannot be made of this run: {why}", remedy=remedy
-        ) from error
+        raise UserError(why, remedy=remedy) from error

@@ -14,14 +14,17 @@ from PIL import Image
 from reports.page.embedded import Embedded, smaller
 from reports.paper import markdown
 
-LARGEST_DRAWING = 220_000  # bytes of an SVG file; a larger one, which holds pictures, becomes pixels
+LARGEST_DRAWING = 220_000  # bytes of an SVG file; a larger one, which contains pictures, is embedded as pixels
 LONGEST = 1400  # pixels of such a figure
 POINT = 96 / 72  # pixels of a page
 
 
 @dataclass(frozen=True)
 class Section:
-    """name: of the part that told it. anchor: of its heading, with which `title` is. body: HTML without the heading."""
+    """A section of the page.
+
+    name: of the module that wrote it. anchor, title: of its heading. body: HTML without the heading.
+    """
 
     name: str
     anchor: str
@@ -30,7 +33,10 @@ class Section:
 
 
 def of(told: list[tuple[str, str]], folder: Path, figures: Embedded) -> list[Section]:
-    """The sections of pairs (name of a part, Markdown). Text without a heading of its own belongs to the one before."""
+    """Returns the sections of pairs (name of a module, Markdown); text without a heading joins the section before.
+
+    folder: of the figures. figures: they are added to it.
+    """
     reader = MarkdownIt("commonmark", {"html": False}).enable("table")
     reader.add_render_rule("image", lambda self, tokens, n, *_: _image(tokens[n], folder, figures))
     reader.add_render_rule("table_open", lambda *_: '<div class="wide" tabindex="0"><table>\n')
@@ -49,7 +55,7 @@ def of(told: list[tuple[str, str]], folder: Path, figures: Embedded) -> list[Sec
 
 
 def _parts(text: str) -> Iterator[tuple[str | None, str]]:
-    """The text by its headings of the second level: pairs (heading or None, what follows it)."""
+    """Splits a text at its headings of the second level into pairs (heading or None, text below it)."""
     pieces = re.split(r"^## (.*)$", text, flags=re.MULTILINE)
     if pieces[0].strip():
         yield None, pieces[0]
@@ -57,13 +63,13 @@ def _parts(text: str) -> Iterator[tuple[str | None, str]]:
 
 
 def _plain(reader: MarkdownIt, title: str) -> str:
-    """A heading without its escapes."""
+    """Returns a heading without its escapes."""
     (inline,) = (token for token in reader.parse(title) if token.type == "inline")
     return "".join(child.content for child in inline.children)
 
 
 def _image(token, folder: Path, figures: Embedded) -> str:
-    """A figure of the report: its drawing, or its pixels, or where there is no room for either its file."""
+    """Returns the HTML of a figure: its vector drawing, else its pixels, or a link to its file if neither fits."""
     name, alt = token.attrs["src"], "".join(child.content for child in token.children)
     drawing, pixels = (folder / name).with_suffix(".svg"), folder / name
     if drawing.exists() and drawing.stat().st_size <= LARGEST_DRAWING:
@@ -74,7 +80,7 @@ def _image(token, folder: Path, figures: Embedded) -> str:
             made = smaller(np.asarray(opened.convert("RGB")), LONGEST)
         size, key = (made.shape[1], made.shape[0]), figures.add_pixels(made)
     if key is None:
-        return f'<p class="note">Not inside this page, for want of room: <a href="{escape(name)}">{escape(alt)}</a></p>'
+        return f'<p class="note">Too large for this page: <a href="{escape(name)}">{escape(alt)}</a></p>'
     wide, high = size
     return (
         f'<img class="figure" src="{figures.images[key]}" alt="{escape(alt)}" width="{wide}" height="{high}" '
@@ -83,6 +89,6 @@ def _image(token, folder: Path, figures: Embedded) -> str:
 
 
 def _size(svg: bytes) -> tuple[int, int]:
-    """Width and height of a drawing in pixels of a page."""
+    """Returns width and height of a drawing, pixels of the page."""
     head = ElementTree.fromstring(svg)
     return tuple(round(float(head.get(side).removesuffix("pt")) * POINT) for side in ("width", "height"))

@@ -1,4 +1,4 @@
-"""The interactive series of a process: processor, memory and GPU over its life, with its phases."""
+"""Prepares the interactive series of processes: processor, memory and GPU over their lives, with their phases."""
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,7 @@ from reports.times import cpu_figure
 
 FINEST = 150  # steps of a curve
 MOST = 12  # scenes
-HIGH = 130  # pixels of a process
+HIGH = 130  # pixels per process
 LEVELS = {
     "resident memory (MB)": ("rss_bytes", 1e-6),
     "address space (MB)": ("vms_bytes", 1e-6),
@@ -21,25 +21,26 @@ LEVELS = {
 
 
 def data(results: Results, _: Embedded) -> dict:
-    """{} without series; else `places`, each with the processes that have one, the colours of phases, and pixels."""
+    """Returns `places` with the processes that have a series, colours of phases and a height; {} without series."""
     places = []
     for scene in results.scenes[:MOST]:
         place = timeline.largest_place(results.of(scene))
-        processes = [told for cell in results.at(place) if (told := _process(results, cell))]
+        processes = [one for cell in results.at(place) if (one := _process(results, cell))]
         if processes:
             places.append({"label": place_label(place), "processes": processes})
     if not places:
         return {}
-    names = {name for place in places for told in place["processes"] for name, _, _ in told["phases"]}
-    colours = {name: style.PHASES.get(name, style.OTHER_PHASE) for name in (*style.PHASES, *sorted(names))}
-    kinds = {kind for place in places for told in place["processes"] for kind in told["curves"]}
+    every = [process for place in places for process in place["processes"]]
+    names = {name for process in every for name, _, _ in process["phases"]}
+    ordered = dict.fromkeys(name for name in (*style.PHASES, *sorted(names)) if name in names)
+    phases = {name: style.PHASES.get(name, style.OTHER_PHASE) for name in ordered}
+    kinds = {kind for process in every for kind in process["curves"]}
     shown = [kind for kind in ("CPU use (% of one core)", *LEVELS) if kind in kinds]
-    phases = {name: colours[name] for name in colours if name in names}
     return {"places": places, "phases": phases, "kinds": shown, "step": HIGH}
 
 
 def _process(results: Results, cell: Cell) -> dict | None:
-    """The first good repetition of a cell, which finds its caches cold."""
+    """Returns the first good repetition of a cell, which finds its caches cold; None without a series."""
     record = results.records[cell.counting[0]] if cell.counting else None
     if record is None or not record["series"]:
         return None

@@ -1,6 +1,6 @@
-"""The report of one run or of several, folders or packed.
+"""Writes the report of one run or of several, in folders or packed.
 
-Several: each has its own in a folder, and one page has machines, runs, what is beside what, and the study again.
+Each of several runs gets a report in a folder of its own; one page compares machines and runs and repeats the study.
 """
 
 import tempfile
@@ -19,33 +19,32 @@ from reports.paper import drawn, markdown
 from reports.run import results
 
 TITLE = "Several runs"
-MARK = ".rayrace-report"  # in the folder of a report
+MARK = ".rayrace-report"  # a file in the folder of a report
 
 
 def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
-    """Write the report of the runs into the folder `out`; the path of its report.html.
+    """Writes the report of the runs into the folder `out`; returns the path of its report.html.
 
-    A run on several hosts of a cluster is one of each of them; pool: but those that are alike in all but their names
-    are taken as one machine.
+    A run on several hosts of a cluster counts as one run per host. pool: hosts that differ only in their names count
+    as one machine.
     """
     _may_write(out)
     with ExitStack() as stack:
         folders = [stack.enter_context(packed.opened(run)) for run in runs]
-        loaded = [told for folder in folders for told in _by_host(folder, pool)]
+        loaded = [run for folder in folders for run in _by_host(folder, pool)]
         if len(loaded) == 1:
             report.write_loaded(loaded[0][1], out)
             return out / page.NAME
         members = hosts.members(loaded)
-        told = {}
-        for member in members:
-            (out / member.name).mkdir(parents=True, exist_ok=True)
-            told[member] = [text for _, text in report.write_loaded(member.results, out / member.name)]
+        texts = {
+            member: [text for _, text in report.write_loaded(member.results, out / member.name)] for member in members
+        }
         parts = [
             ("several_runs", _runs(members)),
             ("unlike", _unlike(folders)),
             ("several_machines", hosts.write(members)),
             ("side_by_side", side_by_side.write(members, out)),
-            ("study_again", study_again.write(members, told)),
+            ("study_again", study_again.write(members, texts)),
         ]
         parts = [(name, text) for name, text in parts if text]
         (out / "report.md").write_text("\n\n".join([f"# {TITLE}", *(text for _, text in parts)]) + "\n", "utf-8")
@@ -53,7 +52,7 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
 
 
 def _may_write(out: Path) -> None:
-    """Mark the folder of a report, whose files may be overwritten. UserError if it holds something else."""
+    """Marks the folder of a report, whose files may be overwritten. UserError if it holds other files."""
     mark, page_file = out / MARK, out / page.NAME
     try:
         if out.exists() and not mark.exists() and any(out.iterdir()):
@@ -61,20 +60,20 @@ def _may_write(out: Path) -> None:
                 if b" - rayrace</title>" not in file.read(4096):
                     raise FileNotFoundError
     except (FileNotFoundError, IsADirectoryError):
-        why = f"{out}: holds files that are no report"
+        why = f"{out}: holds files that do not belong to a report"
         raise UserError(why, remedy="give -o an empty folder or a new one") from None
     out.mkdir(parents=True, exist_ok=True)
     mark.write_text("This folder is a report of rayrace: `rayrace report` overwrites the files in it.\n", "utf-8")
 
 
 def _by_host(folder: Path, pool: bool) -> list[tuple[str, results.Results]]:
-    """The run in a folder, (name, run); of several hosts, what each has of it, or each kind of host."""
+    """Returns the run in a folder as (name, run), split by host, or by kind of host if `pool`."""
     name, there = markdown.slug(packed.name(folder)), store.hosts(folder)
     if len(there) < 2:
         return [(name, results.load(folder))]
     groups: list[list[str]] = []
-    for host, told in there.items():
-        alike = (mine for mine in groups if pool and likeness.is_alike(there[mine[0]], told))
+    for host, facts in there.items():
+        alike = (mine for mine in groups if pool and likeness.is_alike(there[mine[0]], facts))
         group = next(alike, None)
         if group is None:
             groups.append([host])
@@ -86,7 +85,7 @@ def _by_host(folder: Path, pool: bool) -> list[tuple[str, results.Results]]:
 
 
 def _unlike(folders: list[Path]) -> str:
-    """Hosts of one partition that should be alike and are not, and what no host has run."""
+    """Returns the sections on hosts of one partition that differ, and on repetitions that no host has run."""
     parts = []
     if differ := [markdown.escape(line) for folder in folders for line in likeness.of_run(folder)]:
         parts += ["## Not alike", markdown.bullets(differ)]
@@ -96,7 +95,7 @@ def _unlike(folders: list[Path]) -> str:
 
 
 def _lost(folder: Path) -> list[str]:
-    """Lists what the jobs of a run have not run, a line for each reason."""
+    """Lists the repetitions that the jobs of a run have not run, a line for each reason."""
     _, records = store.read(folder, list(store.hosts(folder)))
     found = Counter((record["status"], record["reason"]) for record in records if record.get("lost"))
     return [
@@ -106,10 +105,10 @@ def _lost(folder: Path) -> list[str]:
 
 
 def check(runs: list[Path], old: Path, pool: bool = False) -> list[str]:
-    """Lists the figures and tables in the folder `old` whose data differ from what the same runs give now."""
+    """Lists the figures and tables in the folder `old` whose data differ from a new report of the same runs."""
     if not (old / "report.md").exists():
         asked = " ".join(map(str, runs))
-        raise UserError(f"{old}: no report is there", remedy=f"make one with: rayrace report {asked} -o {old}")
+        raise UserError(f"{old}: holds no report", remedy=f"make one with: rayrace report {asked} -o {old}")
     with tempfile.TemporaryDirectory() as made:
         make(runs, Path(made), pool)
         return drawn.differences(old, Path(made))
@@ -119,11 +118,11 @@ def _lead(members: list[Member]) -> str:
     machines = hosts.by_host(members)
     count = sum(len(member.results.records) for member in members)
     several = f"{len(machines)} machines: {', '.join(machines)}" if len(machines) > 1 else "one machine"
-    return f"{len(members)} runs, {count} processes, on {several}. Nothing is pooled over runs or machines."
+    return f"{len(members)} runs, {count} processes, on {several}. Runs and machines are not pooled."
 
 
 def _runs(members: list[Member]) -> str:
-    header = ["machine", "run", "what", "begun", "commit", "processes", "cells that are ok", "noise floor"]
+    header = ["machine", "run", "title", "begun", "commit", "processes", "ok cells", "noise floor"]
     rows = []
     for member in members:
         facts, cells = member.results.facts, member.results.cells
@@ -135,7 +134,7 @@ def _runs(members: list[Member]) -> str:
         ])  # fmt: skip
     links = [f"[{markdown.escape(member.name)}]({member.name}/report.html)" for member in members]
     return "\n\n".join(
-        ["## Runs", markdown.table(header, rows), "Each has a report of its own: " + ", ".join(links) + "."]
+        ["## Runs", markdown.table(header, rows), "Each run has its own report: " + ", ".join(links) + "."]
     )
 
 

@@ -1,4 +1,4 @@
-"""The study's tables and figures by number, each from the run that repeats it, or why there is none."""
+"""Collects the study's tables and figures by number, each from the run that repeats it, or why there is none."""
 
 import re
 
@@ -13,9 +13,9 @@ WHOLE = re.compile(r"^#", re.MULTILINE)
 
 
 def numbered(texts: list[str]) -> dict[str, str]:
-    """Returns a report's repeats of the study's tables and figures by number ("table 4.1"), without headings.
+    """Returns the parts of a report that repeat a table or figure of the study, by number ("table 4.1").
 
-    texts: its sections, Markdown. A number stands in the heading of a section or of a part of it.
+    texts: the sections of the report, Markdown. The number is in the heading, which is left out.
     """
     found = {}
     for text in texts:
@@ -27,24 +27,24 @@ def numbered(texts: list[str]) -> dict[str, str]:
 
 
 def write(members: list[Member], texts: dict[Member, list[str]]) -> str:
-    """The section of the report. texts: of each run, its sections."""
+    """Returns the section of the report. texts: the sections of each run."""
     found = {member: numbered(texts[member]) for member in members}
     parts = [f"## {TITLE}"]
     for name, (what, experiment) in study.NUMBERED.items():
         parts.append(f"### {name.capitalize()}: {what}")
-        told = [
+        repeats = [
             _from(member, found[member][name], several=len(by_host(members)) > 1)
             for mine in by_host(members).values()
             if (member := _best(name, [one for one in mine if name in found[one]])) is not None
         ]
-        parts += told or [markdown.escape(_missing(name, experiment))]
+        parts += repeats or [markdown.escape(_missing(name, experiment))]
     return "\n\n".join(parts)
 
 
 def _best(name: str, members: list[Member]) -> Member | None:
-    """Returns the run of a machine that repeats most of the study's cases in a table or figure, if any does.
+    """Returns the run of a machine that repeats most of the study's cases in a table or figure; None if none does.
 
-    What is of a machine or of scenes of our own needs no case.
+    Tables and figures of the machine or of our own scenes need no case.
     """
     free = not name.endswith(("4.1", "4.2", "4.3"))
     cases = {member: sum(study.case(cell) is not None for cell in member.results.cells) for member in members}
@@ -53,7 +53,7 @@ def _best(name: str, members: list[Member]) -> Member | None:
 
 
 def _from(member: Member, text: str, several: bool) -> str:
-    """The text, a level deeper, its links leading into the folder of the run."""
+    """Returns a text with its headings a level deeper and its links into the folder of the run."""
     text = LINK.sub(f"]({member.name}/", WHOLE.sub("##", text))
     where = f", {markdown.escape(member.host)}" if several else ""
     return f"From [{markdown.escape(member.name)}]({member.name}/report.html){where}.\n\n{text}"

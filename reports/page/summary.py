@@ -1,4 +1,4 @@
-"""The summary of a run in plain words: who is fastest, by how much, what has no rank and why."""
+"""Summarises a run in sentences: which variant is fastest, by how much, and why cells are not ranked."""
 
 from collections import Counter
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from reports.accuracy import accuracy_columns
 from reports.paper import markdown, quantity, thinning
 from reports.run import launch, ranking
-from reports.run.results import Cell, Missing, Results, place_label
+from reports.run.results import Cell, Missing, Results, grouped, place_label
 
 MOST = 40  # sentences on places
 MOST_NAMED = 8  # places that a sentence names
@@ -14,7 +14,7 @@ LARGE_MASK = 0.1  # of a picture: a larger mask is said
 
 
 def write(results: Results, _: Path | None = None) -> str:
-    """The section of the report."""
+    """Returns the section of the report."""
     parts = ["## Summary", _floor(results), markdown.bullets(_rankings(results)), *_masks(results)]
     unranked = _reasons(results, [cell for cell in results.cells if cell.unranked and not cell.as_meant])
     apart = _reasons(results, [cell for cell in results.cells if cell.as_meant])
@@ -28,7 +28,7 @@ def write(results: Results, _: Path | None = None) -> str:
 
 
 def _floor(results: Results) -> str:
-    """Says what the run cannot tell apart: its A/A pair and the noise floor."""
+    """Says which differences the run cannot resolve: its A/A pair and the noise floor."""
     floor = results.floor
     known = floor.value is not None
     text = f"Noise floor: {100 * floor.value:.2g} %." if known else f"Noise floor: unavailable: {floor.reason}."
@@ -63,7 +63,7 @@ def _rankings(results: Results) -> list[str]:
 
 
 def _counts(results: Results, places: list[tuple[str, str]]) -> str:
-    """How often who is the fastest."""
+    """Counts how often each variant is the fastest."""
     found = Counter(_winner(results, place) for place in places)
     said = ", ".join(f"{markdown.escape(what)} in {count}" for what, count in found.most_common())
     return f"Of {len(places)} places: {said}. The times of all are in the tables' CSV files; of {MOST}, evenly spread:"
@@ -77,7 +77,7 @@ def _winner(results: Results, place: tuple[str, str]) -> str:
 
 
 def _rivals(results: Results, ranked: list[Cell]) -> list[Cell]:
-    """The cells from which the first is not resolved."""
+    """Returns the cells whose ratio to the first is not resolved."""
     first, *others = ranked
     return [cell for cell in others if not ranking.resolved(results, ranking.ratio(cell, first))]
 
@@ -91,7 +91,7 @@ def _launches(results: Results, place: tuple[str, str], others: list[Cell]) -> s
 
 
 def _ranking(results: Results, place: tuple[str, str]) -> str:
-    """One sentence on the ranked cells of a place."""
+    """Returns a sentence on the ranked cells of a place."""
     label = f"**{markdown.escape(place_label(place))}**: "
     ranked = ranking.ranked(results, place)
     if not ranked:
@@ -109,10 +109,8 @@ def _ranking(results: Results, place: tuple[str, str]) -> str:
 
 
 def _reasons(results: Results, cells: list[Cell]) -> list[str]:
-    """One item a variant and reason, with the places where it holds."""
-    found: dict[tuple[str, str], list[Cell]] = {}
-    for cell in cells:
-        found.setdefault((cell.variant, _reason(cell)), []).append(cell)
+    """Returns an item for each variant and reason, with its places."""
+    found = grouped(cells, lambda cell: (cell.variant, _reason(cell)))
     return [
         f"{markdown.escape(variant)}: {markdown.escape(why)} ({where(results, [cell.place for cell in cells])})"
         for (variant, why), cells in found.items()

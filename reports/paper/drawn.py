@@ -1,4 +1,4 @@
-"""Hashes the data of a figure, however it is drawn, and compares a report with an older one."""
+"""Hashes the data of figures, whatever their look, and compares a report with an older one."""
 
 import csv
 import hashlib
@@ -14,10 +14,10 @@ PACKAGES = ("rayrace", "matplotlib", "numpy", "scipy")
 
 
 def fingerprint(figure: Figure) -> str:
-    """SHA-256 of the numbers and texts of a figure: lines, patches, collections, pictures, scales and limits.
+    """Returns the SHA-256 of a figure's numbers and texts: lines, patches, collections, pictures, scales and limits.
 
-    Numbers count as float32, so that the last bit of another library's sum does not. Ticks and places of legends do
-    not count.
+    Numbers are rounded to float32, so that the last bits of another version of a library do not change the hash. Ticks
+    and the places of legends are left out.
     """
     found = hashlib.sha256()
 
@@ -26,8 +26,8 @@ def fingerprint(figure: Figure) -> str:
         found.update(repr(values.shape).encode())
         found.update((values.astype(np.float32) + 0).tobytes())  # + 0: -0 is 0
 
-    def texts(*told: str) -> None:
-        found.update("\0".join(told).encode())
+    def texts(*words: str) -> None:
+        found.update("\0".join(words).encode())
 
     texts(*(text.get_text() for text in figure.texts))
     for axes in figure.axes:
@@ -48,25 +48,22 @@ def fingerprint(figure: Figure) -> str:
 
 
 def describe(figure: Figure, path: Path) -> None:
-    """Write `path`.json beside the drawings: the hash of the data, the command that makes it again, the versions."""
-    told = {"data_sha256": fingerprint(figure), "command": COMMAND, "versions": _versions()}
-    path.with_suffix(".json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-
-
-def _versions() -> dict[str, str]:
-    return {name: version(name) for name in PACKAGES}
+    """Writes `path`.json beside a drawing: the hash of its data, the command that makes it again, the versions used."""
+    versions = {name: version(name) for name in PACKAGES}
+    facts = {"data_sha256": fingerprint(figure), "command": COMMAND, "versions": versions}
+    path.with_suffix(".json").write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
 
 
 def differences(old: Path, new: Path) -> list[str]:
-    """Lists what differs between two report folders by name: figures by their data, tables by their content."""
+    """Lists the files that differ between two report folders: figures by their data, tables by their content."""
     hashes = {folder: _hashes(folder) for folder in (old, new)}
-    said = []
+    found = []
     for name in sorted({*hashes[old], *hashes[new]}):
         before, after = hashes[old].get(name), hashes[new].get(name)
         if before != after:
             how = "is new" if before is None else "is no longer made" if after is None else "has other data"
-            said.append(f"{name} {how}")
-    return said
+            found.append(f"{name} {how}")
+    return found
 
 
 def _hashes(folder: Path) -> dict[str, str]:
@@ -81,7 +78,7 @@ def _hashes(folder: Path) -> dict[str, str]:
 
 
 def _number(text: str) -> str:
-    """A number to nine digits, for the last bit of another library's sum does not count; other text as it is."""
+    """Returns a number to nine digits, so that last bits do not count; other text unchanged."""
     try:
         return f"{float(text):.9g}"
     except ValueError:

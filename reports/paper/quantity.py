@@ -1,4 +1,4 @@
-"""Formats numbers for people: as many digits as the interval warrants, a reason where there is no number."""
+"""Formats numbers for people: as many digits as the interval justifies, and the reason where a number is missing."""
 
 import math
 
@@ -6,11 +6,11 @@ from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
 from reports.run.cell import Missing
 
-NO_INTERVAL = "(no interval, n = {})"  # n processes are too few
+NO_INTERVAL = "(no interval, n = {})"  # too few processes
 
 
 def text(value: Estimate | Missing | float | str, scale: float = 1.0) -> str:
-    """A value times `scale`: `value [low, high]`, or why it has no interval, or why it is absent."""
+    """Returns a value times `scale` as `value [low, high]`, or the reason why it has no interval or is unavailable."""
     if isinstance(value, str):
         return value
     if isinstance(value, Missing):
@@ -22,17 +22,22 @@ def text(value: Estimate | Missing | float | str, scale: float = 1.0) -> str:
     return interval(value.value * scale, value.low * scale, value.high * scale)
 
 
+def exact(value: Missing | float, scale: float = 1.0) -> str:
+    """Returns an error times `scale` as text; "exactly 0" for 0."""
+    return "exactly 0" if value == 0 else text(value, scale)
+
+
 def plain(value: float) -> str:
-    """Three significant digits, without an exponent from 0.001 up to a million."""
+    """Returns three significant digits, without an exponent from 0.001 up to a million."""
     if value == 0 or not 1e-3 <= abs(value) < 1e6:
         return f"{value:.3g}"
     return _fixed(value, 2 - math.floor(math.log10(abs(value))))
 
 
 def interval(value: float, low: float, high: float) -> str:
-    """`value [low, high]`, all to the same digit: 2.13 [2.08, 2.20]e-6, 149 [147, 152], 0.0365 [0.0360, 0.0370].
+    """Returns `value [low, high]` to one common digit: 2.13 [2.08, 2.20]e-6, 149 [147, 152], 0.0365 [0.0360, 0.0370].
 
-    The digit is that of the nearer end, where it differs from the value by more than a thousandth of it.
+    The last digit is where the nearer end differs from the value, but at most a thousandth of the value.
     """
     if low == high:
         return f"{plain(value)}, all equal"
@@ -45,14 +50,16 @@ def interval(value: float, low: float, high: float) -> str:
     return f"{value} [{low}, {high}]" + (f"e{shift}" if shift else "")
 
 
-def ratio(value: Estimate, floor: float | None = None) -> str:
-    """`value [low, high]`, with "not resolved" if it is not surely further from 1 than the noise floor."""
+def ratio(value: Estimate | str, floor: float | None = None) -> str:
+    """Returns `value [low, high]`, with "not resolved" where its distance from 1 may be noise; a text unchanged."""
+    if isinstance(value, str):
+        return value
     found = statistics.verdict(value, floor)
     return text(value) + (f" {found}" if found == statistics.NOT_RESOLVED and value.low is not None else "")
 
 
 def _places(half: float) -> int:
-    """Decimals that show one digit of `half`, two if the first is a 1; negative left of the point."""
+    """Returns the decimals that show one digit of `half`, two if the first is a 1; negative left of the point."""
     size = math.floor(math.log10(half))
     return -size + (half / 10**size < 1.95)
 

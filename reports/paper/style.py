@@ -1,5 +1,7 @@
-"""The look of every figure: one style, one colour a variant, files whose bytes depend on the data alone."""
+"""Styles and saves every figure: one look, one colour per variant, files whose bytes depend on the data alone."""
 
+import textwrap
+from collections.abc import Callable
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -10,11 +12,12 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
-from reports.paper import drawn
+from reports.paper import drawn, markdown
+from reports.run.stored import STEP
 
 DPI = 200
 
-# Okabe and Ito's colours, told apart with any colour vision (jfly.uni-koeln.de/color).
+# Okabe and Ito's colours, which people with any colour vision tell apart (jfly.uni-koeln.de/color).
 COLOURS = {
     "python": "#0072B2",
     "numpy": "#56B4E9",
@@ -49,6 +52,9 @@ RC = {
     "axes.labelsize": 8,
     "axes.spines.top": False,
     "axes.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "grid.linewidth": 0.4,
+    "grid.color": "#DDDDDD",
     "legend.frameon": False,
     "legend.fontsize": 7,
     "text.parse_math": False,  # a "$" in a name is a "$"
@@ -58,21 +64,21 @@ RC = {
 
 @contextmanager
 def styled():
-    """Within it, figures have the style."""
+    """Gives the style to figures that are drawn and saved inside the `with` block."""
     with matplotlib.rc_context(), plt.style.context(["default", RC]):
         yield
 
 
 def colour(variant: str, variants: list[str]) -> str:
-    """Returns the colour of a variant: its own, else a spare one by its place among the unknown."""
+    """Returns the colour of a variant: its own, else a spare one by its place among the unknown variants."""
     unknown = [name for name in variants if name not in COLOURS]
     return COLOURS.get(variant) or SPARE[unknown.index(variant) % len(SPARE)]
 
 
 def log_ticks(axis, narrow: bool = False) -> None:
-    """Numbers without exponents on a logarithmic axis; between decades at 2 and 5 or everywhere, if it is short.
+    """Labels a logarithmic axis without exponents: decades, on a short axis also 2 and 5, on a very short one all.
 
-    narrow: is there no room for all of them?
+    narrow: there is no room for all of them.
     """
 
     def minor(value, _):
@@ -85,8 +91,27 @@ def log_ticks(axis, narrow: bool = False) -> None:
     axis.set_minor_formatter(minor)
 
 
+def figure(path: Path, alt: str, draw: Callable[..., Figure], *arguments) -> str:
+    """Saves the figure `draw(*arguments)` in the style (see `save`); returns the Markdown that shows it."""
+    with styled():
+        save(draw(*arguments), path)
+    return markdown.figure(path.name, alt)
+
+
+def entitle(figure: Figure, text: str) -> None:
+    """Sets a long title at the left, in as many lines as it needs."""
+    figure.suptitle(textwrap.fill(text, 110), x=0.01, ha="left", fontsize=8)
+
+
+def visible_step(axes, right: bool = True) -> None:
+    """Draws a line at an error of 1/255, a step of an 8-bit picture, with its name at the right or left end."""
+    axes.axhline(STEP, color="#888888", lw=0.8)
+    text, x, side = ("1/255 ", 1, "right") if right else (" 1/255", 0, "left")
+    axes.text(x, STEP, text, transform=axes.get_yaxis_transform(), ha=side, va="bottom", fontsize=6)
+
+
 def save(figure: Figure, path: Path) -> None:
-    """Write `path`.png, .svg and .pdf, without dates, and .json, which tells what they show; and close the figure."""
+    """Writes `path`.png, .svg and .pdf, without dates, and `path`.json with the hash of the data; closes the figure."""
     figure.savefig(path.with_suffix(".png"), metadata={"Software": None})
     figure.savefig(path.with_suffix(".svg"), metadata={"Date": None, "Creator": None})
     figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None, "Creator": None, "Producer": None})

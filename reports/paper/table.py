@@ -1,12 +1,13 @@
-"""A table of cells by columns, from the same values for people (Markdown, LaTeX) and in full (CSV)."""
+"""Writes a table of cells by columns: rounded for people (Markdown, LaTeX) and in full (CSV), from the same values."""
 
-import csv
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+import pandas as pd
+
 from harness.statistics.statistics import Estimate
-from reports.paper import latex, markdown, quantity, thinning
+from reports.paper import markdown, quantity, thinning
 from reports.run import study
 from reports.run.results import Cell, Missing
 
@@ -19,13 +20,22 @@ Value = Estimate | Missing | float | str
 
 @dataclass(frozen=True)
 class Column:
-    """title: with the unit people see. name, unit: in the CSV. value: of a cell. show: a value as text for people."""
+    """A column of a table of cells.
+
+    title: for people, with their unit. name, unit: in the CSV file. value: returns the value of a cell in `unit`.
+    scale: from `unit` to the unit of the title. show: formats a value for people where a scaled number is not enough.
+    """
 
     title: str
     name: str
     unit: str
     value: Callable[[Cell], Value]
-    show: Callable[[Value], str] = quantity.text
+    show: Callable[[Value], str] | None = None
+    scale: float = 1.0
+
+    def text(self, value: Value) -> str:
+        """Returns a value as text for people."""
+        return self.show(value) if self.show else quantity.text(value, self.scale)
 
     @property
     def of_study(self) -> bool:
@@ -33,9 +43,9 @@ class Column:
 
 
 def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell], list[Column]]], caption: str) -> str:
-    """The Markdown of tables, each (scene, cells, columns); each also goes to `out`/STEM-NUMBER-SCENE.csv and .tex.
+    """Returns the Markdown of tables, each (scene, cells, columns), and writes `out`/STEM-NUMBER-SCENE.csv and .tex.
 
-    People are spared the study's columns where no cell of a table repeats a case of the study.
+    The study's columns are only in the CSV file where no cell of a table repeats a case of the study.
     """
     parts = [f"## {title}"]
     for number, (scene, cells, columns) in enumerate(tables):
@@ -47,10 +57,10 @@ def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell]
         kept = set(thinning.few(places, max(1, MOST * len(places) // len(cells))))
         rows = [cell for cell in cells if cell.place in kept]
         header, body = to_texts(rows, shown)
-        latex.write(header, body, (out / name).with_suffix(".tex"))
+        write_latex(header, body, (out / name).with_suffix(".tex"))
         parts += [f"### {markdown.escape(scene)}", markdown.table(header, body)]
         if len(rows) < len(cells):
-            parts.append(thinning.told(len(rows), len(cells), "rows, whole places", "the CSV file has all"))
+            parts.append(thinning.note(len(rows), len(cells), "rows, whole places", "the CSV file has all"))
         if shown != columns:
             parts.append("The study's numbers: unavailable, it has another scene or other variables.")
         parts.append(f"[{name}]({name})")
@@ -58,43 +68,53 @@ def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell]
 
 
 def to_texts(cells: list[Cell], columns: list[Column]) -> tuple[list[str], list[list[str]]]:
-    """Header and rows, one a cell. A reason is told once a row; why a cell is not ok, in its last column."""
+    """Returns header and rows, one per cell. A row gives each reason once, its last column why a cell is not ok."""
     header = ["point", "variant", *(column.title for column in columns), "status"]
     return header, [[cell.point, cell.label, *_shown(cell, columns), cell.verdict] for cell in cells]
 
 
 def _shown(cell: Cell, columns: list[Column]) -> list[str]:
-    told, texts = {cell.verdict, cell.apart, f"not ranked: {cell.apart}"}, []
+    given, texts = {cell.verdict, cell.apart, f"not ranked: {cell.apart}"}, []
     for column in columns:
         value = column.value(cell)
         if not isinstance(value, Missing):
-            texts.append(column.show(value))
-        elif cell.status != "ok" or value.reason in told:
+            texts.append(column.text(value))
+        elif cell.status != "ok" or value.reason in given:
             texts.append("unavailable")
         else:
-            told.add(value.reason)
+            given.add(value.reason)
             texts.append(quantity.text(value))
     return texts
 
 
 def write_csv(cells: list[Cell], columns: list[Column], path: Path) -> None:
-    """One line a cell and column, numbers in full; NaN where there is none, with the reason in `note`."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(CSV_HEADER)
-        for cell in cells:
-            for column in columns:
-                name = cell.scene, cell.point, cell.label, cell.status, column.name, column.unit
-                writer.writerow((*name, *_fields(column.value(cell))))
+    """Writes a line for each cell and column, numbers in full; NaN where there is none, with the reason in `note`."""
+    lines = (
+        (cell.scene, cell.point, cell.label, cell.status, column.name, column.unit, *_fields(column.value(cell)))
+        for cell in cells
+        for column in columns
+    )
+    write_lines(path, CSV_HEADER, lines)
+
+
+def write_lines(path: Path, header: Iterable[str], lines: Iterable[Iterable]) -> None:
+    """Writes a CSV file, numbers in full, NaN for None."""
+    frame = pd.DataFrame(list(lines), columns=list(header), dtype=object)
+    frame.to_csv(path, index=False, na_rep="NaN", lineterminator="\n")
+
+
+def write_latex(header: list[str], rows: list[list[str]], path: Path) -> None:
+    """Writes a `tabular` of plain texts, all escaped, for LaTeX with the packages booktabs and textcomp."""
+    frame = pd.DataFrame(rows, columns=header)
+    path.write_text(frame.to_latex(index=False, escape=True, column_format="l" * len(header)), encoding="utf-8")
 
 
 def _fields(value: Value) -> tuple:
-    """value, low, high, processes, note."""
+    """Returns value, low, high, processes and note."""
     if isinstance(value, Missing):
-        return "NaN", "NaN", "NaN", 0, str(value)
+        return None, None, None, 0, str(value)
     if isinstance(value, str):
-        return "NaN", "NaN", "NaN", "NaN", value
+        return None, None, None, None, value
     if not isinstance(value, Estimate):
-        return value, "NaN", "NaN", "NaN", ""
-    low, high = ("NaN" if end is None else end for end in (value.low, value.high))
-    return value.value, low, high, value.processes, value.note
+        return value, None, None, None, ""
+    return value.value, value.low, value.high, value.processes, value.note

@@ -1,13 +1,13 @@
-"""Limits what a report shows, so that thousands of cells stay readable: CSV files always have all."""
+"""Limits what a report shows, so that a run of thousands of cells stays readable; CSV files always hold everything."""
 
 
 def few(items: list, most: int) -> list:
-    """At most `most` of the items, in their order, evenly spread, the first and the last among them."""
+    """Returns at most `most` items in their order, evenly spread, with the first and the last."""
     if len(items) <= most:
         return items
     return [items[round(n * (len(items) - 1) / max(1, most - 1))] for n in range(most)]
 
 
-def told(shown: int, there: int, what: str, rest: str) -> str:
-    """ "" or a sentence that not all are shown, and where the others are."""
-    return f"Shown are {shown} of {there} {what}, evenly spread; {rest}." if shown < there else ""
+def note(shown: int, total: int, what: str, rest: str) -> str:
+    """Returns a sentence that only some are shown and where the others are; "" if all are shown."""
+    return f"Shown are {shown} of {total} {what}, evenly spread; {rest}." if shown < total else ""

@@ -1,4 +1,4 @@
-"""Shared by figures over the time of one process: which place is drawn, and the phases behind the curves."""
+"""Serves figures over the life of one process: chooses the place to draw and shades phases behind the curves."""
 
 from matplotlib.patches import Patch
 
@@ -7,12 +7,12 @@ from reports.run.results import Cell
 
 
 def largest_place(cells: list[Cell]) -> tuple[str, str]:
-    """The place with the most pixels, the last of several."""
+    """Returns the place with the most pixels, the last of several."""
     return max(reversed(cells), key=lambda cell: cell.pixels).place
 
 
 def shade(axes, record: dict, named: bool = True) -> list[str]:
-    """Shade the phases of a record; their names. named: write a name where it fits."""
+    """Shades the phases of a record and returns their names. named: also writes each name where it fits."""
     wall = record["wall_s"]
     for name, start, end in record["phases"]:
         axes.axvspan(start, end, color=style.PHASES.get(name, style.OTHER_PHASE), lw=0)
@@ -23,7 +23,7 @@ def shade(axes, record: dict, named: bool = True) -> list[str]:
 
 
 def legend(figure, seen) -> None:
-    """The colours of the phases in `seen`, below the figure."""
+    """Writes the colours of the phases in `seen` below the figure."""
     order = dict.fromkeys(name for name in (*style.PHASES, *seen) if name in seen)
     patches = [Patch(color=style.PHASES.get(name, style.OTHER_PHASE), label=name) for name in order]
     if patches:

@@ -1,1 +1,1 @@
-"""Figures that are pictures."""
+"""Draws the figures that show pictures."""

@@ -1,4 +1,4 @@
-"""The study's figures that are pictures: a figure for each number that cases of an experiment are named after.
+"""Draws the study's figures that show pictures: one for each figure number that names cases of an experiment.
 
 A case called "figure 3.1a, one sample" is panel a of figure 3.1; a letter or a caption may be left out.
 """
@@ -6,7 +6,6 @@ A case called "figure 3.1a, one sample" is panel a of figure 3.1; a letter or a 
 import re
 
 import matplotlib.pyplot as plt
-import numpy as np
 
 from reports.accuracy import accuracy_columns
 from reports.paper import markdown, style
@@ -16,15 +15,15 @@ from reports.run.results import Cell, Missing, Results
 
 NAMED = re.compile(r"figure (\d+\.\d+)([a-z]?)(?:, (.*))?")
 CAPTION = (
-    "Our own scenes, of what the study's figure shows: the first variant of each case that is ok, enlarged by a whole "
-    "number, and its largest difference from the reference, which another renderer made."
+    "Scenes of our own that show what the study's figure shows: the first variant of each case that is ok, enlarged by "
+    "a whole factor, and its largest difference from the reference, which another renderer made."
 )
 HEAD, GAP, BELOW = 50, 30, 70  # pixels
-LARGE = 800  # pixels, up to which small pictures are enlarged: there is nothing else to see
+LARGE = 800  # pixels, up to which small pictures are enlarged
 
 
 def panels(results: Results) -> dict[str, list[tuple[str, Cell | None, str]]]:
-    """By number of a figure its panels: (caption, the cell that is shown or None, why there is none)."""
+    """Returns the panels of each figure by its number: (caption, the cell to show or None, why there is none)."""
     found: dict[str, dict[str, list[Cell]]] = {}
     for cell in results.cells:
         named = NAMED.fullmatch(str(cell.swept.get("case", "")))
@@ -46,8 +45,8 @@ def _first(results: Results, cells: list[Cell]) -> tuple[Cell | None, str]:
 
 
 def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
-    """The panels of one figure beside each other."""
-    pictures = [_picture(results, cell) if cell else None for _, cell, _ in found]
+    """Draws the panels of one figure side by side."""
+    pictures = [stored.displayed(stored.picture(results, cell), cell) if cell else None for _, cell, _ in found]
     sizes = [
         pictures_figure.panel_size(*picture.shape[:2], smallest=LARGE) if picture is not None else (LARGE,) * 2
         for picture in pictures
@@ -56,9 +55,7 @@ def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
     high = max(size[0] for size in sizes) + HEAD + BELOW
     figure, left = plt.figure(figsize=(wide / style.DPI, high / style.DPI)), GAP
     for (title, cell, why), picture, (height, width) in zip(found, pictures, sizes, strict=True):
-        axes = figure.add_axes((left / wide, 1 - (HEAD + height) / high, width / wide, height / high))
-        axes.set(xticks=[], yticks=[])
-        axes.spines[:].set_visible(False)
+        axes = pictures_figure.panel(figure, left, HEAD, height, width)
         axes.set_title(title, fontweight="bold")
         if cell is None:
             pictures_figure.say(axes, why)
@@ -70,16 +67,10 @@ def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
     return figure
 
 
-def _picture(results: Results, cell: Cell) -> np.ndarray:
-    return pictures_figure.shown(stored.picture(results, cell), cell.parameters.get("arithmetic", "linear"))
-
-
 def write(results: Results, out) -> str:
-    """gallery-NUMBER.png and .svg, one a figure of the study, and the section of the report; "" if it has none."""
+    """Writes gallery-NUMBER.png and .svg for each figure of the study; returns the section, "" if there is none."""
     parts = []
     for number, found in panels(results).items():
-        name = f"gallery-{markdown.slug(number)}"
-        with style.styled():
-            style.save(draw(results, found), out / name)
-        parts += [f"### The study's figure {number}", markdown.figure(name, f"Figure {number} of the study")]
+        path, alt = out / f"gallery-{markdown.slug(number)}", f"Figure {number} of the study"
+        parts += [f"### The study's figure {number}", style.figure(path, alt, draw, results, found)]
     return "\n\n".join(["## The study's pictures", *parts, markdown.escape(CAPTION)]) if parts else ""

@@ -1,4 +1,4 @@
-"""Figure 4.1: every variant's picture, pixel for pixel, over its difference from the reference."""
+"""Draws figure 4.1: the picture of each variant, pixel for pixel, above its difference from the reference."""
 
 import textwrap
 from pathlib import Path
@@ -8,30 +8,28 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 
-from harness.picture import colour
 from reports.paper import markdown, style, thinning
 from reports.run import launch, stored
 from reports.run.results import Cell, Missing, Results, place_label
 
 CAPTION = (
-    "Above, the picture; below, its largest absolute difference in any channel of linear RGB from the reference, "
-    "which another renderer made, on a logarithmic scale that all share; grey where it is exactly 0, magenta "
-    "where a pixel is not finite. A small picture is enlarged by a whole number, one of more than 1024 pixels is "
-    "made smaller; others are shown pixel for pixel. Points that differ only in how the kernel of a GPU is launched "
-    "are drawn once, and again where one is not ok. Exhibits have a figure of their own."
+    "Above, the picture; below, its largest absolute difference in any channel of linear RGB from the reference, which "
+    "another renderer made, on a logarithmic scale common to all; grey where it is exactly 0, magenta where a pixel is "
+    "not finite. A small picture is enlarged by a whole factor, one of more than 1024 pixels is reduced; others are "
+    "shown pixel for pixel. Points that differ only in how the kernel of a GPU is launched are drawn once, and again "
+    "where one is not ok. Exhibits have a figure of their own."
 )
 
 SMALLEST, LARGEST = 480, 1024  # of a panel, in pixels of the PNG
-TEXT_WIDTH = 520  # pixels that the text below a panel needs at least
+TEXT_WIDTH = 520  # least width of the text below a panel, pixels
 ABOVE, BETWEEN, BELOW, GAP, BAR = 60, 16, 120, 40, 150  # pixels
 COLUMNS = 3
 MOST = 24  # figures
 SMALLEST_DIFFERENCE = 1e-17
-BROKEN = (1.0, 0.0, 1.0)
 
 
 def panel_size(height: int, width: int, largest: int = LARGEST, smallest: int = SMALLEST) -> tuple[int, int]:
-    """(height, width) in which a picture is shown, pixels of the PNG."""
+    """Returns (height, width) at which a picture is shown, pixels of the PNG."""
     longest = max(height, width)
     if longest > largest:
         return max(1, round(height * largest / longest)), max(1, round(width * largest / longest))
@@ -39,14 +37,17 @@ def panel_size(height: int, width: int, largest: int = LARGEST, smallest: int = 
     return height * zoom, width * zoom
 
 
-def shown(picture: np.ndarray, arithmetic: str = "linear") -> np.ndarray:
-    """uint8 sRGB of a picture (height, width, 3) made in this arithmetic; pixels that are not finite are magenta."""
-    finite = np.isfinite(picture).all(axis=-1, keepdims=True)
-    return colour.codes(np.where(finite, picture, BROKEN), arithmetic)
+def panel(figure, left: float, top: float, height: float, width: float):
+    """Adds empty axes without a frame at a place in pixels from the upper left corner."""
+    wide, high = figure.get_size_inches() * style.DPI
+    axes = figure.add_axes((left / wide, 1 - (top + height) / high, width / wide, height / high))
+    axes.set(xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
+    return axes
 
 
 def verdict(accuracy: dict) -> str:
-    """The numbers below a panel, three lines."""
+    """Returns the three lines of numbers below a panel."""
     if accuracy.get("bad_pixels") is None:
         return "error unavailable"
     outside, inside = accuracy["max_outside"], accuracy["max_inside"]
@@ -60,7 +61,7 @@ def verdict(accuracy: dict) -> str:
 
 
 def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
-    """The places to be drawn, each with its cells."""
+    """Returns the places to draw, each with its cells."""
     found, seen = [], set()
     for place in results.places:
         cells = [cell for cell in results.at(place) if not cell.exhibit and cell.parameters.get("kind") != "rays"]
@@ -71,46 +72,33 @@ def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
     return found
 
 
-def draw(results: Results, cells: list[Cell], size: tuple[int, int]):
-    """The figure of the cells of a place. size: (height, width) of their pictures."""
-    high, wide = panel_size(*size)
+def draw(results: Results, cells: list[Cell]):
+    """Draws the cells of a place."""
+    high, wide = panel_size(*cells[0].size)
     columns = min(COLUMNS, len(cells))
     rows = -(-len(cells) // columns)
     block_high, block_wide = ABOVE + 2 * high + BETWEEN + BELOW, max(wide, TEXT_WIDTH) + GAP
     total_high, total_wide = rows * block_high + BAR, columns * block_wide + GAP
     figure = plt.figure(figsize=(total_wide / style.DPI, total_high / style.DPI))
-
-    def box(left, top, height, width):
-        edges = left / total_wide, 1 - (top + height) / total_high, width / total_wide, height / total_high
-        axes = figure.add_axes(edges)
-        axes.set(xticks=[], yticks=[])
-        axes.spines[:].set_visible(False)
-        return axes
-
     norm = LogNorm(SMALLEST_DIFFERENCE, 1.0, clip=True)
     for number, cell in enumerate(cells):
         row, column = divmod(number, columns)
         left = GAP + column * block_wide + (block_wide - GAP - wide) // 2
         top = row * block_high + ABOVE
-        above, below = box(left, top, high, wide), box(left, top + high + BETWEEN, high, wide)
+        above, below = (panel(figure, left, at, high, wide) for at in (top, top + high + BETWEEN))
         above.set_title(cell.label, fontweight="bold")
         _panels(results, cell, above, below, norm)
-    _bar(figure, box(total_wide * 0.2, total_high - BAR + 40, 22, total_wide * 0.6), norm)
+    _bar(figure, panel(figure, total_wide * 0.2, total_high - BAR + 40, 22, total_wide * 0.6), norm)
     return figure
 
 
 def _panels(results: Results, cell: Cell, above, below, norm) -> None:
-    record = results.record(cell)
-    if record is None or record["picture"] is None:
-        say(above, cell.verdict if cell.status != "ok" else "unavailable: no picture was stored")
-        return
-    picture = stored.array(results, record["picture"]["file"])
+    picture = stored.raw(results, cell)
     if isinstance(picture, Missing):
-        say(above, str(picture))
+        say(above, picture.reason if cell.status != "ok" else str(picture))
         return
-    accuracy = record["accuracy"] or {}
-    arithmetic = record["parameters"].get("arithmetic", "linear")
-    above.imshow(shown(picture, arithmetic), interpolation="nearest", aspect="auto")
+    accuracy = results.record(cell)["accuracy"] or {}
+    above.imshow(stored.displayed(picture, cell), interpolation="nearest", aspect="auto")
     reference = stored.reference(results, accuracy)
     text = verdict(accuracy)
     if cell.status != "ok":
@@ -124,12 +112,12 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
     below.set_facecolor("#DDDDDD")
     below.imshow(np.ma.masked_equal(difference, 0), norm=norm, cmap="viridis", interpolation="nearest", aspect="auto")
     broken = np.zeros((*difference.shape, 4))
-    broken[~np.isfinite(difference)] = (*BROKEN, 1)
+    broken[~np.isfinite(difference)] = (*stored.BROKEN, 1)
     below.imshow(broken, interpolation="nearest", aspect="auto")
 
 
 def say(axes, text: str) -> None:
-    """Write in an empty panel why it is."""
+    """Writes into an empty panel why it is empty."""
     axes.set_facecolor("#F4F4F4")
     axes.text(0.5, 0.5, textwrap.fill(text, 34), transform=axes.transAxes, ha="center", va="center", fontsize=7)
 
@@ -142,7 +130,7 @@ def _bar(figure, axes, norm) -> None:
 
 
 def _few(found: list) -> list:
-    """MOST of the places, those where a cell is not ok before the others, each kind evenly spread; in their order."""
+    """Returns at most MOST places in their order, preferring those where a cell is not ok, evenly spread."""
     wrong = [any(cell.status != "ok" for cell in cells) for _, cells in found]
     first = thinning.few([n for n, is_wrong in enumerate(wrong) if is_wrong], MOST)
     rest = thinning.few([n for n, is_wrong in enumerate(wrong) if not is_wrong], MOST - len(first))
@@ -150,22 +138,18 @@ def _few(found: list) -> list:
 
 
 def write(results: Results, out: Path) -> str:
-    """pictures-NUMBER-PLACE.png and .svg, one a place with more than one pixel, and the section of the report."""
+    """Writes pictures-NUMBER-PLACE.png and .svg for each place of more than one pixel; returns the section."""
     parts = ["## Pictures (the study's figure 4.1)"]
     if stored.left_out(results):
         return "\n\n".join([*parts, f"unavailable: {stored.LEFT_OUT}."])
     found = places(results)
     drawn = _few(found)
-    parts.append(thinning.told(len(drawn), len(found), "places", "those where something is not ok come first"))
+    parts.append(thinning.note(len(drawn), len(found), "places", "those where something is not ok come first"))
     for number, (place, cells) in enumerate(drawn):
-        x0, y0, x1, y1 = map(int, cells[0].parameters["region"].split(","))
-        size = y1 - y0, x1 - x0
         label = place_label(place)
-        if size == (1, 1):
-            parts.append(f"{markdown.escape(label)}: one pixel is no picture; its error stands beside its time.")
+        if cells[0].pixels == 1:
+            parts.append(f"{markdown.escape(label)}: a single pixel is not drawn; its error stands beside its time.")
             continue
         name = f"pictures-{number}-{markdown.slug(label)}"
-        with style.styled():
-            style.save(draw(results, cells, size), out / name)
-        parts += [f"### {markdown.escape(label)}", markdown.figure(name, f"Pictures: {label}")]
+        parts += [f"### {markdown.escape(label)}", style.figure(out / name, f"Pictures: {label}", draw, results, cells)]
     return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

@@ -1,1 +1,1 @@
-"""A stored run read back: rows, cells, views, names of methods, the study's numbers."""
+"""Reads a stored run back: rows, cells, views, names of methods, the study's numbers."""

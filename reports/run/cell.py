@@ -1,5 +1,6 @@
-"""A cell: the repetitions of one variant at one place, summarised. The process is the unit of replication."""
+"""Summarises the repetitions of one variant at one place as a cell. The process is the unit of replication."""
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -11,13 +12,13 @@ from harness.store.record import CONTRADICTED
 from reports.run import repetition
 
 OF_FRAMES = ("first_s", *repetition.OF_STEADY)
-MOST_UNSTEADY = 1 / 2  # of the repetitions of a cell that has a steady time; a few are the machine's doing
+MOST_UNSTEADY = 1 / 2  # of the repetitions of a cell with a steady time: the machine disturbs a few
 BAD_FIRST = ("wrong picture", "failed", "timeout", "killed", "unsupported", "unavailable")
 
 
 @dataclass(frozen=True)
 class Missing:
-    """A value that is not there, and why. Its text starts with "unavailable"."""
+    """A missing value and the reason. Its text starts with "unavailable"."""
 
     reason: str
 
@@ -26,7 +27,7 @@ class Missing:
 
 
 class Table:
-    """The repetitions of a run, one row each: `frame` as a DataFrame, and columns of it as lists, which are quick."""
+    """The repetitions of a run, one row each: as a DataFrame, `frame`, and by column as lists, which are faster."""
 
     def __init__(self, frame: pd.DataFrame):
         self.frame = frame
@@ -42,11 +43,11 @@ class Table:
 class Cell:
     """All repetitions of one variant at one place (a scene and a swept point), or those with one state of its cache.
 
-    table: of the run. timed: where in it the rows are whose times count. loaded: those of the repeated-load pass, of
-    which only the GPU is looked at. Rows of the A/A pair's second processes are in neither.
-    apart: "" or why it takes no part in any comparison, whatever came out: an exhibit, or a simulator; or what most of
-    its repetitions contradict.
-    gpu: did its variant use a GPU, or a simulator of one, anywhere in the run?
+    table: of the run. timed: its rows whose times count. loaded: rows of the repeated-load pass, which observes the GPU
+    only. The second processes of the A/A pair are in neither.
+    apart: "" or why no comparison includes the cell, whatever its results: it is an exhibit, ran in a simulator, or
+    most of its repetitions contradict themselves.
+    gpu: its variant used a GPU, or a simulator of one, somewhere in the run.
     """
 
     scene: str
@@ -72,8 +73,7 @@ class Cell:
 
     @cached_property
     def counting(self) -> list[int]:
-        """Where in the table the repetitions are that count: of those that are ok, not the few that contradict
-        themselves."""
+        """The rows of the repetitions that count: those that are ok, without the few that contradict themselves."""
         if self.status != "ok":
             return []
         found = self._with("ok")
@@ -89,7 +89,7 @@ class Cell:
         return self.table.frame.iloc[self.counting]
 
     def known(self, column: str, rows: list[int] | None = None) -> dict:
-        """Values of a column by row, in the repetitions that count or in `rows`; those not known are left out."""
+        """Returns the known values of a column by row, of the repetitions that count or of `rows`."""
         values = self.table.column(column)
         return {row: values[row] for row in (self.counting if rows is None else rows) if values[row] is not None}
 
@@ -103,7 +103,7 @@ class Cell:
 
     @property
     def as_meant(self) -> bool:
-        """Is it apart, and did it do what it is there for? A wrong picture is no failure of an exhibit."""
+        """Is it apart, with the result that it was made to show? An exhibit's picture is meant to be wrong."""
         if self.contradicted:
             return False
         return bool(self.apart) and (self.status == "ok" or (self.exhibit and self.status == "wrong picture"))
@@ -117,7 +117,7 @@ class Cell:
         return self.apart.startswith(CONTRADICTED)
 
     def by_cache(self) -> list["Cell"]:
-        """The cell itself, or a cell for each state in which its processes found their cache of compiled code."""
+        """Returns a cell for each state (cold, warm) of the cache of compiled code that its processes found."""
         cache = self.known("compile_cache")
         lost = set(self.timed) - set(self.counting)
         return [
@@ -130,9 +130,14 @@ class Cell:
         ] or [self]
 
     @property
-    def pixels(self) -> int:
+    def size(self) -> tuple[int, int]:
+        """Height and width of its picture, pixels."""
         x0, y0, x1, y1 = map(int, self.parameters["region"].split(","))
-        return (x1 - x0) * (y1 - y0)
+        return y1 - y0, x1 - x0
+
+    @property
+    def pixels(self) -> int:
+        return math.prod(self.size)
 
     @property
     def place(self) -> tuple[str, str]:
@@ -156,7 +161,7 @@ class Cell:
 
     @property
     def verdict(self) -> str:
-        """Status and reason; of an ok cell also how many of its repetitions were not; and why it is apart."""
+        """Status and reason, how many repetitions of an ok cell were not ok, and why it is apart."""
         if self.status == "wrong picture" and self.exhibit:
             return f"{self.apart}; its picture is wrong, as meant: {self.reason}"
         text = f"ok{self.lost}{self.disturbed}" if self.status == "ok" else f"{self.status}: {self.reason}"
@@ -164,7 +169,7 @@ class Cell:
 
     @property
     def lost(self) -> str:
-        """Says how many repetitions of an ok cell were not ok, and why; "" if none."""
+        """How many repetitions of an ok cell were not ok, and why; "" if none."""
         counting = set(self.counting)
         bad = [row for row in self.timed if row not in counting]
         if not bad:
@@ -175,14 +180,14 @@ class Cell:
 
     @cached_property
     def _without_steady(self) -> tuple[int, str]:
-        """How many of the repetitions that count have no steady state, and why the first of them has none."""
+        """How many repetitions that count have no steady state, and the reason of the first."""
         states, notes = (self.known(name) for name in ("steady_state", "steady_note"))
         none = [row for row in self.counting if states.get(row, "none") == "none"]
         return len(none), notes.get(none[0], steady.NO_FRAMES) if none else ""
 
     @property
     def unsteady(self) -> str:
-        """ "" or why it has no steady time: more than half of the repetitions that count have no steady state."""
+        """Why it has no steady time, "" if it has: over half of the repetitions that count reach no steady state."""
         count, note = self._without_steady
         if count <= MOST_UNSTEADY * len(self.counting):
             return ""
@@ -190,7 +195,7 @@ class Cell:
 
     @property
     def disturbed(self) -> str:
-        """Says how many repetitions of a cell with a steady time have no steady state, and why; "" if none."""
+        """How many repetitions of a cell with a steady time reach no steady state, and why; "" if none."""
         count, note = self._without_steady
         if self.unsteady or not count:
             return ""
@@ -198,22 +203,22 @@ class Cell:
 
     @property
     def outlying(self) -> int:
-        """How many repetitions lie far from the others; they count like them."""
+        """How many repetitions lie far from the others; they still count."""
         return sum(self.known("outlier").values())
 
     def values(self, column: str) -> list[float]:
-        """Returns one number for each repetition that counts; unknown ones are left out."""
+        """Returns the known numbers of a column, one per repetition that counts."""
         return list(self.rounds(column).values())
 
     def rounds(self, column: str) -> dict[int, float]:
-        """`values` by the number of the repetition, which is the round of the run that it was made in."""
+        """Returns `values` by the number of the repetition, which is its round of the run."""
         if self._without(column):
             return {}
         numbers = self.table.column("repetition")
         return {numbers[row]: float(value) for row, value in self.known(column).items()}
 
     def median(self, column: str, reason: str) -> Estimate | Missing:
-        """Median over processes, or Missing: for `reason`, or since the cell is not ok or has no steady state."""
+        """Returns the median over processes; else Missing: the cell is not ok, has no steady state, or `reason`."""
         values = self.values(column)
         if values:
             return statistics.median(values)
@@ -229,11 +234,11 @@ class Cell:
 
     @cached_property
     def steady(self) -> Estimate | Missing:
-        """Median over processes of the steady times, s."""
+        """The median over processes of the time of a steady frame, s."""
         return self.median("steady_s", steady.NO_FRAMES)
 
     def worst(self, column: str) -> float | Missing:
-        """The largest value over all repetitions that were judged, the rejected ones included."""
+        """Returns the largest value over all judged repetitions, rejected ones included."""
         values = self.known(column, self.timed)
         if values:
             return float(max(values.values()))
@@ -244,7 +249,7 @@ class Cell:
 
     @cached_property
     def unranked(self) -> str:
-        """ "" or why the cell takes no part in a comparison: only a steady time with a judged picture does."""
+        """Why no comparison includes the cell, "" if they do: it needs a steady time and a judged, right picture."""
         if self.status != "ok":
             return self.verdict
         if self.apart:

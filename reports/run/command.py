@@ -1,4 +1,4 @@
-"""The commands that make the picture of a cell again, and that measure it again."""
+"""Writes the commands that render the picture of a cell again and that measure the cell again."""
 
 import json
 import math
@@ -11,16 +11,16 @@ from harness.renderer import parameters
 from reports.run.cell import Cell, Missing
 from reports.run.results import Results
 
-# Parameters without an option: what follows from others, or is of measuring.
+# Parameters without an option: they follow from others, or concern measuring.
 NO_OPTION = ("kind", "frames", "least_frame")
-COUNTS = {"objects": "spheres", "lights": "lights", "size": "size"}  # of [generate], by the option of the command
-SUFFIXES = {"comparison": ".txt", "balls": ".nff", "tetra": ".nff"}  # of scenes that the command writes
+COUNTS = {"objects": "spheres", "lights": "lights", "size": "size"}  # keys of [generate] and options
+SUFFIXES = {"comparison": ".txt", "balls": ".nff", "tetra": ".nff"}  # of scenes that the command can write
 
 
 def of(results: Results, cell: Cell) -> str | Missing:
-    """`rayrace render`, which makes the picture of a cell again, with all that is not as the command has it.
+    """Returns the `rayrace render` command that makes the picture of a cell again, with options that are not default.
 
-    Of a generated scene it is two commands, the first of which writes the scene.
+    For a generated scene a first command writes the scene. Missing if no command can make the picture.
     """
     found = _scene(results, cell)
     if isinstance(found, Missing):
@@ -42,10 +42,10 @@ def of(results: Results, cell: Cell) -> str | Missing:
 
 
 def again(results: Results, cell: Cell) -> str | Missing:
-    """`rayrace run`, which measures this cell alone again."""
+    """Returns the `rayrace run` command that measures this cell alone again; Missing if no command made the run."""
     asked = _asked(results)
     if not asked.experiment:
-        return Missing("the run does not say that `rayrace run` made it")
+        return Missing("the run was not made by `rayrace run`")
     words = ["rayrace", "run", asked.experiment, *_renderers(results), "--only", cell.variant]
     kept = [setting for setting in asked.settings if setting.partition("=")[0].strip() != "where"]
     if len({other.place for other in results.cells}) > 1:
@@ -54,19 +54,19 @@ def again(results: Results, cell: Cell) -> str | Missing:
 
 
 def power(value: float) -> int | None:
-    """The exponent of a power of two; None if it is none."""
+    """Returns the exponent of a power of two; None for other numbers."""
     fraction, exponent = math.frexp(value)
     return exponent - 1 if fraction == 0.5 else None
 
 
 def default(name: str):
-    """The value of an option of `rayrace render` that is not given; None if it has none of that name."""
+    """Returns the default of an option of `rayrace render`; None if it has no such option."""
     return parameters.OPTIONS.get(name)
 
 
 def _expression(cell: Cell) -> str:
     """Returns the `where` expression that selects the cells at the place of this one."""
-    spelt = {"cutoff", "threads"}  # which an experiment may spell in another way than as their value
+    spelt = {"cutoff", "threads"}  # an experiment may spell these otherwise than by their value
     values = {key: cell.parameters[key] if key in spelt else value for key, value in cell.swept.items()}
     values = {"scene": Path(cell.scene).stem} | values
     plain = {key: tuple(value) if isinstance(value, list) else value for key, value in values.items()}
@@ -74,7 +74,7 @@ def _expression(cell: Cell) -> str:
 
 
 def _values(results: Results, cell: Cell) -> dict:
-    """The parameters of a cell by the option of the command, spelt as there."""
+    """Returns the parameters of a cell by the option of the command, spelt as there."""
     values = {key: value for key, value in cell.parameters.items() if key not in NO_OPTION}
     whole = f"0,0,{values['width']},{values['height']}"
     more = {
@@ -89,25 +89,25 @@ def _values(results: Results, cell: Cell) -> dict:
     if not values.get("lens_radius"):
         values.pop("focal_distance", None)
     if values.get("sampler") == "one" and values.get("samples") == default("samples"):
-        values.pop("sampler")  # which is then left to the command
+        values.pop("sampler")  # the command then chooses it
     return values | more
 
 
 def _threads(results: Results, cell: Cell) -> int:
-    """The number that the experiment asks for; the command's default, if it leaves it to the variant."""
-    told = _asked_for(results, cell, "threads")
-    return default("threads") if told in (None, "default") else told
+    """Returns the number that the experiment asks for; the command's default if the variant chooses."""
+    asked = _asked_for(results, cell, "threads")
+    return default("threads") if asked in (None, "default") else asked
 
 
 def _asked_for(results: Results, cell: Cell, key: str):
     """Returns the experiment's value of a key of [image] in this cell; None if it has none."""
     experiment = results.facts["experiment"]
-    case = next((told for told in experiment.get("case", ()) if told["name"] == cell.swept.get("case")), {})
+    case = next((case for case in experiment.get("case", ()) if case["name"] == cell.swept.get("case")), {})
     return cell.swept.get(key) or case.get(key) or experiment.get("image", {}).get(key)
 
 
 def _scene(results: Results, cell: Cell) -> tuple[str, list[str]] | Missing:
-    """The scene file, and the command that writes it, if it is a generated one."""
+    """Returns the scene file and the words of the command that writes it, [] if the scene is not generated."""
     made = _generated(results, cell)
     if made is None:
         experiment = _asked(results).experiment
@@ -123,11 +123,11 @@ def _scene(results: Results, cell: Cell) -> tuple[str, list[str]] | Missing:
 
 def _generated(results: Results, cell: Cell) -> dict | None:
     """Returns the [[generate]] table of the scene of a cell; None if the scene is a file."""
-    told = results.facts["experiment"].get("generate")
-    tables = told if isinstance(told, list) else [told] if told else []
+    made = results.facts["experiment"].get("generate")
+    tables = made if isinstance(made, list) else [made] if made else []
     if len(tables) < 2:
         return next(iter(tables), None)
-    return next(made for made in tables if _named(made, cell) == Path(cell.scene).stem)
+    return next(table for table in tables if _named(table, cell) == Path(cell.scene).stem)
 
 
 def _named(made: dict, cell: Cell) -> str:

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from reports.run import ranking
-from reports.run.results import Cell, Results, point_label
+from reports.run.results import Cell, Results, grouped, point_label
 
 BLOCK = "block_width", "block_height"
 SHAPE = (*BLOCK, "total_threads")
-UNSEEN = (*SHAPE, "max_registers", "scene_memory")  # what no right picture can depend on
+UNSEEN = (*SHAPE, "max_registers", "scene_memory")  # a right picture does not depend on them
 
 
 @dataclass(frozen=True)
 class Group:
-    """Cells of one scene whose other parameters are the same. label: what these are, for people."""
+    """Cells of one scene whose other parameters are the same. label: names these for people."""
 
     label: str
     cells: list[Cell]
@@ -25,18 +25,17 @@ class Group:
 
 
 def groups(cells: list[Cell], free: tuple[str, ...], across_variants: bool = False) -> list[Group]:
-    """Groups of cells that differ in nothing but the parameters `free`, and the variant if asked."""
-    found: dict[tuple, list[Cell]] = {}
-    for cell in cells:
-        key = cell.scene, counts(cell), "" if across_variants else cell.variant, rest(cell, free)
-        found.setdefault(key, []).append(cell)
+    """Returns groups of cells that differ only in the parameters `free`, and in the variant if `across_variants`."""
+    found = grouped(
+        cells, lambda cell: (cell.scene, counts(cell), "" if across_variants else cell.variant, rest(cell, free))
+    )
     return [Group(_label(mine[0], free, across_variants), mine) for mine in found.values()]
 
 
 def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
-    """The places to speak of, in order, each with the other cells that it stands for.
+    """Returns the places that a summary names, in order, each with the cells that it also stands for.
 
-    Of places that have one ranked cell each, and differ only in how a kernel is launched, it is the fastest.
+    Of places that have one ranked cell each and differ only in how a kernel is launched, it names the fastest.
     """
     alone = [ranked[0] for place in results.places if len(ranked := ranking.ranked(results, place)) == 1]
     spoken, silent = {}, set()
@@ -48,12 +47,12 @@ def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
 
 
 def counts(cell: Cell) -> str:
-    """Returns the swept counts of a generated scene, which are no parameters and do not show in its name."""
+    """Returns the swept counts of a generated scene as text; they are not parameters and not in the scene's name."""
     return json.dumps({key: value for key, value in cell.swept.items() if key not in cell.parameters}, sort_keys=True)
 
 
 def rest(cell: Cell, free: tuple[str, ...]) -> str:
-    """The parameters of a cell but those that are `free`, to be compared."""
+    """Returns the parameters of a cell without `free`, as text to compare."""
     return json.dumps({key: value for key, value in cell.parameters.items() if key not in free}, sort_keys=True)
 
 
@@ -64,7 +63,7 @@ def _label(cell: Cell, free: tuple[str, ...], across_variants: bool) -> str:
 
 
 def clock(cells: list[Cell]) -> tuple[str, str]:
-    """The column of times that all these cells have, and its name: the kernel's, else the frame's."""
+    """Returns the column of times that all these cells have, and its name: the kernel's, else the frame's."""
     if all(cell.values("kernel_s") for cell in cells):
         return "kernel_s", "kernel time"
     return "steady_s", "frame time"

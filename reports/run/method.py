@@ -1,15 +1,16 @@
-"""Methods: the views of a run, the name of a method, and curves along a dial."""
+"""Groups cells by method: views of one truth, names of methods, and curves along a dial such as samples."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from reports.run import command, launch, view
 from reports.run.cell import Cell
-from reports.run.results import Results
+from reports.run.results import Results, grouped
 from reports.run.view import View
 
-# What a curve runs along: more of it is slower and nearer to the truth, or the other way round.
+# Parameters that a curve runs along: more is slower and nearer to the truth, or the other way round.
 DIALS = ("samples", "feelers", "glossy_rays", "adaptive_threshold", "cutoff", "depth")
-# Methods of single steps, by what comes after their value in a name.
+# Methods of single steps, with the word that follows their value in a name.
 STEPS = {
     "sphere": "spheres", "triangle": "triangles", "slab": "slabs", "merge": "merging", "offset": "offset",
     "fresnel": "Fresnel", "phong": "Phong", "renormalise": "renormalising",
@@ -22,77 +23,79 @@ STANDS_FOR = {
     "samples": "n × n", "feelers": "n feelers", "glossy_rays": "n glossy rays", "adaptive_threshold": "threshold t",
     "cutoff": "cut-off w", "depth": "depth d",
 }  # fmt: skip
-PLAIN = "as by default"  # stands for a name that says nothing
+PLAIN = "as by default"  # in place of an empty name
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def views(results: Results) -> list[View]:
-    """Cells that approximate one truth by other methods, in the order of the run.
+    """Returns views: cells that approximate one truth by different methods, in the order of the run.
 
-    As harness/judge/truth.py has it: whether a picture is of the centres of pixels or of their areas, and whether there
-    are feelers and glossy rays at all makes another picture, and so does the depth, unless the experiment gives the
-    truth a depth of its own.
+    As in harness/judge/truth.py, a picture at the centres of pixels has another truth than one over their areas, and so
+    has a picture with feelers or glossy rays, or of another depth, unless the experiment gives the truth its own depth.
     """
     free = tuple(key for key in (*DIALS, *CHOICES, "epsilon") if key != "depth" or truth_depth(results) is not None)
     found = []
     for seen in view.views(results.cells, free):
-        parts: dict[tuple[str, ...], list[Cell]] = {}
-        for cell in seen.cells:
-            parts.setdefault(_kind(cell), []).append(cell)
+        parts = grouped(seen.cells, _kind)
         differ = [len({kind[place] for kind in parts}) > 1 for place in range(3)]
         for kind, cells in parts.items():
-            words = [word for word, told in zip(kind, differ, strict=True) if told]
+            words = [word for word, differs in zip(kind, differ, strict=True) if differs]
             found.append(View(", ".join([seen.label, *words]), seen.names, cells))
     return found
 
 
 def _kind(cell: Cell) -> tuple[str, ...]:
-    told = cell.parameters
+    get = cell.parameters.get
     return (
-        "centres of pixels" if told.get("sampler", "one") == "one" else "areas of pixels",
-        "soft shadows" if told.get("feelers") else "hard shadows",
-        "glossy" if told.get("glossy_rays") else "mirrors",
+        "centres of pixels" if get("sampler", "one") == "one" else "areas of pixels",
+        "soft shadows" if get("feelers") else "hard shadows",
+        "glossy" if get("glossy_rays") else "mirrors",
     )
 
 
+def values(cell: Cell, keys: Iterable[str]) -> str:
+    """Returns the values of some parameters as text."""
+    return ", ".join(f"{key} = {cell.parameters[key]}" for key in keys)
+
+
 def truth_depth(results: Results) -> int | None:
-    """The depth of the truth; None if it is each picture's own."""
+    """Returns the depth of the truth; None if it is each picture's own."""
     return (results.facts["experiment"].get("reference") or {}).get("depth")
 
 
 def of(cell: Cell) -> dict:
-    """The method of a cell: those of DIALS and CHOICES that its picture or its time can depend on."""
-    told = {key: cell.parameters[key] for key in (*DIALS, *CHOICES) if key in cell.parameters}
-    sampler = told.get("sampler", "one")
-    idle = [
-        *(("samples",) if sampler not in ("uniform", "jittered") else ()),
-        *(("adaptive_depth", "adaptive_threshold") if sampler != "adaptive" else ()),
-        *(("glossy_weight",) if not told.get("glossy_rays") else ()),
-    ]
-    return {key: value for key, value in told.items() if key not in idle}
+    """Returns the method of a cell: its values of DIALS and CHOICES that can change its picture or its time."""
+    found = {key: cell.parameters[key] for key in (*DIALS, *CHOICES) if key in cell.parameters}
+    sampler = found.get("sampler", "one")
+    idle = {"glossy_weight"} if not found.get("glossy_rays") else set()
+    if sampler not in ("uniform", "jittered"):
+        idle.add("samples")
+    if sampler != "adaptive":
+        idle |= {"adaptive_depth", "adaptive_threshold"}
+    return {key: value for key, value in found.items() if key not in idle}
 
 
 def unbiased(results: Results, cell: Cell) -> bool:
-    """Is the error of a cell noise alone, which more samples average away?
+    """Is the error of a cell noise only, which more samples average away?
 
-    Of random samples in float64 with nothing left out. A grid converges too, but its error is not noise.
+    This holds for random samples in strict float64 that leave nothing out. A grid converges too, but not as noise.
     """
-    told, depth = cell.parameters, truth_depth(results)
+    get, depth = cell.parameters.get, truth_depth(results)
     return (
         max(cell.known("truth_pictures", cell.timed).values(), default=1) > 1
-        and told.get("sampler", "one") in ("jittered", "one")
-        and (told["precision"], told.get("floating_point", "strict")) == ("float64", "strict")
-        and not told.get("cutoff")
-        and not (told.get("glossy_rays") and told.get("glossy_weight") != "plain")
-        and depth in (None, told["depth"])
+        and get("sampler", "one") in ("jittered", "one")
+        and (get("precision"), get("floating_point", "strict")) == ("float64", "strict")
+        and not get("cutoff")
+        and not (get("glossy_rays") and get("glossy_weight") != "plain")
+        and depth in (None, get("depth"))
     )
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Cells of one variant along a dial, in the order of its values; of a cell that stands alone the dial is None.
+    """Cells of one variant along a dial, by its rising value; the dial is None for a single cell.
 
-    family: what the method is called whatever the dial says.
+    family: the name of the method without the value of the dial.
     """
 
     variant: str
@@ -102,9 +105,9 @@ class Curve:
 
 
 class Names:
-    """Names the methods of a view by what differs from the default and by the dials that are turned.
+    """Names the methods of a view by their values that are not the default and by the dials that vary.
 
-    depth: the truth's, which is not named.
+    depth: the truth's, which a name leaves out.
     """
 
     def __init__(self, cells: list[Cell], depth: int | None = None):
@@ -118,11 +121,11 @@ class Names:
         self.threaded = {variant for variant, counts in threads.items() if len(counts) > 1}
 
     def full(self, cell: Cell) -> str:
-        """With its variant."""
+        """Returns the variant and the name of the method."""
         return ", ".join(filter(None, [cell.variant, self.method(cell)]))
 
     def method(self, cell: Cell, *dials: str | None) -> str:
-        """Without its variant; "" if it is as by default. dials: whatever these say."""
+        """Returns the name of the method, "" for the default one, without the values of `dials`."""
         told = of(cell)
 
         def number(key: str, text: str) -> str:
@@ -137,7 +140,7 @@ class Names:
             other("floating_point", f"{told.get('floating_point')} floating point"),
             *(other(key, f"{told.get(key)} {what}") for key, what in STEPS.items()),
             "one sample" if sampler == "one" and "sampler" in self.turned else "",
-            f"{sampler} {number('samples', _square(told['samples']))}" if "samples" in told else "",
+            f"{sampler} {number('samples', '{0} × {0}'.format(told['samples']))}" if "samples" in told else "",
             "adaptive" if sampler == "adaptive" else "",
             f"to 1/{2 ** told['adaptive_depth']} pixel" if "adaptive_depth" in self.turned & told.keys() else "",
             number("adaptive_threshold", f"threshold {told['adaptive_threshold']:g}")
@@ -146,7 +149,7 @@ class Names:
             number("glossy_rays", f"{told['glossy_rays']} glossy rays") if "glossy_rays" in self.turned else "",
             other("glossy_weight", "the study's weight"),
             number("cutoff", f"cut-off {_power(cutoff)}") if cutoff else "",
-            number("depth", f"depth {told['depth']}") if self._names_depth(told["depth"]) else "",
+            number("depth", f"depth {told['depth']}") if "depth" in self.turned and told["depth"] != self.depth else "",
             other("walk", f"{told.get('walk')} walk"),
             other("accel", f"accel {told.get('accel')}"),
             other("kernel", f"{told.get('kernel')} kernel"),
@@ -157,14 +160,11 @@ class Names:
         ]  # fmt: skip
         return ", ".join(filter(None, words))
 
-    def _names_depth(self, depth: int) -> bool:
-        return "depth" in self.turned and depth != self.depth
-
 
 def curves(cells: list[Cell], names: Names) -> list[Curve]:
-    """Every cell in a curve: of each variant the longest first, until all that vary along some dial are in one.
+    """Returns curves that hold every cell: of each variant the longest first, then shorter ones, then single cells.
 
-    A cell may be in two, where dials were turned one at a time from it.
+    A cell may be in two curves, where dials were varied one at a time from it.
     """
     found = []
     for variant in dict.fromkeys(cell.variant for cell in cells):
@@ -172,7 +172,7 @@ def curves(cells: list[Cell], names: Names) -> list[Curve]:
         groups = [(dial, group) for dial in DIALS for group in _along(mine, dial)]
         alone = dict.fromkeys(mine)
         while groups:
-            dial, group = max(groups, key=lambda told: sum(cell in alone for cell in told[1]))
+            dial, group = max(groups, key=lambda one: sum(cell in alone for cell in one[1]))
             if not any(cell in alone for cell in group):
                 break
             groups.remove((dial, group))
@@ -184,21 +184,16 @@ def curves(cells: list[Cell], names: Names) -> list[Curve]:
 
 
 def _along(cells: list[Cell], dial: str) -> list[list[Cell]]:
-    """Cells that differ in the dial alone, its values rising, where there are two at least."""
-    groups: dict[str, list[Cell]] = {}
-    for cell in cells:
-        told = of(cell)
-        if dial in told:
-            rest = repr(sorted((key, value) for key, value in told.items() if key != dial))
-            groups.setdefault(rest, []).append(cell)
+    """Returns groups of two cells or more that differ only in the dial, by its rising value."""
+
+    def rest(cell: Cell) -> str:
+        return repr(sorted((key, value) for key, value in of(cell).items() if key != dial))
+
+    groups = grouped((cell for cell in cells if dial in of(cell)), rest)
     return [sorted(group, key=lambda cell: cell.parameters[dial]) for group in groups.values() if len(group) > 1]
 
 
-def _square(side: int) -> str:
-    return f"{side} × {side}"
-
-
 def _power(value: float) -> str:
-    """A power of two as such."""
+    """Returns a power of two as such: 2⁻⁸."""
     exponent = command.power(value)
     return f"{value:.3g}" if exponent is None else f"2{str(exponent).translate(SUPERSCRIPT)}"

@@ -1,4 +1,4 @@
-"""Ranks cells: only a cell with a steady time and a judged, right picture takes part."""
+"""Ranks cells with a steady time and a judged, right picture, and divides their times."""
 
 from dataclasses import replace
 
@@ -8,18 +8,18 @@ from reports.run.results import Cell, Missing, Results
 
 
 def ranked(results: Results, place: tuple[str, str]) -> list[Cell]:
-    """The cells of a place that take part, the lowest median of steady times first."""
+    """Returns the ranked cells of a place, the lowest median of steady times first."""
     return sorted((cell for cell in results.at(place) if not cell.unranked), key=lambda cell: cell.steady.value)
 
 
 def baseline(results: Results, scene: str) -> str | None:
-    """The variant that times of a scene are divided by: `cpp`, else the experiment's first that is ranked there."""
+    """Returns the variant that divides the times of a scene: `cpp`, else the first ranked one; None without any."""
     there = [cell.variant for cell in results.of(scene) if not cell.unranked]
     return "cpp" if "cpp" in there else next(iter(there), None)
 
 
 def ratio(cell: Cell, other: Cell, column: str = "steady_s") -> Estimate:
-    """Time of `cell` over that of `other`, which both have: paired by round, if there are enough that both were in."""
+    """Returns the time of `cell` over that of `other`, paired by round if they share enough rounds. Both have times."""
     above, below = cell.rounds(column), other.rounds(column)
     both = sorted(above.keys() & below.keys())
     if len(both) < statistics.LEAST:
@@ -28,18 +28,23 @@ def ratio(cell: Cell, other: Cell, column: str = "steady_s") -> Estimate:
 
 
 def resolved(results: Results, ratio: Estimate) -> bool:
-    """Is it surely not 1, and further from it than the noise floor of the run?"""
+    """Is a ratio significantly different from 1, by more than the noise floor of the run?"""
     return statistics.verdict(ratio, results.floor.value) != statistics.NOT_RESOLVED
 
 
-def ratio_to(results: Results, cell: Cell, variant: str | None) -> Estimate | Missing | str:
-    """`ratio` of a cell to `variant` at the same place; why there is none; text if it is that variant itself."""
+def ratio_to_cell(cell: Cell, base: Cell | None, absent: str, column: str = "steady_s") -> Estimate | Missing | str:
+    """Returns `ratio` of a cell to `base`, `absent` if that has no rank, text for the base."""
     if cell.unranked:
         return Missing(f"not ranked: {cell.unranked}")
-    other = next((c for c in results.at(cell.place) if c.variant == variant), None)
-    if other is None or other.unranked:
-        return Missing(f"{variant} is not ranked here")
-    if other is cell:
+    if cell is base:
         return "1 (the baseline)"
-    found = ratio(cell, other)
+    return Missing(absent) if base is None or base.unranked else ratio(cell, base, column)
+
+
+def ratio_to(results: Results, cell: Cell, variant: str | None) -> Estimate | Missing | str:
+    """Returns the same to `variant` at the same place, with a note whether it is resolved."""
+    base = next((other for other in results.at(cell.place) if other.variant == variant), None)
+    found = ratio_to_cell(cell, base, f"{variant} is not ranked here")
+    if not isinstance(found, Estimate):
+        return found
     return replace(found, note=found.note or statistics.verdict(found, results.floor.value))

@@ -1,4 +1,4 @@
-"""Flattens a repetition to one row: every column one number, a time of steady frames their median."""
+"""Flattens the record of a repetition to one row; times of frames become the median over its steady frames."""
 
 from statistics import median
 
@@ -6,19 +6,24 @@ from harness.statistics import statistics, steady
 
 MEMORY = "peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"
 ACCURACY = "reference", "max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance"
-SEEN = "psnr_db", "ssim", "flip"  # harness/picture/perception.py; no_ssim, say, is why there is none
+SEEN = "psnr_db", "ssim", "flip"  # harness/picture/perception.py; no_ssim, say, is the reason why ssim is missing
 NOT_SEEN = tuple(f"no_{name}" for name in SEEN)
-# Of `error`, how far the picture is from the truth: columns by the name in the record.
+# The columns of `error`, the distance from the truth, by the name in the record.
 ERROR = {
     "rmse": "error_rmse", "max": "error_max", "bad_pixels": "error_bad_pixels", "flip": "error_flip",
     "max_outside": "error_max_outside", "standard_error": "standard_error", "pictures": "truth_pictures",
 }  # fmt: skip
-BOUND = {"max": "bound_max", "mean": "bound_mean"}  # of a cut-off
+BOUND = {"max": "bound_max", "mean": "bound_mean"}  # of the error of a cut-off
 GPU = "upload_s", "kernel_s", "download_s", "end_to_end_s"
 FRAMES = "steady_state", "steady_note", "steady_frames", "warmup_frames", "outlier_frames"
-AUDIT = "measured_cpu_s", "cpu_off", "tick_p50_s", "tick_p99_s", "ticks", "missed_ticks", "measurer_cpu_s"
+# The columns of the measurer's audit of itself, by the name in the record.
+AUDITED = {
+    "interval_p50_s": "tick_p50_s", "interval_p99_s": "tick_p99_s", "ticks": "ticks", "missed": "missed_ticks",
+    "cpu_s": "measurer_cpu_s",
+}  # fmt: skip
+AUDIT = "measured_cpu_s", "cpu_off", *AUDITED.values()
 DISTURBED = "steal_s", "other_cpu_s", "waited_s", "swapped_pages", "held_back_s", "throttled"  # system/trouble.py
-# Known in a steady state alone.
+# Known only of processes in a steady state.
 OF_STEADY = "steady_s", "rays_per_s", "search_s", "kernel_s", "download_s", "end_to_end_s"
 COLUMNS = (
     "host", "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked",
@@ -30,11 +35,11 @@ CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time i
 
 
 def row(record: dict) -> dict:
-    """A record as a flat row, its point apart; what it does not tell is left out, which pandas makes NaN.
+    """Returns a record as a row without its swept point; pandas makes missing values NaN.
 
-    Of a process without a steady state all later frames count, and the cell decides what that is worth.
-    warmup_frames: before the level was reached, frame 0 included. outlier_frames: of the steady ones.
-    measured_cpu_s: of the measurer's series; cpu_off: does it differ from wait4's by too much?
+    Of a process without a steady state all later frames count, and the cell decides whether to use them.
+    warmup_frames: before the steady state, frame 0 included. outlier_frames: among the steady ones.
+    measured_cpu_s: from the measurer's series; cpu_off: it differs from wait4's by too much.
     """
     frames = record["frames_s"] or []
     found = steady.find(frames)
@@ -44,6 +49,7 @@ def row(record: dict) -> dict:
     compile_s, upload_s = (_phase(record, name) for name in ("compile", "upload"))
     methods = (record["used"] or {}).get("methods") or {}
     cpu, memory, accuracy = record["cpu"] or {}, record["memory"] or {}, record["accuracy"] or {}
+    audit = record["measurer"] or {}
     error, bound = record.get("error") or {}, record.get("bound") or {}  # which runs of older versions lack
     return {
         **{name: record[name] for name in ("cell", "scene", "variant", "technology", "repetition", "status", "reason")},
@@ -80,7 +86,7 @@ def row(record: dict) -> dict:
         "download_s": _part(record, "download", found.start),
         "end_to_end_s": None if upload_s is None or steady_s is None else upload_s + steady_s,
         "not_judged": _not_judged(record),
-        **_audit(record["measurer"] or {}),
+        **{column: audit.get(name) for name, column in AUDITED.items()},
         "measured_cpu_s": cpu.get("series_s"),
         "cpu_off": any(text.startswith(CPU_DOUBT) for text in record["warnings"]),
         **_known(record.get("disturbed") or {}, DISTURBED),
@@ -89,33 +95,20 @@ def row(record: dict) -> dict:
 
 
 def _phase(record: dict, phase: str) -> float | None:
-    """s of a phase; None if it has none of that name."""
+    """Returns the time of a phase, s; None if the record has none of that name."""
     found = [end - start for name, start, end in record["phases"] or [] if name == phase]
     return sum(found) if found else None
 
 
 def _part(record: dict, name: str, start: int) -> float | None:
-    """Median s of a part of its frames from `start` on; None if one of them does not tell it."""
-    parts = (record.get("frame_parts") or [])[start:]
-    if not parts or any(told is None or told.get(name) is None for told in parts):
-        return None
-    return median(told[name] for told in parts)
+    """Returns the median time of a part of the frames from `start` on, s; None if one of them lacks it."""
+    parts = [(part or {}).get(name) for part in (record.get("frame_parts") or [])[start:]]
+    return None if not parts or None in parts else median(parts)
 
 
-def _audit(told: dict) -> dict:
-    """Returns the measurer's audit of itself."""
-    return {
-        "tick_p50_s": told.get("interval_p50_s"),
-        "tick_p99_s": told.get("interval_p99_s"),
-        "ticks": told.get("ticks"),
-        "missed_ticks": told.get("missed"),
-        "measurer_cpu_s": told.get("cpu_s"),
-    }
-
-
-def _known(told: dict, names: tuple[str, ...]) -> dict:
-    """Values of a table whose unknown ones are {"unavailable": reason}."""
-    return {name: _number(told.get(name)) for name in names}
+def _known(table: dict, names: tuple[str, ...]) -> dict:
+    """Returns values of a table whose unknown ones are {"unavailable": reason}."""
+    return {name: _number(table.get(name)) for name in names}
 
 
 def _number(value):
@@ -127,7 +120,7 @@ def _reason(value) -> str | None:
 
 
 def _not_judged(record: dict) -> str | None:
-    """Why the picture of a record has no verdict; None if it has one, or if there is no picture."""
+    """Returns why the judge gave no verdict on a picture; None if it gave one, or if there is no picture."""
     if record["accuracy"] is None:
         return "the judge was not asked" if record["status"] == "ok" else None
     return record["accuracy"].get("unavailable")

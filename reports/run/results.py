@@ -1,14 +1,15 @@
-"""Loads a run: a pandas DataFrame with one row a repetition, and its cells in the order of the experiment.
+"""Loads a run as a DataFrame of repetitions and as cells in the order of the experiment.
 
-Of the cells of a place, those that take no part in comparisons come last.
+Within a place, cells that no comparison includes come last.
 """
 
 import gc
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterable
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -19,14 +20,17 @@ from harness.store.record import CONTRADICTED
 from reports.run import repetition
 from reports.run.cell import Cell, Missing, Table
 
-__all__ = ["Cell", "Missing", "Results", "load", "place_label", "point_label"]
+__all__ = ["Cell", "Missing", "Results", "grouped", "load", "place_label", "point_label"]
 
 MOST_CONTRADICTED = 1 / 2  # of the good repetitions of a cell that is ranked
 
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """folder: of the run. facts: its run.json. repetitions: one row each. records: as stored, in the same order."""
+    """A loaded run.
+
+    folder: of the run. facts: its run.json. records: the repetitions as stored. repetitions: the same as a table.
+    """
 
     folder: Path
     facts: dict
@@ -54,11 +58,11 @@ class Results:
 
     @cached_property
     def _by_scene(self) -> dict[str, list[Cell]]:
-        return _grouped(self.cells, lambda cell: cell.scene)
+        return grouped(self.cells, lambda cell: cell.scene)
 
     @cached_property
     def _by_place(self) -> dict[tuple[str, str], list[Cell]]:
-        return _grouped(self.cells, lambda cell: cell.place)
+        return grouped(self.cells, lambda cell: cell.place)
 
     @property
     def floor(self) -> Floor:
@@ -67,42 +71,45 @@ class Results:
 
     @property
     def pair(self) -> str:
-        """The label of the cell that was run twice in every round; "" if none was."""
+        """The label of the cell that ran twice in every round, the A/A pair; "" if none did."""
         return self._floor[1]
 
     @cached_property
     def _floor(self) -> tuple[Floor, str]:
-        """Returns the largest noise floor over the A/A pairs of all jobs, as any two cells may be of that job."""
+        """The largest noise floor of the A/A pairs of all jobs: any two cells may come from that job. And its label."""
         pairs = self.facts.get("pairs") or [self.facts.get("pair") or {"unavailable": "the run has no A/A pair"}]
         found = [self._of_pair(pair) for pair in pairs]
-        known = [told for told in found if told[0].value is not None]
-        return max(known, key=lambda told: told[0].value) if known else found[0]
+        known = [(floor, label) for floor, label in found if floor.value is not None]
+        return max(known, key=lambda one: one[0].value) if known else found[0]
 
     def _of_pair(self, pair: dict) -> tuple[Floor, str]:
         if "unavailable" in pair:
             return Floor(None, pair["unavailable"]), ""
         mine = self.repetitions[(self.repetitions["cell"] == pair["cell"]) & (self.repetitions["status"] == "ok")]
         mine = mine[~mine["unranked"].fillna("").str.startswith(CONTRADICTED)]
-        told = mine.dropna(subset="steady_s").pivot_table(index="repetition", columns="pass", values="steady_s")
-        both = told.reindex(columns=["timed", "pair"]).dropna()
+        times = mine.dropna(subset="steady_s").pivot_table(index="repetition", columns="pass", values="steady_s")
+        both = times.reindex(columns=["timed", "pair"]).dropna()
         return statistics.noise_floor(both["timed"].tolist(), both["pair"].tolist()), pair["label"]
 
     def record(self, cell: Cell) -> dict | None:
-        """The stored record of its first repetition that has a picture or was good, else of its first."""
+        """Returns the record of the first repetition with a picture, else of the first; None if none was stored."""
         mine = [self.records[row] for row in cell.timed]
         return next((record for record in mine if record["picture"]), next(iter(mine), None))
 
 
 def load(folder: Path, hosts: Collection[str] | None = None) -> Results:
-    """The run in `folder`; hosts: of several, those that are taken as one machine. UserError if it is none, or of
-    several hosts and they are not named."""
+    """Returns the run in `folder`.
+
+    hosts: those whose rows are taken as one machine's. UserError if `folder` holds no run, or one of several hosts
+    and `hosts` is None.
+    """
     with _without_collecting():
         return _load(folder, hosts)
 
 
 @contextmanager
 def _without_collecting():
-    """Nothing is garbage while a run is read, and looking for it takes as long as reading 100,000 rows."""
+    """Stops the garbage collector: a run leaves no garbage, and collecting takes as long as reading 100,000 rows."""
     was = gc.isenabled()
     gc.disable()
     try:
@@ -115,40 +122,38 @@ def _without_collecting():
 def _load(folder: Path, hosts: Collection[str] | None) -> Results:
     facts, records = store.read_complete(folder, hosts)
     rows = [{**repetition.row(record), "point": point_label(record["point"]), "outlier": False} for record in records]
-    groups: dict[tuple, list[int]] = {}
-    for number, row in enumerate(rows):
-        groups.setdefault((row["scene"], row["point"], row["variant"]), []).append(number)
+    groups = grouped(range(len(rows)), lambda number: tuple(rows[number][key] for key in ("scene", "point", "variant")))
     for mine in groups.values():
         _mark_outliers([rows[number] for number in mine])
     table = Table(pd.DataFrame(rows, columns=[*repetition.COLUMNS, "outlier"]))
     on_gpu = {record["variant"] for record in records if record.get("device") or record.get("gpu")}
     cells = {}
-    for told in [*facts["cells"], *records]:
-        name = told["scene"], point_label(told["point"]), told["variant"]
+    for one in [*facts["cells"], *records]:
+        name = one["scene"], point_label(one["point"]), one["variant"]
         if name in cells:
             continue
         mine = groups.get(name, [])
         stored = [records[number] for number in mine]
         cells[name] = Cell(
             *name,
-            told["parameters"],
+            one["parameters"],
             table,
             [number for number in mine if rows[number]["pass"] == "timed"],
             [number for number in mine if rows[number]["pass"] == "load"],
-            told["point"],
+            one["point"],
             _apart(stored),
             any((record.get("device") or {}).get("simulated") for record in stored),
             name[2] in on_gpu,
         )
-    by_place = _grouped(cells.values(), lambda cell: cell.place).values()
+    by_place = grouped(cells.values(), lambda cell: cell.place).values()
     order = [cell for mine in by_place for cell in sorted(mine, key=lambda cell: bool(cell.apart))]
     return Results(Path(folder), facts, records, table.frame, order)
 
 
 def _apart(records: list[dict]) -> str:
-    """Why a cell is in no comparison, from its records; "" if it is in all.
+    """Returns why no comparison includes a cell, from its records; "" if all do.
 
-    A contradiction must be that of more than half of its timed repetitions that are ok: a few are the machine's doing.
+    A contradiction counts in more than half of the good timed repetitions: the machine disturbs a few.
     """
     always = [why for record in records if (why := record.get("unranked") or "") and not why.startswith(CONTRADICTED)]
     if always:
@@ -160,22 +165,23 @@ def _apart(records: list[dict]) -> str:
     return found[0] if len(good) == 1 else f"{found[0]} (in {len(found)} of {len(good)} repetitions)"
 
 
-def _grouped(cells, key) -> dict:
+def grouped(items: Iterable, key: Callable) -> dict[Any, list]:
+    """Returns the items in lists by `key(item)`; lists and items are in the order in which they first appear."""
     found = {}
-    for cell in cells:
-        found.setdefault(key(cell), []).append(cell)
+    for item in items:
+        found.setdefault(key(item), []).append(item)
     return found
 
 
 def _mark_outliers(rows: list[dict]) -> None:
-    """Marks the rows of a cell that count and whose steady time lies far from the others'."""
+    """Marks the rows of a cell whose steady times lie far from the others'."""
     counting = [row for row in rows if row["pass"] == "timed" and row["status"] == "ok" and row["steady_s"] is not None]
     for row, is_out in zip(counting, statistics.outliers([row["steady_s"] for row in counting]), strict=True):
         row["outlier"] = is_out
 
 
 def point_label(point: dict) -> str:
-    """The swept values of a point, for people; "no sweep" if there are none."""
+    """Returns the swept values of a point as text; "no sweep" if there are none."""
     return ", ".join(f"{key} = {value}" for key, value in point.items()) or "no sweep"
 
 

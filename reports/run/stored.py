@@ -1,45 +1,59 @@
-"""Loads the arrays that a run stored, or says why they are unavailable: a packed run may lack them."""
+"""Loads the pictures and arrays that a run stored, or says why they are unavailable: a packed run may lack them."""
 
 import numpy as np
 
+from harness.picture import colour
 from reports.run.cell import Missing
 from reports.run.results import Cell, Results
 
 LEFT_OUT = "the pictures of this run were left out when it was packed; their errors stand beside the times"
+STEP = 1 / 255  # of an 8-bit picture
+BROKEN = (1.0, 0.0, 1.0)  # shown for a pixel that is not finite
 
 
 def left_out(results: Results) -> bool:
-    """Had the run pictures, and has its folder none?"""
+    """Did the run have pictures of which its folder has none?"""
     kept = [record["picture"]["file"] for record in results.records if record["picture"]]
     return bool(kept) and not any((results.folder / file).exists() for file in dict.fromkeys(kept))
 
 
 def picture(results: Results, cell: Cell) -> np.ndarray | Missing:
-    """The picture that a cell stored, float64 (height, width, 3), whatever the judge says of it, or why there is none.
+    """Returns the picture of a cell, float64 (height, width, 3), whatever the judge says of it, or why there is none.
 
-    One with pixels that are not finite is Missing.
+    Missing too if a pixel is not finite.
     """
-    record = results.record(cell)
-    if record is None or not record["picture"]:
-        return Missing(cell.verdict if cell.status != "ok" else "no picture was stored")
-    found = array(results, record["picture"]["file"])
+    found = raw(results, cell)
     if not isinstance(found, Missing) and not np.isfinite(found).all():
         return Missing(f"its picture is not finite: {cell.verdict}")
     return found
 
 
+def raw(results: Results, cell: Cell) -> np.ndarray | Missing:
+    """Returns the same, but also with pixels that are not finite."""
+    record = results.record(cell)
+    if record is None or not record["picture"]:
+        return Missing(cell.verdict if cell.status != "ok" else "no picture was stored")
+    return array(results, record["picture"]["file"])
+
+
+def displayed(picture: np.ndarray, cell: Cell) -> np.ndarray:
+    """Returns a picture of a cell as a display shows it, uint8 sRGB (height, width, 3), broken pixels in magenta."""
+    finite = np.isfinite(picture).all(axis=-1, keepdims=True)
+    return colour.codes(np.where(finite, picture, BROKEN), cell.parameters.get("arithmetic", "linear"))
+
+
 def array(results: Results, file: str | None) -> np.ndarray | Missing:
-    """An array in the folder of the run, as float64, or why it cannot be had."""
+    """Returns an array in the folder of the run, as float64, or why it is unavailable."""
     if file is None:
         return Missing("the run does not name it")
     try:
         return np.load(results.folder / file, allow_pickle=False).astype(np.float64)
     except (OSError, ValueError):
-        return Missing(LEFT_OUT if left_out(results) else f"{file} is not there")
+        return Missing(LEFT_OUT if left_out(results) else f"{file} does not exist")
 
 
 def reference(results: Results, accuracy: dict) -> np.ndarray | Missing:
-    """The picture that a record was judged by, float64."""
+    """Returns the reference that a record was judged against, float64, or why it is unavailable."""
     if accuracy.get("reference_file") is None:
         return Missing(accuracy.get("unavailable") or "not judged")
     return array(results, accuracy["reference_file"])

@@ -1,4 +1,4 @@
-"""The study's own numbers, keyed by our names of variants and by what was rendered, "one pixel" or "all".
+"""Holds the study's own numbers, by our names of variants and by what was rendered, "one pixel" or "all".
 
 Source: the study, tables 2.1, 4.1, 4.2 and section 4.2.1. Each number is (mean, ±, measurements); the study does not
 say what its ± is.
@@ -49,7 +49,7 @@ VMS_MB = {  # table 4.2; psutil on Windows: committed memory, not address space
     "cpp-threads": {"all": (4.93, 0.06, 10)},
 }
 
-NUMBERED = {  # its tables and figures of results: what each shows, and the experiment that has it here
+NUMBERED = {  # its tables and figures of results: what each shows, and the experiment that repeats it
     "table 2.1": ("the machine", "comparison"),
     "figure 2.5": ("a scene by local light", "gallery"),
     "figure 2.6": ("colours added in linear RGB and in sRGB", "gallery"),
@@ -75,18 +75,16 @@ VARIABLES = {"width": 512, "height": 512, "depth": 10, "shadows": 0, "precision"
 
 
 def case(cell: Cell) -> str | None:
-    """Which case of the study a cell repeats, "one pixel" or "all"; None if its scene or variables are others."""
-    parameters = cell.parameters
+    """Returns the case of the study that a cell repeats, "one pixel" or "all"; None if scene or variables differ."""
     if Path(cell.scene).stem != "comparison" or {"objects", "lights"} & set(cell.swept):
         return None
-    if any(parameters[key] != value for key, value in VARIABLES.items()):
+    if any(cell.parameters[key] != value for key, value in VARIABLES.items()):
         return None
-    x0, y0, x1, y1 = map(int, parameters["region"].split(","))
-    return {1: "one pixel", 512 * 512: "all"}.get((x1 - x0) * (y1 - y0))
+    return {1: "one pixel", 512 * 512: "all"}.get(cell.pixels)
 
 
 def find(numbers: dict, cell: Cell) -> Estimate | Missing:
-    """The study's number for the case and variant of a cell, the ends of its ± as low and high."""
+    """Returns the study's number for the case and variant of a cell, with the ends of its ± as low and high."""
     what = case(cell)
     if what is None:
         return Missing("the study has another scene or size")

@@ -1,18 +1,18 @@
-"""Views: groups cells of a run that show the same thing by other means."""
+"""Groups cells into views: cells that show the same thing by different means."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 from reports.run import launch
-from reports.run.results import Cell, point_label
+from reports.run.results import Cell, grouped, point_label
 
-# What no right picture can depend on.
+# A right picture does not depend on these parameters.
 UNSEEN = (*launch.UNSEEN, "threads", "frames", "least_frame", "walk", "accel", "kernel")
 
 
 @dataclass(frozen=True)
 class View:
-    """Cells with one scene, and equal parameters but for a few. names: what theory may call it, its case and scene."""
+    """Cells with one scene and equal parameters except a few. names: its case and scene, which theory may use."""
 
     label: str
     names: tuple[str, ...]
@@ -20,12 +20,11 @@ class View:
 
 
 def views(cells: list[Cell], free: tuple[str, ...]) -> list[View]:
-    """Views of cells that differ in the parameters `free`, in the variant, and in UNSEEN. Exhibits are in none."""
-    found: dict[tuple, list[Cell]] = {}
-    for cell in cells:
-        if not cell.apart:
-            key = cell.scene, launch.counts(cell), launch.rest(cell, (*free, *UNSEEN))
-            found.setdefault(key, []).append(cell)
+    """Returns views of cells that differ only in the variant and in the parameters `free` and UNSEEN; no exhibits."""
+    found = grouped(
+        (cell for cell in cells if not cell.apart),
+        lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, (*free, *UNSEEN))),
+    )
     return [View(_label(mine, free), _names(mine[0]), mine) for mine in found.values()]
 
 

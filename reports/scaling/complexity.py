@@ -32,7 +32,7 @@ CAPTION = (
 
 
 def write(results: Results, out: Path) -> str:
-    """complexity*.csv, .png and .svg, and the section of the report; "" if no two factors were varied."""
+    """Writes complexity*.csv, .png and .svg; returns the section of the report, "" if no two factors were varied."""
     found = points.series(results)
     if not found:
         return ""
@@ -47,9 +47,8 @@ def write(results: Results, out: Path) -> str:
             parts.append(markdown.escape(f"unavailable: {one.lacking}"))
         else:
             parts += _section(fits[id(one)], out, f"complexity-{number}-{markdown.slug(one.label)}")
-        if one.unranked:
-            left = [markdown.escape(f"{count} not ranked: {why}") for why, count in one.unranked.items()]
-            parts += ["Left out:", markdown.bullets(left)]
+        left = [f"{count} not ranked: {why}" for why, count in one.unranked.items()]
+        parts += markdown.listed("Left out:", left)
     if fits:
         files = (f"[{name}]({name})" for name in ("complexity.csv", "complexity-fits.csv"))
         parts += [f"Every point: {next(files)}. Every coefficient: {next(files)}.", markdown.escape(CAPTION)]
@@ -64,9 +63,7 @@ def _section(found: Fitted, out: Path, name: str) -> list[str]:
         _powers(found),
     ]
     if any(found.line(model) for model in models.WORK):
-        with style.styled():
-            style.save(complexity_figure.draw(found), out / name)
-        parts.append(markdown.figure(name, f"{TITLE}: {found.series.label}"))
+        parts.append(style.figure(out / name, f"{TITLE}: {found.series.label}", complexity_figure.draw, found))
     return parts
 
 
@@ -81,7 +78,7 @@ def _ends(low: float, high: float) -> str:
 
 
 def _lines(found: Fitted) -> str:
-    """a, b and spread of each model."""
+    """Tabulates a, b and spread of each model."""
     rows = []
     for model, line in found.lines.items():
         if isinstance(line, Missing):
@@ -98,7 +95,7 @@ def _scaled(value: Coefficient, scale: float) -> str:
 
 
 def _powers(found: Fitted) -> str:
-    """Every exponent, beside the one of the model's work itself."""
+    """Tabulates every exponent beside the model's own."""
     rows = []
     for one in found.powers:
         known = not isinstance(one.exponent, Missing)
@@ -110,7 +107,7 @@ def _powers(found: Fitted) -> str:
 
 
 def _points(found: list[Series], fits: dict[int, Fitted]) -> pd.DataFrame:
-    """Every ranked cell with its factors, its time, and what each model makes of it."""
+    """Returns every ranked cell with its factors, its time, and the error of each model."""
     tables = []
     for one in found:
         table = one.points.rename(columns={"depth": "effective_depth", "noise": "relative_noise"})
@@ -125,7 +122,7 @@ def _points(found: list[Series], fits: dict[int, Fitted]) -> pd.DataFrame:
 
 
 def _coefficients(fits: dict[int, Fitted]) -> pd.DataFrame:
-    """Every coefficient with its interval, in s and units of work; NaN where there is none, and why."""
+    """Returns every coefficient with its interval, in s and units of work; NaN where there is none, and why."""
     rows = []
     for found in fits.values():
         label = found.series.label

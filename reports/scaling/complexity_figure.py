@@ -1,4 +1,4 @@
-"""Measured against modelled time of a series, and the errors of the models against each factor."""
+"""Draws measured against modelled time of a series, and the errors of the models against each factor."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,7 +12,7 @@ NAMES = {"p": "pixels p", "d": "order d", "o": "objects o", "l": "lights l"}
 
 
 def draw(found: Fitted):
-    """The figure of fits, of which one at least is there."""
+    """Draws a series with at least one fit."""
     varied = found.series.varied
     models = [model for model in MARKS if found.line(model)]
     figure = plt.figure(figsize=(7.2, 5.4), layout="constrained")
@@ -39,8 +39,7 @@ def _times(row, found: Fitted, models: list[str]) -> None:
         axes.set_title(f"a + b·{model}\nspread {percent(found.line(model).spread)}", fontsize=7)
         for axis in (axes.xaxis, axes.yaxis):
             style.log_ticks(axis)
-        axes.grid(lw=0.4, color="#CCCCCC")
-        axes.set_axisbelow(True)
+        axes.grid(color="#CCCCCC")
     row[0].set_ylabel("modelled (s)")
 
 
@@ -63,12 +62,11 @@ def _errors(row, found: Fitted, models: list[str]) -> None:
         axes.set_xticks(values, [_short(value) for value in values])
         axes.minorticks_off()
         axes.set_xlabel(NAMES[name])
-        axes.grid(axis="y", lw=0.4, color="#CCCCCC")
-        axes.set_axisbelow(True)
+        axes.grid(axis="y", color="#CCCCCC")
     row[0].set_ylabel("modelled over measured - 1 (%)")
 
 
 def _short(value: float) -> str:
-    """A count as text; a square of three digits or more by its side."""
+    """Returns a count as text; a square of three digits or more by its side."""
     side = round(value**0.5)
     return f"{side}²" if value > 99 and side**2 == value else f"{value:g}"

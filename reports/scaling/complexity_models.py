@@ -1,4 +1,4 @@
-"""The models of a frame's time: the study's, and two that count traced rays and tests."""
+"""Fits models of a frame's time: the study's, and two that count orders or traced rays."""
 
 from dataclasses import dataclass
 
@@ -50,7 +50,7 @@ class Power:
 
     @property
     def differs(self) -> bool:
-        """Does its interval leave out what the model expects?"""
+        """Does its interval exclude the exponent that the model expects?"""
         found = self.exponent
         return not isinstance(found, Missing) and not found.low <= self.expected <= found.high
 
@@ -75,7 +75,7 @@ class Fitted:
 
 
 def fitted(series: Series) -> Fitted:
-    """The fits of a series that lacks nothing."""
+    """Fits a series that lacks nothing."""
     points = series.points
     lines = {model: _line(points, model) for model in WORK}
     known = {model: found for model, found in lines.items() if isinstance(found, Line)}

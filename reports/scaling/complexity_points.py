@@ -1,5 +1,6 @@
-"""The cells of a run as points of the study's equation 4.1: pixels p, order d, objects o, lights l, rays, time."""
+"""Makes cells points of the study's equation 4.1: pixels p, order d, objects o, lights l, rays, time."""
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +9,7 @@ import pandas as pd
 from harness.statistics import fit
 from reports.run import launch
 from reports.run.cell import Cell
-from reports.run.results import Results, point_label
+from reports.run.results import Results, grouped, point_label
 
 FACTORS = "p", "d", "o", "l"
 COUNTS = "primary", "reflected", "transmitted", "shadow"
@@ -37,17 +38,18 @@ class Series:
 
 
 def series(results: Results) -> list[Series]:
-    """The series of a run, in its order; none if it was not made to vary two factors over LEAST cells of a variant."""
-    found: dict[tuple, list[Cell]] = {}
-    for cell in results.cells:
-        if not cell.apart and "case" not in cell.swept:  # a picture of its own is no point of a sweep
-            found.setdefault((cell.variant, launch.rest(cell, FREE)), []).append(cell)
-    told = [one for cells in found.values() if _is_meant(results, cells) for one in _by_method(results, cells)]
-    return sorted(told, key=lambda one: results.variants.index(one.variant))
+    """Returns the series of a run, in its order; none if it does not vary two factors over LEAST cells of a variant."""
+    # A picture of its own, a case, is no point of a sweep.
+    found = grouped(
+        (cell for cell in results.cells if not cell.apart and "case" not in cell.swept),
+        lambda cell: (cell.variant, launch.rest(cell, FREE)),
+    )
+    series = [one for cells in found.values() if _is_meant(results, cells) for one in _by_method(results, cells)]
+    return sorted(series, key=lambda one: results.variants.index(one.variant))
 
 
 def _is_meant(results: Results, cells: list[Cell]) -> bool:
-    """Was it asked for two factors at least? The scene stands for objects and lights that nobody tells."""
+    """Does it vary at least two factors? The scene stands for unknown numbers of objects and lights."""
     values = []
     for cell in cells:
         objects, lights = counts(results.records[cell.timed[0]] if cell.timed else None)
@@ -57,18 +59,18 @@ def _is_meant(results: Results, cells: list[Cell]) -> bool:
 
 
 def counts(record: dict | None) -> tuple[int | None, int | None]:
-    """Objects and lights."""
+    """Returns the numbers of objects and lights; None if not known."""
     shapes, lights = (record or {}).get("shapes"), (record or {}).get("lights")
     return sum(shapes.values()) if shapes else None, lights
 
 
 def _by_method(results: Results, cells: list[Cell]) -> list[Series]:
-    """One series, or one for each way to find what a ray meets: with a tree the time does not grow with o."""
-    unranked: dict[str, int] = {}
+    """Returns one series, or one for each hierarchy used: with a tree the time does not grow with o."""
+    unranked: Counter[str] = Counter()
     rows: dict[str, list[dict]] = {}
     for cell in cells:
         if cell.unranked:
-            unranked[cell.unranked] = unranked.get(cell.unranked, 0) + 1
+            unranked[cell.unranked] += 1
             continue
         record = results.records[cell.good.index[0]]
         accel = ((record["used"] or {}).get("methods") or {}).get("accel") or ""

@@ -13,13 +13,13 @@ MUCH, MOST = 1.5, 3  # times the processes' own scatter: of a larger spread, noi
 
 
 def sentences(found: Fitted) -> list[str]:
-    """Plain text, a sentence or two each."""
+    """Returns texts of one or two sentences each."""
     told = [_holds(found, STUDY, "Equation 4.1 as written"), _ends(found, STUDY), *_exponents(found), _depth(found)]
     return [text for text in [*told, _local(found), *_rays(found), *_negative(found)] if text]
 
 
 def power(value: Power) -> str:
-    """An exponent with its interval, or why it is unavailable."""
+    """Returns an exponent with its interval, or why it is unavailable."""
     found = value.exponent
     return str(found) if isinstance(found, Missing) else quantity.interval(*found)
 
@@ -30,7 +30,7 @@ def percent(share: float) -> str:
 
 
 def _fitted(found: Fitted, model: str) -> pd.DataFrame:
-    """The points that a model was fitted to, with its `error`: as written it has no work at all where d = 0."""
+    """Returns the points that a model was fitted to, with its `error`; the study's model has no work where d = 0."""
     points = found.series.points.assign(error=found.errors[model])
     return points[points["d"] > 0] if model == STUDY else points
 
@@ -57,7 +57,7 @@ def _holds(found: Fitted, model: str, name: str) -> str:
 
 
 def _spread(spread: float, noise: pd.Series) -> str:
-    """The spread of a model beside what the processes alone make of it."""
+    """Compares the spread of a model with the scatter of the processes."""
     own = float(np.sqrt((noise**2).mean()))
     told = f"Its relative residuals have a spread of {percent(spread)}"
     if not np.isfinite(own):
@@ -72,7 +72,7 @@ def _off(error: float) -> str:
 
 
 def _ends(found: Fitted, model: str) -> str:
-    """At which ends of which factors the model's median error is beyond GOOD, the worst first."""
+    """Names the ends of factors where the model's median error is beyond GOOD, the worst first."""
     if found.line(model) is None:
         return ""
     points = _fitted(found, model)
@@ -92,7 +92,7 @@ def _ends(found: Fitted, model: str) -> str:
 
 
 def _exponents(found: Fitted) -> list[str]:
-    """The exponents of the study's factors, and of objects and lights apart."""
+    """Gives the exponents of the study's factors, and those of objects and lights separately."""
     of = {model: [one for one in found.powers if one.model == model] for model in (STUDY, ORDERS)}
     known = [one for one in of[STUDY] if not isinstance(one.exponent, Missing)]
     if not known:
@@ -109,7 +109,7 @@ def _exponents(found: Fitted) -> list[str]:
 
 
 def _judged(powers: list[Power]) -> str:
-    """Exponents, and which of them are not what the model has."""
+    """Lists exponents, and those that differ from the model's."""
     told = ", ".join(f"of {one.factor} {power(one)} (the model's {one.expected:.3g})" for one in powers)
     other = [one.factor for one in powers if one.differs]
     same = [one.factor for one in powers if not one.differs]
@@ -154,7 +154,7 @@ def _local(found: Fitted) -> str:
 
 
 def _rays(found: Fitted) -> list[str]:
-    """Whether the rays that were counted mend the study's model."""
+    """Says whether counted rays improve the study's model."""
     counted, study = found.line(COUNTED), found.line(STUDY)
     if counted is None:
         return [f"With the rays that were counted: {found.lines[COUNTED]}."]

@@ -1,39 +1,40 @@
-"""The break-even of a hierarchy: frames with one and without over scenes of growing size, and its build time."""
+"""Finds the break-even of a hierarchy: times of frames with it and without by the size of scenes, and its build."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-
-import pandas as pd
 
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
 from reports.paper import markdown, quantity, style, table
 from reports.paper.table import Column
 from reports.run import launch, ranking
-from reports.run.results import Cell, Missing, Results, point_label
+from reports.run.results import Cell, Missing, Results, grouped, point_label
 from reports.scaling import hierarchy_figure
 from reports.scaling.complexity_points import counts
 
 TITLE = "Hierarchies: where they pay"
-NAMED = ("objects", "size", "accel")  # of a point, what a line does not hold still
+NAMED = ("objects", "size", "accel")  # of a swept point: they vary along a line
 ABSENT = "not in the run"
+CSV_HEADER = "scene", "variant", "break_even_objects", "measured_below", "measured_above", "frame_s", "note"
 CAPTION = (
     "A frame without a hierarchy (accel = none) over one with it (accel = bvh), by the number of objects that a ray is "
-    "tried against; the ratio, its interval and what is not resolved are as in the table of times. Build: the phase of "
-    "that name, once a process, median over processes. Frames until it pays: the build over what each frame then "
-    "saves, by the medians. Break-even: where the ratio is 1, its logarithm drawn straight over log objects between "
-    "the last measured size at which its median is not above 1 and the next one, at which it is; what lies between "
-    "those two was not measured."
+    'tested against; ratio, interval and "not resolved" as in the table of times. Build: the phase of that name, once '
+    "per process, median over processes. Frames until it pays: the build over the time that each frame then saves, by "
+    "the medians. Break-even: where the ratio is 1, with its logarithm interpolated linearly over log objects between "
+    "the last measured size whose median is not above 1 and the next size, whose median is; sizes between the two were "
+    "not measured."
 )
 
 
 @dataclass(frozen=True)
 class Point:
-    """One size of a scene. none, bvh: the cells without a hierarchy and with it; None if the run has none.
+    """One size of a scene.
 
-    frames: steady time of a frame, s, by "none" and "bvh". built: time of the phase `build`, s.
+    none, bvh: the cells without a hierarchy and with it; None if the run lacks one. frames: steady time of a frame, s,
+    by "none" and "bvh". built: time of the phase `build`, s.
     """
 
     objects: int
@@ -47,13 +48,13 @@ class Point:
         return self.bvh or self.none
 
     def both(self) -> tuple[float, float] | None:
-        """s of a frame without and with it; None if one is missing."""
+        """Returns the times of a frame without and with it, s; None if one is missing."""
         times = self.frames["none"], self.frames["bvh"]
         return None if any(isinstance(time, Missing) for time in times) else tuple(time.value for time in times)
 
     @property
     def ratio(self) -> Estimate | Missing:
-        """Time of a frame without the hierarchy over that with it."""
+        """The time of a frame without the hierarchy over the time with it."""
         for time in self.frames.values():
             if isinstance(time, Missing):
                 return time
@@ -62,7 +63,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Line:
-    """Cells of one variant and kind of scene that differ in nothing but size and hierarchy, by their size."""
+    """Cells of one variant and kind of scene that differ only in size and hierarchy, by their size."""
 
     scene: str
     variant: str
@@ -72,7 +73,7 @@ class Line:
 
 @dataclass(frozen=True)
 class BreakEven:
-    """objects: where the ratio is 1; seconds: of a frame without a hierarchy there; between: sizes on either side."""
+    """objects: where the ratio is 1. seconds: of a frame without a hierarchy there. between: sizes around it."""
 
     objects: float
     seconds: float
@@ -80,7 +81,7 @@ class BreakEven:
 
 
 def found(results: Results) -> list[Line]:
-    """The lines that have both over more than one size, in the order of the run."""
+    """Returns the lines with both ways and more than one size, in the order of the run."""
     groups: dict[tuple, dict[int, dict[str, Cell]]] = {}
     for cell in results.cells:
         accel, size = cell.parameters.get("accel"), objects(results, cell)
@@ -91,12 +92,11 @@ def found(results: Results) -> list[Line]:
         key = cell.scene, cell.variant, label, launch.rest(cell, ("accel",))
         groups.setdefault(key, {}).setdefault(size, {})[accel] = cell
     lines = [
-        Line(scene, variant, label, [_point(results, size, told) for size, told in sorted(sizes.items())])
+        Line(scene, variant, label, [_point(results, size, mine) for size, mine in sorted(sizes.items())])
         for (scene, variant, label, _), sizes in groups.items()
     ]
     meant = [line for line in lines if len(line.points) > 1 and any(p.none and p.bvh for p in line.points)]
-    order = results.scenes, results.variants
-    return sorted(meant, key=lambda line: (order[0].index(line.scene), order[1].index(line.variant)))
+    return sorted(meant, key=lambda line: (results.scenes.index(line.scene), results.variants.index(line.variant)))
 
 
 def objects(results: Results, cell: Cell) -> int | None:
@@ -104,36 +104,36 @@ def objects(results: Results, cell: Cell) -> int | None:
     return counts(results.records[cell.timed[0]] if cell.timed else None)[0]
 
 
-def _point(results: Results, size: int, told: dict[str, Cell]) -> Point:
-    none, bvh = told.get("none"), told.get("bvh")
+def _point(results: Results, size: int, mine: dict[str, Cell]) -> Point:
+    none, bvh = mine.get("none"), mine.get("bvh")
     return Point(size, none, bvh, {"none": _frame(none), "bvh": _frame(bvh)}, _built(results, bvh))
 
 
 def _frame(cell: Cell | None) -> Estimate | Missing:
-    """Steady time of a frame, s, of a cell that takes part in comparisons."""
+    """Returns the steady time of a frame of a ranked cell, s."""
     if cell is None:
         return Missing(ABSENT)
     return Missing(cell.unranked) if cell.unranked else cell.steady
 
 
 def _built(results: Results, cell: Cell | None) -> Estimate | Missing:
-    """Time of the phase `build`, s, median over processes."""
+    """Returns the time of the phase `build`, s, median over processes."""
     if cell is None:
         return Missing(ABSENT)
     if cell.status != "ok":
         return Missing(cell.verdict)
-    told = [results.records[row]["phases"] or [] for row in cell.counting]
-    spent = [[end - start for name, start, end in phases if name == "build"] for phases in told]
+    processes = [results.records[row]["phases"] or [] for row in cell.counting]
+    spent = [[end - start for name, start, end in phases if name == "build"] for phases in processes]
     if not all(spent):
-        return Missing("it says no phase build")
+        return Missing("it reports no phase build")
     return statistics.median([sum(seconds) for seconds in spent])
 
 
 def pays_after(point: Point) -> float | Missing:
-    """Frames until building is made up for."""
+    """Returns the number of frames that save as much time as building takes."""
     both, faster = point.both(), point.ratio
     if both is None:
-        return Missing("a frame without it or with it is not known")
+        return Missing("the time of a frame without it or with it is not known")
     if faster.value <= 1 or both[0] <= both[1]:
         return Missing("never: a frame is not faster with it")
     if statistics.verdict(faster, None) == statistics.NOT_RESOLVED:
@@ -142,61 +142,55 @@ def pays_after(point: Point) -> float | Missing:
 
 
 def break_even(line: Line) -> BreakEven | Missing:
-    """The number of objects from which on a frame is faster with the hierarchy."""
-    told = [(point.objects, point.ratio.value, both[0]) for point in line.points if (both := point.both())]
-    if len(told) < 2:
+    """Returns the number of objects from which on a frame is faster with the hierarchy."""
+    known = [(point.objects, point.ratio.value, both[0]) for point in line.points if (both := point.both())]
+    if len(known) < 2:
         lacking = [time for point in line.points for time in point.frames.values() if isinstance(time, Missing)]
         why = next((time.reason for time in lacking if time.reason != ABSENT), ABSENT)
-        return Missing(f"{len(told)} size{'s' * (len(told) != 1)} with both times, 2 are needed: {why}")
-    if told[-1][1] <= 1:
-        return Missing(f"they do not cross: it is not faster at {told[-1][0]} objects, the most with both times")
-    for (n, faster, seconds), (m, later, later_seconds) in reversed(list(pairwise(told))):
+        return Missing(f"{len(known)} size{'s' * (len(known) != 1)} with both times, 2 are needed: {why}")
+    if known[-1][1] <= 1:
+        return Missing(f"they do not cross: it is not faster at {known[-1][0]} objects, the most with both times")
+    for (n, faster, seconds), (m, later, later_seconds) in reversed(list(pairwise(known))):
         if faster <= 1:
             share = math.log(faster) / (math.log(faster) - math.log(later))
             return BreakEven(n * (m / n) ** share, seconds * (later_seconds / seconds) ** share, (n, m))
-    return Missing(f"they do not cross: it is the faster way from {told[0][0]} objects on, the fewest with both times")
+    return Missing(f"they do not cross: it is the faster way from {known[0][0]} objects on, the fewest with both times")
 
 
 def columns(results: Results, points: dict[int, Point]) -> list[Column]:
-    """points: by the id of the cell that stands for each."""
+    """Returns the columns of the table. points: by the id of the cell that stands for each."""
     floor = results.floor.value
 
     def of(value):
         return lambda cell: value(points[id(cell)])
 
-    def milliseconds(value):
-        return quantity.text(value, 1e3)
-
     return [
         Column("objects", "objects", "1", of(lambda p: float(p.objects)), lambda value: f"{value:.0f}"),
-        Column("frame, none (ms)", "frame_none", "s", of(lambda p: p.frames["none"]), milliseconds),
-        Column("frame, bvh (ms)", "frame_bvh", "s", of(lambda p: p.frames["bvh"]), milliseconds),
+        Column("frame, none (ms)", "frame_none", "s", of(lambda p: p.frames["none"]), scale=1e3),
+        Column("frame, bvh (ms)", "frame_bvh", "s", of(lambda p: p.frames["bvh"]), scale=1e3),
         Column("none ÷ bvh", "none_over_bvh", "1", of(lambda p: p.ratio), lambda value: quantity.ratio(value, floor)),
-        Column("build (ms)", "build", "s", of(lambda p: p.built), milliseconds),
+        Column("build (ms)", "build", "s", of(lambda p: p.built), scale=1e3),
         Column("frames until it pays", "frames_until_it_pays", "1", of(pays_after)),
     ]
 
 
 def write(results: Results, out: Path) -> str:
-    """hierarchy*.csv, .png and .svg, and the section; "" if accel was not varied over sizes of a scene."""
+    """Writes hierarchy*.csv, .png and .svg; returns the section, "" if accel was not varied over sizes of a scene."""
     lines = found(results)
     if not lines:
         return ""
     points = {id(point.cell): point for line in lines for point in line.points}
-    told = columns(results, points)
-    scenes = list(dict.fromkeys(line.scene for line in lines))
+    shown = columns(results, points)
     tables = [
-        (scene, [point.cell for line in lines if line.scene == scene for point in line.points], told)
-        for scene in scenes
+        (scene, [point.cell for line in mine for point in line.points], shown)
+        for scene, mine in grouped(lines, lambda line: line.scene).items()
     ]
     crossings = [(line, break_even(line)) for line in lines]
-    _csv(crossings).to_csv(out / "hierarchy-break-even.csv", index=False, na_rep="NaN", lineterminator="\n")
+    table.write_lines(out / "hierarchy-break-even.csv", CSV_HEADER, _csv(crossings))
     parts = [table.section(out, "hierarchy", TITLE, tables, CAPTION), "### Break-even", _table(crossings)]
     parts.append("[hierarchy-break-even.csv](hierarchy-break-even.csv)")
     if any(not isinstance(time, Missing) for point in points.values() for time in point.frames.values()):
-        with style.styled():
-            style.save(hierarchy_figure.draw(results, crossings), out / "hierarchy")
-        parts.append(markdown.figure("hierarchy", TITLE))
+        parts.append(style.figure(out / "hierarchy", TITLE, hierarchy_figure.draw, results, crossings))
     return "\n\n".join(parts)
 
 
@@ -205,16 +199,13 @@ def _table(crossings: list[tuple[Line, BreakEven | Missing]]) -> str:
     for line, crossing in crossings:
         known = not isinstance(crossing, Missing)
         between = f"{crossing.between[0]} and {crossing.between[1]} objects" if known else ""
-        told = f"{quantity.plain(crossing.objects)} objects" if known else str(crossing)
-        rows.append([Path(line.scene).stem, line.label, told, between or "unavailable"])
+        faster = f"{quantity.plain(crossing.objects)} objects" if known else str(crossing)
+        rows.append([Path(line.scene).stem, line.label, faster, between or "unavailable"])
     return markdown.table(["scene", "variant", "faster from", "measured at"], rows)
 
 
-def _csv(crossings: list[tuple[Line, BreakEven | Missing]]) -> pd.DataFrame:
-    rows = []
+def _csv(crossings: list[tuple[Line, BreakEven | Missing]]) -> Iterator[tuple]:
     for line, crossing in crossings:
         missing = isinstance(crossing, Missing)
         known = (None,) * 4 if missing else (crossing.objects, *crossing.between, crossing.seconds)
-        rows.append((line.scene, line.label, *known, str(crossing) if missing else ""))
-    header = ["scene", "variant", "break_even_objects", "measured_below", "measured_above", "frame_s", "note"]
-    return pd.DataFrame(rows, columns=header)
+        yield line.scene, line.label, *known, str(crossing) if missing else ""

@@ -1,5 +1,6 @@
-"""Time of a frame against the number of objects, with a hierarchy and without, and the time of building it."""
+"""Draws the time of a frame against the number of objects, with a hierarchy and without, and the time to build it."""
 
+import itertools
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -20,7 +21,7 @@ KINDS = (
 
 
 def draw(results: Results, crossings: list[tuple]):
-    """A panel for each kind of scene. crossings: lines, each with its BreakEven or Missing."""
+    """Draws a panel for each kind of scene. crossings: lines, each with its BreakEven or Missing."""
     scenes = list(dict.fromkeys(line.scene for line, _ in crossings))
     figure, panels = plt.subplots(
         1, len(scenes), figsize=(max(4.2, WIDTH * len(scenes)), HEIGHT), sharey=True, squeeze=False,
@@ -34,8 +35,7 @@ def draw(results: Results, crossings: list[tuple]):
         axes.set(xscale="log", yscale="log", xlabel="objects", title=Path(scene).stem)
         for axis in (axes.xaxis, axes.yaxis):
             style.log_ticks(axis)
-        axes.grid(lw=0.4, color="#DDDDDD")
-        axes.set_axisbelow(True)
+        axes.grid()
     panels[0][0].set_ylabel("time (ms)")
     variants = [
         Line2D([], [], color=shade, marker=marker, ms=3.5, lw=1.2, label=label)
@@ -46,19 +46,17 @@ def draw(results: Results, crossings: list[tuple]):
 
 
 def _looks(results: Results, lines: list) -> dict[str, tuple[str, str]]:
-    """Colour, of the variant, and marker, of its lines one after the other, by label."""
+    """Returns for each label the colour of its variant and a marker of its own among that variant's lines."""
     found: dict[str, tuple[str, str]] = {}
-    of_variant: dict[str, int] = {}
+    markers = {line.variant: itertools.cycle(MARKERS) for line in lines}
     for line in lines:
         if line.label not in found:
-            number = of_variant.get(line.variant, 0)
-            of_variant[line.variant] = number + 1
-            found[line.label] = style.colour(line.variant, results.variants), MARKERS[number % len(MARKERS)]
+            found[line.label] = style.colour(line.variant, results.variants), next(markers[line.variant])
     return found
 
 
 def _line(axes, line, crossing, shade: str, marker: str) -> None:
-    """Both times and the build of a line, and where the times cross."""
+    """Draws both times and the build of a line, and where the times cross."""
     _curve(axes, [(point.objects, point.built) for point in line.points], shade, "", ls="-", lw=0.5)
     for kind, dashes in (("none", "--"), ("bvh", "-")):
         _curve(axes, [(point.objects, point.frames[kind]) for point in line.points], shade, marker, ls=dashes, lw=1.2)
@@ -66,9 +64,9 @@ def _line(axes, line, crossing, shade: str, marker: str) -> None:
         axes.plot(crossing.objects, 1e3 * crossing.seconds, "*", color=shade, mec="black", mew=0.5, ms=8, zorder=5)
 
 
-def _curve(axes, told: list[tuple[int, Estimate | Missing]], shade: str, marker: str, **look) -> None:
-    """Values in ms against objects, with intervals; those that are missing are left out."""
-    known = [(count, value) for count, value in told if isinstance(value, Estimate)]
+def _curve(axes, points: list[tuple[int, Estimate | Missing]], shade: str, marker: str, **look) -> None:
+    """Draws the known values in ms against objects, with intervals."""
+    known = [(count, value) for count, value in points if isinstance(value, Estimate)]
     axes.plot(
         [n for n, _ in known], [1e3 * value.value for _, value in known], color=shade, marker=marker, ms=3, **look
     )

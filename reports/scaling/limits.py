@@ -1,4 +1,4 @@
-"""How close each renderer comes to the machine's limits: beside readable C++, POV-Ray, and the measured peaks.
+"""Reports how close each renderer comes to the machine's limits, beside readable C++, POV-Ray and measured peaks.
 
 The peaks are measured just before each repetition, in the same interleaved run.
 """
@@ -18,25 +18,27 @@ TITLE = "Close to the limit"
 CAPTION = (
     "Ratios are of times of a steady frame, paired by round, as in the table of times: to the readable kernel of cpp, "
     "one thread, float64 (below 1 is faster), and POV-Ray's time over the cell's, with as many threads (above 1 is "
-    "faster). Of first hits, the time of a whole frame over what Embree alone takes of its own frame, whose rest is "
-    f"NumPy (below 1 is faster). {operations.CAPTION} Peak: before each repetition a program measured, for some 20 ms "
-    "each, what one thread and as many threads as the renderer has can do: fused multiply-adds that wait for nothing, "
-    "counted as two operations, in vectors as wide as the processor's and one number at a time, and bytes to and from "
-    "memory. Share of the peak: of vectors of the cell's precision on its threads, the median over repetitions of rate "
-    "over peak; "
-    "code that fuses nothing cannot pass half of it, and code of single numbers is in the figure below its own roof, "
-    "where renderers are drawn side by side about the number of operations a byte that they share. "
-    "Parallel efficiency: time on one thread over time on several, over what the calibration gains by the same "
-    "threads, round by round: 100 % is all that the machine had to give."
+    "faster). For first hits, the time of a whole frame over the part of Embree's own frame that Embree takes, whose "
+    f"rest is NumPy (below 1 is faster). {operations.CAPTION} Peak: before each repetition a program measured, for "
+    "some 20 ms each, the rates of one thread and of as many threads as the renderer has: independent fused "
+    "multiply-adds, counted as two operations, in the processor's widest vectors and one number at a time, and bytes "
+    "to and from memory. Share of the peak: the median over repetitions of the rate over the peak of vectors in the "
+    "cell's precision on its threads; code that fuses nothing cannot pass half of it. In the figure, code without "
+    "vectors has a roof of its own, and renderers with the same number of operations per byte are drawn side by side. "
+    "Parallel efficiency: time on one thread over time on several, over the gain of the calibration with the same "
+    "threads, round by round: 100 % is all that the machine can gain."
 )
 NO_PEAKS = "the run measured no peaks (measure.peaks)"
-FREE = ("vector", "precision", "epsilon", "threads", "frames", "least_frame")  # that cells of a group differ in
-POV_RAY = {False: "povray", True: "povray-threads"}  # by whether it is compared with several threads
+FREE = ("vector", "precision", "epsilon", "threads", "frames", "least_frame")  # in which cells of a group may differ
+POV_RAY = {False: "povray", True: "povray-threads"}  # by whether the cell has several threads
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Cells that make one picture, whatever precision, lanes or threads. base: readable, one thread; None if none."""
+    """Cells that make one picture in any precision, with any lanes and threads.
+
+    base: the readable kernel of cpp on one thread; None if the run lacks it.
+    """
 
     results: Results
     label: str
@@ -47,26 +49,27 @@ class Limits:
         return self._find("cpp", vector="off", precision="float64")
 
     def over_base(self, cell: Cell) -> Estimate | Missing | str:
-        if cell is self.base:
-            return "1 (the baseline)"
-        return self._ratio(cell, self.base, "readable cpp in float64 is not in the run")
+        return ranking.ratio_to_cell(cell, self.base, "readable cpp in float64 is not in the run")
 
     def faster_than_pov_ray(self, cell: Cell) -> Estimate | Missing | str:
-        """POV-Ray's time over that of the cell."""
+        """Returns POV-Ray's time over that of the cell."""
         name = POV_RAY[threads(cell) > 1]
         if cell.variant == name:
             return "1 (POV-Ray)"
-        return self._ratio(self._find(name), cell, f"{name} is not in the run")
+        if cell.unranked:
+            return Missing(f"not ranked: {cell.unranked}")
+        pov_ray = self._find(name)
+        return ranking.ratio(pov_ray, cell) if pov_ray else Missing(f"{name} is not in the run")
 
     def over_search(self, cell: Cell) -> Estimate | Missing:
-        """Time of the cell, all that a frame takes, over what Embree alone took of its own."""
+        """Returns the time of a whole frame of the cell over the time that Embree's search took in its own frame."""
         embree = self._find("embree")
         if embree is None or cell.unranked:
             return Missing(f"not ranked: {cell.unranked}" if cell.unranked else "embree is not in the run")
         mine, search = cell.rounds("steady_s"), embree.rounds("search_s")
         both = sorted(mine.keys() & search.keys())
         if not both:
-            return Missing("its search is not told")
+            return Missing("its search is not reported")
         return statistics.ratio([mine[number] for number in both], [search[number] for number in both], paired=True)
 
     def share(self, cell: Cell) -> Estimate | Missing:
@@ -80,14 +83,11 @@ class Limits:
         return statistics.median(shared) if shared else self._no_peaks(cell)
 
     def rate(self, cell: Cell) -> Estimate | Missing:
-        """Floating-point operations per second."""
-        count = operations.tests(self.results, cell)
-        if isinstance(count, Missing):
-            return count
-        return statistics.median([operations.FLOPS * count / seconds for seconds in cell.values("steady_s")])
+        """Returns the floating-point operations per second."""
+        return operations.rate(self.results, cell, "steady_s")
 
     def intensity(self, cell: Cell) -> float | Missing:
-        """Operations for each byte that must go to memory: the picture's."""
+        """Returns the operations per byte that must go to memory, the picture's."""
         count = operations.tests(self.results, cell)
         size = {"float64": 8, "float32": 4}.get(cell.parameters["precision"])
         if isinstance(count, Missing) or size is None:
@@ -95,11 +95,11 @@ class Limits:
         return operations.FLOPS * count / (3 * size * cell.pixels)
 
     def speed_up(self, cell: Cell) -> Estimate | Missing:
-        """Time of the same renderer's kernel on one thread over its time on several."""
+        """Returns the time of the same renderer's kernel on one thread over its time on several."""
         return self._gain(cell, lambda number: 1.0)
 
     def efficiency(self, cell: Cell) -> Estimate | Missing:
-        """Its speed-up over that of the calibration, of multiply-adds as it uses them."""
+        """Returns the speed-up over that of the calibration with the same kind of multiply-adds, 0 to 1."""
         kind = ("" if vector(cell) == "on" else "scalar_") + cell.parameters["precision"]
         one, all_ = self._peaks(cell, "one", kind), self._peaks(cell, "all", kind)
         if not one:
@@ -116,41 +116,33 @@ class Limits:
             return Missing("the same kernel on one thread is not in the run")
         one, many = alone.rounds("steady_s"), cell.rounds("steady_s")
         gains = [one[number] / many[number] / ceiling(number) for number in one if number in many and ceiling(number)]
-        return statistics.median(gains) if gains else Missing("they were never good in one round")
+        return statistics.median(gains) if gains else Missing("no round has both")
 
     def _alone(self, cell: Cell) -> Cell | None:
-        """The cell of the same renderer and methods on one thread."""
-        mine = self.results.record(cell)
-        for other in self.cells:
-            told = self.results.record(other)
-            same = told and mine and told["renderer"] == mine["renderer"] and not other.unranked and not other.gpu
-            if same and threads(other) == 1 and _methods(other) == _methods(cell):
-                return other
-        return None
+        """Returns the ranked cell of the same renderer, precision and lanes on one thread; None if there is none."""
+
+        def likeness(one: Cell) -> tuple:
+            return (self.results.record(one) or {}).get("renderer"), one.parameters["precision"], vector(one)
+
+        able = (one for one in self.cells if threads(one) == 1 and not one.unranked and not one.gpu)
+        return next((one for one in able if likeness(one) == likeness(cell)), None)
 
     def _peaks(self, cell: Cell, of: str, kind: str) -> dict[int, float]:
-        """A rate of the calibrations by round."""
+        """Returns a rate of the calibrations by round."""
         records = [self.results.records[row] for row in cell.counting]
-        told = {record["repetition"]: (record.get("peaks") or {}).get(of, {}).get(kind) for record in records}
-        return {number: value for number, value in told.items() if value}
+        rates = {record["repetition"]: (record.get("peaks") or {}).get(of, {}).get(kind) for record in records}
+        return {number: value for number, value in rates.items() if value}
 
     def _no_peaks(self, cell: Cell) -> Missing:
-        told = [self.results.records[row].get("peaks") or {} for row in cell.counting]
-        return Missing(next((peaks["unavailable"] for peaks in told if "unavailable" in peaks), NO_PEAKS))
+        found = [self.results.records[row].get("peaks") or {} for row in cell.counting]
+        return Missing(next((peaks["unavailable"] for peaks in found if "unavailable" in peaks), NO_PEAKS))
 
     def _find(self, variant: str, **parameters) -> Cell | None:
-        """The ranked cell of a variant, of several that with the given parameters."""
-        mine = [cell for cell in self.cells if cell.variant == variant and not cell.unranked]
-        exact = [cell for cell in mine if all(cell.parameters.get(key, "off") == parameters[key] for key in parameters)]
-        return next(iter(exact), None)
-
-    def _ratio(self, above: Cell | None, below: Cell | None, absent: str) -> Estimate | Missing:
-        if above is None or below is None:
-            return Missing(absent)
-        for cell in (above, below):
-            if cell.unranked:
-                return Missing(f"not ranked: {cell.unranked}")
-        return ranking.ratio(above, below)
+        """Returns the ranked cell of a variant with the given parameters; None if there is none."""
+        mine = (cell for cell in self.cells if cell.variant == variant and not cell.unranked)
+        return next(
+            (one for one in mine if all(one.parameters.get(key, "off") == parameters[key] for key in parameters)), None
+        )
 
 
 def threads(cell: Cell) -> int:
@@ -161,19 +153,12 @@ def vector(cell: Cell) -> str:
     return cell.parameters.get("vector", "off")
 
 
-def _size(cell: Cell) -> int:
-    return cell.parameters["width"] * cell.parameters["height"]
-
-
-def _methods(cell: Cell) -> tuple[str, str]:
-    return cell.parameters["precision"], vector(cell)
-
-
 def found(results: Results) -> list[Limits]:
-    """Returns, for a run that measured peaks, each whole picture with the cells that made it."""
+    """Returns each whole picture with the cells that made it; [] for a run that measured no peaks."""
     if not any(record.get("peaks") for record in results.records):
         return []
-    mine = [cell for cell in results.cells if not cell.gpu and cell.pixels == _size(cell)]
+    sizes = {id(cell): cell.parameters["width"] * cell.parameters["height"] for cell in results.cells}
+    mine = [cell for cell in results.cells if not cell.gpu and cell.pixels == sizes[id(cell)]]
     groups = launch.groups(mine, FREE, across_variants=True)
     return [Limits(results, group.label, group.cells) for group in groups]
 
@@ -182,10 +167,7 @@ def columns(limits: Limits) -> list[Column]:
     floor = limits.results.floor.value
 
     def ratio(value):
-        return value if isinstance(value, str) else quantity.ratio(value, floor)
-
-    def scaled(scale):
-        return lambda value: quantity.text(value, scale)
+        return quantity.ratio(value, floor)
 
     if any(cell.parameters.get("kind") == "rays" for cell in limits.cells):
         beside = Column("time ÷ Embree's search", "time_over_search_of_embree", "1", limits.over_search, ratio)
@@ -197,16 +179,16 @@ def columns(limits: Limits) -> list[Column]:
         Column("threads", "threads", "1", lambda cell: float(threads(cell)), lambda value: f"{value:.0f}"),
         Column("time ÷ readable cpp", "time_over_readable_cpp", "1", limits.over_base, ratio),
         beside,
-        Column("Gflop/s", "flops", "1/s", limits.rate, scaled(1e-9)),
-        Column("share of the peak (%)", "share", "1", limits.share, scaled(100)),
+        Column("Gflop/s", "flops", "1/s", limits.rate, scale=1e-9),
+        Column("share of the peak (%)", "share", "1", limits.share, scale=100),
         Column("flop per byte", "intensity", "1/byte", limits.intensity),
         Column("speed-up", "speed_up", "1", limits.speed_up),
-        Column("parallel efficiency (%)", "efficiency", "1", limits.efficiency, scaled(100)),
+        Column("parallel efficiency (%)", "efficiency", "1", limits.efficiency, scale=100),
     ]
 
 
 def write(results: Results, out: Path) -> str:
-    """limits-*.csv, limits-*.png and .svg, one a picture that was made, and the section; "" without peaks."""
+    """Writes limits-*.csv, limits-*.png and .svg for each picture made; returns the section, "" without peaks."""
     groups = found(results)
     if not groups:
         return ""
@@ -214,8 +196,6 @@ def write(results: Results, out: Path) -> str:
     parts = [table.section(out, "limits", TITLE, tables, CAPTION)]
     for number, group in enumerate(groups):
         if any(not isinstance(group.rate(cell), Missing) for cell in group.cells):
-            name = f"limits-{number}-{markdown.slug(group.label)}"
-            with style.styled():
-                style.save(limits_figure.draw(group), out / name)
-            parts.append(markdown.figure(name, f"{TITLE}: {group.label}"))
+            path = out / f"limits-{number}-{markdown.slug(group.label)}"
+            parts.append(style.figure(path, f"{TITLE}: {group.label}", limits_figure.draw, group))
     return "\n\n".join(parts)

@@ -1,4 +1,4 @@
-"""The roofline (Williams, Waterman and Patterson, 2009): what each renderer reaches, under what the machine allows."""
+"""Draws the roofline (Williams, Waterman and Patterson, 2009): rates of renderers below the machine's peaks."""
 
 from statistics import median
 
@@ -14,12 +14,12 @@ ROOFS = (
     ("scalar_float64", "one number at a time", ":"),
 )
 SHADES = {"one": "#444444", "all": "#AAAAAA"}
-APART = 1.07  # variants make one picture with the same work: side by side, so that all are seen
+APART = 1.07  # variants do the same work for one picture: side by side, none hides another
 MARKS = {"off": "o", "on": "D"}
 
 
 def draw(limits):
-    """The figure of a limits.Limits: operations a second against operations a byte, and parallel efficiency below."""
+    """Draws a limits.Limits: operations per second against operations per byte, and parallel efficiency below."""
     results = limits.results
     points = [(cell, limits.intensity(cell), limits.rate(cell)) for cell in limits.cells]
     points = [(cell, x, y) for cell, x, y in points if not isinstance(x, Missing) and not isinstance(y, Missing)]
@@ -50,18 +50,18 @@ def _roofline(axes, limits, points) -> None:
     low, high = min(x for _, x, _ in points), max(x for _, x, _ in points)
     low, high = low / 30, high * 3
     for of, shade in SHADES.items():
-        told = peaks.get(of)
-        if not told or (of == "all" and told["threads"] == 1):
+        rates = peaks.get(of)
+        if not rates or (of == "all" and rates["threads"] == 1):
             continue
         for kind, label, line in ROOFS:
-            ridge = told[kind] / told["bytes"]
+            ridge = rates[kind] / rates["bytes"]
             xs = [x for x in (low, ridge, high) if low <= x <= high]
-            axes.plot(xs, [min(told[kind], told["bytes"] * x) / 1e9 for x in xs], line, color=shade, lw=1)
-            count = f"{told['threads']:.0f} thread{'s' if told['threads'] > 1 else ''}"
-            # at the one end or the other: the peak of two threads in float64 is that of one in float32
+            axes.plot(xs, [min(rates[kind], rates["bytes"] * x) / 1e9 for x in xs], line, color=shade, lw=1)
+            count = f"{rates['threads']:.0f} thread{'s' if rates['threads'] > 1 else ''}"
+            # at opposite ends, since the peak of two threads in float64 is that of one in float32
             place, side = ((max(ridge, low), "left"), (high, "right"))[of == "one"]
             axes.annotate(
-                f"{label}, {count}", (place, told[kind] / 1e9), textcoords="offset points",
+                f"{label}, {count}", (place, rates[kind] / 1e9), textcoords="offset points",
                 xytext=(2 if side == "left" else -2, 2), ha=side, fontsize=5.5, color=shade,
             )  # fmt: skip
     variants = list(dict.fromkeys(cell.variant for cell, *_ in points))
@@ -78,16 +78,15 @@ def _roofline(axes, limits, points) -> None:
     )  # fmt: skip
     style.log_ticks(axes.xaxis)
     style.log_ticks(axes.yaxis)
-    axes.grid(lw=0.3, color="#DDDDDD")
-    axes.set_axisbelow(True)
+    axes.grid(lw=0.3)
 
 
 def _medians(limits) -> dict[str, dict]:
-    """Returns the median of each rate of the calibrations before these cells, at the largest number of threads."""
-    told = [limits.results.records[row].get("peaks") or {} for cell in limits.cells for row in cell.counting]
+    """Returns the median of each rate of the calibrations before these cells, for the largest number of threads."""
+    measured = [limits.results.records[row].get("peaks") or {} for cell in limits.cells for row in cell.counting]
     found = {}
     for of in SHADES:
-        mine = [peaks[of] for peaks in told if of in peaks]
+        mine = [peaks[of] for peaks in measured if of in peaks]
         most = max((one["threads"] for one in mine), default=0)
         mine = [one for one in mine if one["threads"] == most]
         if mine:
@@ -109,5 +108,4 @@ def _efficiency(axes, results, shares) -> None:
     axes.set_yticks(range(len(names)), names, fontsize=6)
     axes.set(ylim=(len(names) - 0.5, -0.5), xlabel="parallel efficiency: share of what the machine gained (%)")
     axes.set_xlim(left=0)
-    axes.grid(axis="x", lw=0.4, color="#DDDDDD")
-    axes.set_axisbelow(True)
+    axes.grid(axis="x")

@@ -1,4 +1,4 @@
-"""The cost of unused features in a kernel: kernels as needed, with one feature more, and with all."""
+"""Reports the cost of unused features in a kernel: kernels as needed, with one feature more, and with all."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,26 +9,26 @@ from harness.statistics.statistics import Estimate
 from reports.paper import markdown, quantity, style, table
 from reports.paper.table import Column
 from reports.run import gpu, launch, ranking
-from reports.run.results import Cell, Missing, Results
+from reports.run.results import Cell, Missing, Results, grouped
 from reports.times import startup_table
 
 BASE = "needed"
-TITLE = "Needs: what is carried and not used"
+TITLE = "Needs: the cost of unused features"
 CAPTION = (
-    "A kernel as the scene needs it, beside kernels that carry more, which the scene does not use (general: all that "
-    "the renderer has). A ratio, its interval and what is not resolved are as in the table of times; it is to the same "
-    "variant's kernel as needed, and above 1 what is carried costs time. Compile: with an empty cache, or the build of "
-    "a program that is compiled beforehand, marked (build). Memory: peak of the process, without what compiling takes "
-    "where code is loaded from a cache. Same picture: have all repetitions the bytes of the picture of the kernel as "
-    "needed? Grey in the figure: what the run cannot tell from noise, by its A/A pair."
+    "A kernel as the scene needs it, beside kernels with more features, which the scene does not use (general: all "
+    'features of the renderer). Ratio, interval and "not resolved" as in the table of times; the ratio is to the same '
+    "variant's kernel as needed, and above 1 the unused features cost time. Compile: with an empty cache, or the build "
+    "of a program that is compiled beforehand, marked (build). Memory: peak of the process, without the memory of "
+    "compiling where code is loaded from a cache. Same picture: do all repetitions have the bytes of the picture of "
+    "the kernel as needed? Grey in the figure: not distinguishable from noise, by the A/A pair of the run."
 )
-NO_GPU = "it runs on no GPU (rayrace doctor --cuda compiles its kernels without one)"
+NO_GPU = "it does not run on a GPU (rayrace doctor --cuda compiles its kernels without one)"
 ROW, HEAD = 0.2, 1.1  # inches
 
 
 @dataclass(frozen=True)
 class Carried:
-    """The kernels of one variant that differ in nothing but what they carry. base: as needed; None if it has none."""
+    """The kernels of one variant that differ only in their features. base: as needed; None if the run lacks it."""
 
     label: str
     base: Cell | None
@@ -36,7 +36,7 @@ class Carried:
 
 
 def found(results: Results) -> list[Carried]:
-    """The variants whose kernel was varied."""
+    """Returns the variants whose kernel was varied."""
     groups = [group for group in launch.groups(results.cells, ("kernel",)) if len({*map(carries, group.cells)}) > 1]
     return [
         Carried(group.label, next((cell for cell in group.cells if carries(cell) == BASE), None), group.cells)
@@ -45,29 +45,24 @@ def found(results: Results) -> list[Carried]:
 
 
 def carries(cell: Cell) -> str:
-    """ "needed", "shadows", "general"."""
+    """Returns the features that a kernel has beyond the needed ones: "needed", "shadows", "general"."""
     return cell.parameters.get("kernel", BASE).removeprefix(f"{BASE}+").replace("+", ", ")
 
 
 def ratio(cell: Cell, base: Cell | None) -> Estimate | Missing | str:
-    """Time over that of the kernel as needed."""
-    if cell.unranked:
-        return Missing(f"not ranked: {cell.unranked}")
-    if cell is base:
-        return "1 (the baseline)"
-    if base is None or base.unranked:
-        return Missing("the kernel as needed is not ranked here")
-    return ranking.ratio(cell, base, launch.clock([cell, base])[0])
+    """Returns the time over that of the kernel as needed."""
+    column, _ = launch.clock([cell, base or cell])
+    return ranking.ratio_to_cell(cell, base, "the kernel as needed is not ranked here", column)
 
 
 def peak(cell: Cell) -> Estimate | Missing:
-    """Peak memory, byte; of processes that loaded their code, where some did."""
+    """Returns the peak memory, byte, of processes that loaded compiled code if there are any, else of all."""
     states = {state.cache: state for state in cell.by_cache()}
-    return states.get("warm", cell).median("peak_bytes", "not told")
+    return states.get("warm", cell).median("peak_bytes", "not reported")
 
 
 def same_picture(results: Results, cell: Cell, base: Cell | None) -> str | Missing:
-    """Are the bytes of all its pictures those of the first one of the kernel as needed?"""
+    """Returns whether all its pictures have the bytes of the picture of the kernel as needed: "yes" or "no"."""
     mine, right = _digests(results, cell), base and _digests(results, base)
     if not mine or not right:
         return Missing(cell.verdict if cell.status != "ok" else "the run has no picture to compare")
@@ -80,67 +75,60 @@ def _digests(results: Results, cell: Cell) -> set[str]:
 
 
 def columns(results: Results, partners: dict[int, Cell | None]) -> list[Column]:
-    """partners: the kernel as needed of each cell, by its id."""
+    """Returns the columns of the table. partners: the kernel as needed for each cell, by its id."""
     floor = results.floor.value
 
     def resource(title, name, unit):
-        def told(cell):
+        def used(cell):
             value = gpu.method(results, cell, name) if cell.gpu else Missing(NO_GPU)
             return value if isinstance(value, Missing | str) else float(value)
 
-        return Column(title, name, unit, told, lambda value: f"{value:.0f}")
+        return Column(title, name, unit, used, lambda value: f"{value:.0f}")
 
-    return [
+    found = [
         Column("carries", "carries", "", carries),
         Column(
             "time ÷ needed", "time_over_needed", "1", lambda cell: ratio(cell, partners[id(cell)]),
-            lambda value: value if isinstance(value, str) else quantity.ratio(value, floor),
+            lambda value: quantity.ratio(value, floor),
         ),
         Column("compile (s)", "compile_cold", "s", startup_table.cold, startup_table.show_cold),
-        Column("peak memory (MB)", "peak_bytes", "byte", peak, lambda value: quantity.text(value, 1e-6)),
+        Column("peak memory (MB)", "peak_bytes", "byte", peak, scale=1e-6),
         Column("same picture", "same_picture", "", lambda cell: same_picture(results, cell, partners[id(cell)])),
-        *(
-            [
-                resource("registers", "registers", "1"),
-                resource("local memory (byte)", "local_bytes", "byte"),
-                resource("constant memory (byte)", "constant_bytes", "byte"),
-            ]
-            if any(cell.gpu for cell in results.cells)
-            else []
-        ),
     ]  # fmt: skip
+    if any(cell.gpu for cell in results.cells):
+        found += [
+            resource("registers", "registers", "1"),
+            resource("local memory (byte)", "local_bytes", "byte"),
+            resource("constant memory (byte)", "constant_bytes", "byte"),
+        ]
+    return found
 
 
 def write(results: Results, out: Path) -> str:
-    """needs-*.csv, one a scene, needs-*.png and .svg, and the section; "" if no kernel carries more than is needed."""
+    """Writes needs-*.csv per scene, needs-*.png and .svg; returns the section, "" if no kernel has unused features."""
     groups = found(results)
     if not groups:
         return ""
     partners = {id(cell): group.base for group in groups for cell in group.cells}
-    told = columns(results, partners)
-    tables = [
-        (scene, [cell for cell in results.of(scene) if id(cell) in partners], told)
-        for scene in results.scenes
-        if any(id(cell) in partners for cell in results.of(scene))
-    ]
+    shown = columns(results, partners)
+    mine = grouped((cell for cell in results.cells if id(cell) in partners), lambda cell: cell.scene)
+    tables = [(scene, mine[scene], shown) for scene in results.scenes if scene in mine]
     parts = [table.section(out, "needs", TITLE, tables, CAPTION)]
     if not any(cell.gpu for cell in results.cells):
         parts.append(markdown.escape(f"Registers, local and constant memory: unavailable: {NO_GPU}."))
     drawn = [group for group in groups if _points(group)]
     if drawn:
-        with style.styled():
-            style.save(draw(results, drawn), out / "needs")
-        parts.append(markdown.figure("needs", TITLE))
+        parts.append(style.figure(out / "needs", TITLE, draw, results, drawn))
     return "\n\n".join(parts)
 
 
 def _points(group: Carried) -> list[tuple[str, Estimate]]:
-    told = [(carries(cell), ratio(cell, group.base)) for cell in group.cells]
-    return [(name, value) for name, value in told if isinstance(value, Estimate)]
+    ratios = [(carries(cell), ratio(cell, group.base)) for cell in group.cells]
+    return [(name, value) for name, value in ratios if isinstance(value, Estimate)]
 
 
 def draw(results: Results, groups: list[Carried]):
-    """Three panels over the same rows, one for each kernel: time over that as needed, compile time, and memory."""
+    """Draws three panels with a row for each kernel: time over that of the needed kernel, compile time and memory."""
     rows = list(dict.fromkeys(carries(cell) for group in groups for cell in group.cells))
     figure, panels = plt.subplots(
         1, 3, figsize=(7.2, HEAD + ROW * len(rows) * max(1, len(groups) / 2)), sharey=True, layout="constrained"
@@ -158,8 +146,7 @@ def draw(results: Results, groups: list[Carried]):
     for axes, label in zip(panels, ("time ÷ needed", "compile (s)", "peak memory (MB)"), strict=True):
         axes.set(xlabel=label, xscale="log")
         style.log_ticks(axes.xaxis)
-        axes.grid(axis="x", lw=0.4, color="#DDDDDD")
-        axes.set_axisbelow(True)
+        axes.grid(axis="x")
     panels[0].set_yticks(range(len(rows)), rows)
     panels[0].set_ylim(len(rows) - 0.5, -0.5)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=6)

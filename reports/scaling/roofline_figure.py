@@ -1,13 +1,12 @@
-"""The figure of how much of a device's peak goes into ray-sphere tests."""
+"""Draws the share of a GPU's peak that goes into ray-sphere tests."""
 
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 
-from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
-from reports.paper import markdown, quantity, style, table
+from reports.paper import markdown, style, table
 from reports.paper.table import Column
 from reports.run import gpu, launch
 from reports.run.results import Cell, Missing, Results, point_label
@@ -15,29 +14,23 @@ from reports.scaling import operations
 
 TITLE = "Share of the device's peak"
 CAPTION = (
-    f"{operations.CAPTION} Time: the kernel's. Peak: of the precision that was used, as the renderer computed it from "
-    "what the device tells, a fused multiply-add counted as two; code that fuses none cannot pass half of it. Of "
-    "points that differ only in how the kernel is launched the one with the highest rate is drawn."
+    f"{operations.CAPTION} Time: the kernel's. Peak: in the precision used, as the renderer computed it from the "
+    "device's properties, a fused multiply-add counted as two; code that fuses none cannot pass half of it. Of points "
+    "that differ only in how the kernel is launched the one with the highest rate is drawn."
 )
 ROW, HEAD = 0.36, 1.1  # inches
 
 
 def rate(results: Results, cell: Cell) -> Estimate | Missing:
-    """Floating-point operations per second."""
-    count = operations.tests(results, cell)
-    if isinstance(count, Missing):
-        return count
-    kernel = cell.values("kernel_s")
-    if not kernel:
-        return Missing("the time of the kernel is not told")
-    return statistics.median([operations.FLOPS * count / seconds for seconds in kernel])
+    """Returns the floating-point operations per second of the kernel."""
+    return operations.rate(results, cell, "kernel_s")
 
 
 def peak(results: Results, cell: Cell) -> float | Missing:
     """Returns the device's peak in the cell's precision, floating-point operations per second."""
     bits = {"float32": "fp32", "float64": "fp64"}.get(cell.parameters["precision"])
     if bits is None:
-        return Missing(f"no peak is known of {cell.parameters['precision']}")
+        return Missing(f"no peak is known for {cell.parameters['precision']}")
     found = gpu.device(results, cell, f"peak_{bits}_flops")
     return found if isinstance(found, Missing) else float(found)
 
@@ -56,18 +49,15 @@ def share(results: Results, cell: Cell) -> Estimate | Missing:
 def columns(results: Results) -> list[Column]:
     return [
         Column("precision", "precision", "", lambda cell: cell.parameters["precision"]),
-        Column("tests of a frame (millions)", "tests", "1", lambda cell: operations.tests(results, cell),
-               lambda value: quantity.text(value, 1e-6)),
-        Column("Tflop/s", "flops", "1/s", lambda cell: rate(results, cell), lambda value: quantity.text(value, 1e-12)),
-        Column("peak (Tflop/s)", "peak_flops", "1/s", lambda cell: peak(results, cell),
-               lambda value: quantity.text(value, 1e-12)),
-        Column("share of the peak (%)", "share", "1", lambda cell: share(results, cell),
-               lambda value: quantity.text(value, 100)),
-    ]  # fmt: skip
+        Column("tests per frame (millions)", "tests", "1", lambda cell: operations.tests(results, cell), scale=1e-6),
+        Column("Tflop/s", "flops", "1/s", lambda cell: rate(results, cell), scale=1e-12),
+        Column("peak (Tflop/s)", "peak_flops", "1/s", lambda cell: peak(results, cell), scale=1e-12),
+        Column("share of the peak (%)", "share", "1", lambda cell: share(results, cell), scale=100),
+    ]
 
 
 def draw(results: Results, cells: list[Cell]):
-    """The figure of cells that have a rate."""
+    """Draws cells that have a rate."""
     figure, axes = plt.subplots(figsize=(7.2, ROW * len(cells) + HEAD), layout="constrained")
     for row, cell in enumerate(cells):
         found, most, part = rate(results, cell), peak(results, cell), share(results, cell)
@@ -84,15 +74,14 @@ def draw(results: Results, cells: list[Cell]):
         xscale="log", ylim=(len(cells) - 0.5, -0.5), xlabel=f"Tflop/s, {operations.FLOPS} operations a test of a sphere"
     )
     style.log_ticks(axes.xaxis)
-    axes.grid(axis="x", lw=0.4, color="#CCCCCC")
-    axes.set_axisbelow(True)
+    axes.grid(axis="x", color="#CCCCCC")
     marks = Line2D([], [], ls="", marker="o", color="#444444"), Line2D([], [], ls="", marker="|", color="black", ms=11)
     figure.legend(marks, ["here", "peak of the device"], loc="outside upper right", ncols=2)
     return figure
 
 
 def _name(results: Results, cell: Cell) -> str:
-    """Two lines: the variant and how it was launched, and the swept point."""
+    """Returns two lines: the variant and its launch, and the swept point."""
     words = [cell.variant, cell.parameters["precision"]]
     if block := gpu.block(results, cell):
         words.append("block {} × {}".format(*block))
@@ -101,14 +90,14 @@ def _name(results: Results, cell: Cell) -> str:
 
 
 def fastest(results: Results, cells: list[Cell]) -> list[Cell]:
-    """Returns, of cells that have a rate and differ only in their launch, the one with the highest rate."""
+    """Returns, of cells with a rate that differ only in their launch, the one with the highest rate."""
     rates = {id(cell): rate(results, cell) for cell in cells}
     known = [cell for cell in cells if not isinstance(rates[id(cell)], Missing)]
     return [max(group.cells, key=lambda cell: rates[id(cell)].value) for group in launch.groups(known, launch.SHAPE)]
 
 
 def write(results: Results, out: Path) -> str:
-    """peak-*.csv, peak-NUMBER-SCENE.png and .svg, one a scene, and the section of the report; "" without a GPU."""
+    """Writes peak-*.csv, peak-NUMBER-SCENE.png and .svg per scene; returns the section, "" without a GPU."""
     scenes = gpu.scenes(results)
     if not scenes:
         return ""
@@ -118,8 +107,6 @@ def write(results: Results, out: Path) -> str:
     for number, scene in enumerate(scenes):
         drawn = fastest(results, cells[scene])
         if drawn:
-            name = f"peak-{number}-{markdown.slug(Path(scene).stem)}"
-            with style.styled():
-                style.save(draw(results, drawn), out / name)
-            parts.append(markdown.figure(name, f"{TITLE}: {scene}"))
+            path = out / f"peak-{number}-{markdown.slug(Path(scene).stem)}"
+            parts.append(style.figure(path, f"{TITLE}: {scene}", draw, results, drawn))
     return "\n\n".join(parts)

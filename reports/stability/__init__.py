@@ -1,1 +1,1 @@
-"""Where methods fail."""
+"""Reports where methods fail as the stress on them grows."""

@@ -1,20 +1,19 @@
-"""Speed against stability: the time of each method relative to the default, and the stress that it survives."""
+"""Draws speed against stability: the time of each method relative to the default, and the stress that it survives."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from harness.statistics import steady
-from reports.paper import markdown, style
+from reports.paper import markdown, style, table
 from reports.run import command
-from reports.run.cell import Missing
 from reports.run.results import Results
 from reports.stability import stability
 from reports.stability import style as look
@@ -22,14 +21,13 @@ from reports.stability.stability import Curve, Point, Row, Way
 
 TITLE = "Speed against stability"
 CAPTION = (
-    "Each mark: the time of a frame over that of the default way, which is at 1, at the same level, of the same "
-    "variant and precision: the median over levels, and a bar from quartile to quartile. Across: how much of the "
-    "stress is survived, as in the overview. To the right and low is best. Full marks are float64, hollow ones other "
-    "precisions."
+    "Each mark: the time of a frame over that of the default way (at 1) of the same variant and precision at the same "
+    "level: the median over levels, with a bar from quartile to quartile. Across: the stress survived, as in the "
+    "overview. Low and to the right is best. Full marks are float64, hollow ones other precisions."
 )
 COLUMNS, PANEL = 5, (1.5, 1.6)  # inches
-KEY = 0.065  # of a panel's height, that a way takes in its key
-CSV = (
+KEY = 0.065  # of a panel's height, for a way in its key
+CSV_HEADER = (
     "row", "variant", "precision", "way", "naive", "default_way", "levels", "time_ratio", "ratio_low", "ratio_high",
     "survived", "of", "unit", "sure",
 )  # fmt: skip
@@ -37,9 +35,10 @@ CSV = (
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of a curve with timed frames. ratios: its time over the default method's, one a level.
+    """The cost of a curve with timed frames.
 
-    frames: timed in all. shortest, longest: frames, s.
+    ratios: its time over the default method's, one per level. frames: how many were timed. shortest, longest: median
+    frames of a level, s.
     """
 
     curve: Curve
@@ -68,7 +67,7 @@ def costs(results: Results, row: Row) -> list[Cost]:
     found = []
     for curve in row.curves:
         base = row.find(curve.variant, curve.precision, usual)
-        theirs = {p.level: _seconds(results, p) for p in base.known} if base else {}
+        theirs = {point.level: _seconds(results, point) for point in base.known} if base else {}
         mine = {point.level: _seconds(results, point) for point in curve.known}
         both = [level for level, seconds in mine.items() if seconds and theirs.get(level)]
         if both:
@@ -80,32 +79,31 @@ def costs(results: Results, row: Row) -> list[Cost]:
 
 
 def _default(row: Row) -> Way | None:
-    """The way whose method has the value that a job has which asks for none."""
+    """Returns the way with the default value of the row's method."""
     value = command.default(row.facts["method"]) if row.facts["method"] else None
     return next((way for way in row.ways if way.name == value), None)
 
 
 def _seconds(results: Results, point: Point) -> list[float]:
-    """Steady frames of all repetitions, s; the first of a process is apart."""
+    """Returns the steady frames of all repetitions, s."""
     frames = []
     for number in point.cell.timed:
-        told = results.records[number]["frames_s"] or []
-        frames += told[steady.find(told).start :]
+        every = results.records[number]["frames_s"] or []
+        frames += every[steady.find(every).start :]
     return frames
 
 
 def write(results: Results, out: Path) -> str:
-    """stability-cost.png and .svg, stability-cost.csv, and the section of the report; "" where no frame was timed."""
+    """Writes stability-cost.png, .svg and .csv; returns the section of the report, "" where no frame was timed."""
     found = {row.name: (row, costs(results, row)) for row in stability.rows(results)}
     found = {name: (row, mine) for name, (row, mine) in found.items() if mine}
     if not found:
         return ""
-    with style.styled():
-        style.save(draw(results, list(found.values())), out / "stability-cost")
-    _csv(found).to_csv(out / "stability-cost.csv", index=False, na_rep="NaN", lineterminator="\n")
-    parts = [f"## {TITLE}", markdown.figure("stability-cost", TITLE), _table(found)]
-    said = f"{CAPTION} {_short(found)}"
-    return "\n\n".join([*parts, "Every curve: [stability-cost.csv](stability-cost.csv).", markdown.escape(said)])
+    table.write_lines(out / "stability-cost.csv", CSV_HEADER, _csv(found))
+    figure = style.figure(out / "stability-cost", TITLE, draw, results, list(found.values()))
+    link = "Every curve: [stability-cost.csv](stability-cost.csv)."
+    caption = markdown.escape(f"{CAPTION} {_short(found)}")
+    return "\n\n".join([f"## {TITLE}", figure, _table(found), link, caption])
 
 
 def _short(found: dict[str, tuple[Row, list[Cost]]]) -> str:
@@ -115,22 +113,22 @@ def _short(found: dict[str, tuple[Row, list[Cost]]]) -> str:
     counts = sorted(cost.frames / len(cost.ratios) for cost in every)
     number = " to ".join(dict.fromkeys(f"{count:g}" for count in (counts[0], counts[-1])))
     return (
-        "These are frames of the rows' own rays and small pictures, few and short, and no benchmark: "
-        f"{number} steady frames a cell, of {look.short(low)} s to {look.short(high)} s."
+        "These frames, of the rows' own rays and small pictures, are few and short, so this is no benchmark: "
+        f"{number} steady frames per cell, of {look.short(low)} s to {look.short(high)} s."
     )
 
 
 def _table(found: dict[str, tuple[Row, list[Cost]]]) -> str:
-    """A line for each row, way and precision: the range over variants."""
+    """Returns the table with a line for each row, way and precision."""
     lines = []
     for row, mine in found.values():
         for precision in row.precisions:
             for way in row.ways:
                 some = [cost for cost in mine if (cost.curve.precision, cost.curve.way) == (precision, way)]
                 if some and way != some[0].against:
-                    told = ", ".join(f"{cost.curve.variant} {_times(cost)}" for cost in some)
-                    gains = ", ".join(f"{c.curve.variant} {_survived(row, c.curve)}" for c in some)
-                    lines.append([row.label, precision, f"{way.name} / {some[0].against.name}", told, gains])
+                    times = ", ".join(f"{cost.curve.variant} {_times(cost)}" for cost in some)
+                    gains = ", ".join(f"{cost.curve.variant} {row.survival(cost.curve).mark}" for cost in some)
+                    lines.append([row.label, precision, f"{way.name} / {some[0].against.name}", times, gains])
     header = ["row", "precision", "ways", "time of a frame, median over levels [quartiles]", "survived"]
     return markdown.table(header, lines)
 
@@ -140,31 +138,23 @@ def _times(cost: Cost) -> str:
     return f"{cost.ratio:.3g} [{low:.3g}, {high:.3g}]"
 
 
-def _survived(row: Row, curve: Curve) -> str:
-    told = row.survival(curve)
-    return str(told) if isinstance(told, Missing) else told.mark
-
-
-def _csv(found: dict[str, tuple[Row, list[Cost]]]) -> pd.DataFrame:
-    lines = []
+def _csv(found: dict[str, tuple[Row, list[Cost]]]) -> Iterator[tuple]:
     for row, mine in found.values():
         for cost in mine:
-            curve, told = cost.curve, row.survival(cost.curve)
+            curve, survival = cost.curve, row.survival(cost.curve)
             head = row.name, curve.variant, curve.precision, curve.way.name, curve.way.naive, cost.against.name
             numbers = len(cost.ratios), cost.ratio, *cost.spread
-            lines.append(
-                (*head, *numbers, told.value or 0.0, told.of, "decades" if told.decades else "levels", told.sure)
-            )
-    return pd.DataFrame(lines, columns=list(CSV))
+            unit = "decades" if survival.decades else "levels"
+            yield *head, *numbers, survival.value or 0.0, survival.of, unit, survival.sure
 
 
 def draw(results: Results, found: list[tuple[Row, list[Cost]]]):
-    """A panel a row."""
+    """Draws a panel for each row."""
     columns = min(COLUMNS, len(found))
     lines = math.ceil(len(found) / columns)
     wide, high = max(4.6, PANEL[0] * columns), PANEL[1] * lines
     figure, panels = plt.subplots(lines, columns, figsize=(wide, high), squeeze=False, layout="constrained")
-    variants = [name for name in results.variants if any(name in row.variants for row, _ in found)]
+    variants = look.variants(results, [row for row, _ in found])
     for axes, (row, mine) in zip(panels.flat, found, strict=False):
         _panel(axes, row, mine, variants)
     for axes in panels.flat[len(found) :]:
@@ -179,8 +169,8 @@ def draw(results: Results, found: list[tuple[Row, list[Cost]]]):
 def _panel(axes, row: Row, mine: list[Cost], variants: list[str]) -> None:
     shades = look.colours(row.ways)
     for cost in mine:
-        told, shade = row.survival(cost.curve), shades[cost.curve.way]
-        x, marks = told.value or 0.0, look.marker(cost.curve.variant, variants)
+        shade = shades[cost.curve.way]
+        x, marks = row.survival(cost.curve).value or 0.0, look.marker(cost.curve.variant, variants)
         fill = shade if cost.curve.precision == "float64" else "white"
         axes.plot([x, x], cost.spread, color=shade, lw=0.6, alpha=0.6)
         axes.plot(x, cost.ratio, color=shade, **{**marks, "mfc": fill}, zorder=3, alpha=0.9)
@@ -189,7 +179,7 @@ def _panel(axes, row: Row, mine: list[Cost], variants: list[str]) -> None:
     ends = [end for cost in mine for end in cost.spread]
     ways = [way for way in row.ways if any(cost.curve.way == way for cost in mine)]
     low, high = min(0.5, 0.8 * min(ends)), max(1.5, 1.15 * max(ends))
-    room = min(0.6, KEY * len(ways))  # of the panel, above all marks
+    room = min(0.6, KEY * len(ways))  # share of the panel above all marks
     axes.set_ylim(low, high * (high / low) ** (room / (1 - room)))
     axes.yaxis.set_major_formatter(lambda value, _: look.short(value))
     axes.yaxis.minorticks_off()
@@ -201,8 +191,7 @@ def _panel(axes, row: Row, mine: list[Cost], variants: list[str]) -> None:
     decades = row.survival(mine[0].curve).decades
     axes.set_xlabel(f"{'decades' if decades else 'levels'} survived, of {of:.3g}", fontsize=look.SMALL - 0.5)
     axes.set_title(row.label, loc="left", fontsize=look.SMALL)
-    axes.grid(lw=0.4, color=look.PALE)
-    axes.set_axisbelow(True)
+    axes.grid()
     handles = [Line2D([], [], ls="", marker="s", ms=3, color=shades[way], mew=0) for way in ways]
     axes.legend(handles, [way.name for way in ways], fontsize=look.TINY - 0.4, loc="upper left", handletextpad=0.1,
                 borderpad=0.2, labelspacing=0.2)  # fmt: skip

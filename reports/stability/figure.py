@@ -1,14 +1,15 @@
-"""A chart for each row of the catalogue of failures: share of wrong answers and their error, by stress."""
+"""Draws a chart for each row of the catalogue of failures: share of wrong answers and their error, by stress."""
 
 import math
 import textwrap
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-import pandas as pd
 from matplotlib.lines import Line2D
 
-from reports.paper import markdown, style
+from reports.paper import markdown, style, table
 from reports.run.results import Results
 from reports.stability import memory, stability, threads
 from reports.stability import style as look
@@ -16,29 +17,29 @@ from reports.stability.stability import Curve, Row
 
 TITLE = "Where methods break, row by row"
 CAPTION = (
-    "Left: of each level the share of answers that are wrong, with its 95 % interval: Wilson's, and where none or all "
-    "fail the rule of three, as if answers failed independently. The dotted grey line is 3 / n, which is as much as 0 "
-    "failures of n leave possible. A mark is full where a curve breaks: at the first level with a failure. Upright "
-    "lines: the level at which theory lets a way break, where it is within the chart. Right: the error of answers that "
-    "have one; the line is the median, the thin one above it the 99th percentile, and what is dotted is the theory. 0 "
-    "is at the lower edge. All curves of a row have the same inputs at a level, if their precision is the same."
+    "Left: the share of wrong answers at each level, with its 95 % interval: Wilson's, or the rule of three where none "
+    "or all fail, as if answers failed independently. The dotted grey line is 3 / n, the largest share that 0 failures "
+    "of n leave possible. A mark is full where a curve breaks: at the first level with a failure. Upright lines: the "
+    "level at which theory lets a way break, where the chart contains it. Right: the error of answers that have one; "
+    "the line is the median, the thin one above it the 99th percentile, the dotted one the theory. 0 is at the lower "
+    "edge. Curves of a row with the same precision have the same inputs at a level."
 )
-CSV = (
+CSV_HEADER = (
     "row", "code", "variant", "precision", "way", "naive", "level", "count", "failures", "share", "share_low",
     "share_high", "breaks_here", "error_median", "error_p99", "error_max", "expected_error", "expected_break", "status",
     "note",
 )  # fmt: skip
 
-OWN = {"S21": memory, "S24": threads}  # rows with other charts, by their codes
+OWN = {"S21": memory, "S24": threads}  # rows with a different chart, by code
 
 
 def write(results: Results, out: Path) -> str:
-    """stability-NAME.png and .svg of each row, stability.csv, and the section of the report."""
+    """Writes stability-NAME.png and .svg for each row, and stability.csv; returns the section of the report."""
     found = stability.rows(results)
     parts = [f"## {TITLE}", markdown.escape(CAPTION)]
     for row in found:
         parts += _section(results, row, out)
-    _csv(results, found).to_csv(out / "stability.csv", index=False, na_rep="NaN", lineterminator="\n")
+    table.write_lines(out / "stability.csv", CSV_HEADER, _csv(found))
     return "\n\n".join([*parts, "Every point of every row: [stability.csv](stability.csv)."])
 
 
@@ -47,19 +48,17 @@ def _section(results: Results, row: Row, out: Path) -> list[str]:
     parts = [f"### {markdown.escape(title)}"]
     own = OWN.get(row.facts["code"])
     if own.drawable(row) if own else any(curve.known for curve in row.curves):
-        name = f"stability-{markdown.slug(row.name)}"
-        with style.styled():
-            style.save((own.draw if own else draw)(results, row), out / name)
-        parts.append(markdown.figure(name, title))
-    said = f"{caption(row)} {own.caption(row)}" if own else caption(row)
-    return [*parts, markdown.escape(said), *missing(row)]
+        path = out / f"stability-{markdown.slug(row.name)}"
+        parts.append(style.figure(path, title, own.draw if own else draw, results, row))
+    words = f"{caption(row)} {own.caption(row)}" if own else caption(row)
+    return [*parts, markdown.escape(words), *missing(row)]
 
 
 def caption(row: Row) -> str:
-    """Returns the caption: what is counted, and its source."""
+    """Returns the caption of a row: what counts as a failure, and its source."""
     counts = sorted({point.told["count"] for curve in row.curves for point in curve.known})
     number = " to ".join(dict.fromkeys(map(str, (counts[0], counts[-1])))) if counts else "no"
-    parts = [f"Failures: {row.facts['failure']}, of {number} answers a level."]
+    parts = [f"Failures: {row.facts['failure']}, of {number} answers per level."]
     if row.facts["error"]:
         parts.append(f"Error: {row.facts['error']}.")
     if row.facts["aligned"]:
@@ -70,21 +69,17 @@ def caption(row: Row) -> str:
 
 
 def missing(row: Row) -> list[str]:
-    """A list of what has no answer, each reason once; [] if there is nothing."""
-    found: dict[str, dict[str, int]] = {}
+    """Lists the cells without an answer, by reason; [] if there are none."""
+    found: dict[str, Counter] = {}
     for curve in row.curves:
         for why, points in curve.missing.items():
-            told = found.setdefault(why, {})
-            told[curve.variant] = told.get(curve.variant, 0) + len(points)
-    said = []
-    for why, told in found.items():
-        cells = ", ".join(f"{variant} in {count}" for variant, count in told.items())
-        said.append(markdown.escape(f"{cells} of {len(row.cells)} cells: {why}"))
-    return ["Unavailable:", markdown.bullets(said)] if said else []
+            found.setdefault(why, Counter())[curve.variant] += len(points)
+    cells = {why: ", ".join(f"{variant} in {n}" for variant, n in counts.items()) for why, counts in found.items()}
+    return markdown.listed("Unavailable:", [f"{who} of {len(row.cells)} cells: {why}" for why, who in cells.items()])
 
 
 def draw(results: Results, row: Row):
-    """The figure of a row, some of whose cells have answers."""
+    """Draws a row with some answers."""
     errors = [value for curve in row.curves for point in curve.known for value in _errors(point)]
     wide = 7.2 if errors else 5.0
     figure, panels = plt.subplots(1, 1 + bool(errors), figsize=(wide, 2.9), squeeze=False, layout="constrained")
@@ -107,7 +102,7 @@ def _errors(point) -> list[float]:
 
 
 def _lines(row: Row):
-    """Curves with answers, and how each is drawn: what lies below is wider, so that equal ones are all seen."""
+    """Yields curves with answers and their look; lower ones are wider, so that equal curves are all visible."""
     shades = look.colours(row.ways)
     for place, way in reversed(list(enumerate(row.ways))):
         below = min(place, 4)
@@ -139,7 +134,7 @@ def _failures(axes, row: Row) -> None:
 
 
 def _limits(axes, row: Row) -> None:
-    """Where theory lets each way break, in each precision."""
+    """Marks where theory lets each way break, in each precision."""
     low, high = sorted(axes.get_xlim())
     found: dict[tuple, list[str]] = {}
     for curve, drawn, _ in _lines(row):
@@ -172,13 +167,11 @@ def _error(axes, row: Row, errors: list[float]) -> None:
     axes.set_ylabel(textwrap.fill(row.facts["error"] or "error", 34))
 
 
-def _csv(results: Results, found: list[Row]) -> pd.DataFrame:
-    lines = []
+def _csv(found: list[Row]) -> Iterator[tuple]:
     for row in found:
         for curve in row.curves:
             head = row.name, row.facts["code"], curve.variant, curve.precision, curve.way.name, curve.way.naive
-            lines += [(*head, *_fields(curve, point)) for point in curve.points]
-    return pd.DataFrame(lines, columns=list(CSV))
+            yield from ((*head, *_fields(curve, point)) for point in curve.points)
 
 
 def _fields(curve: Curve, point) -> tuple:

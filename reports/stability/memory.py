@@ -1,4 +1,4 @@
-"""S21: how much memory a pixel takes, by depth, for each way to walk the tree of its rays."""
+"""Draws row S21: the memory of a pixel by depth, for each way to walk the tree of its rays."""
 
 import matplotlib.pyplot as plt
 
@@ -7,21 +7,21 @@ from reports.stability import style as look
 from reports.stability.stability import Row
 
 CAPTION = (
-    "Marks: bytes that the renderer says it keeps for a pixel in work; dotted: theory. A table has a row for each of "
-    "the 2^(d + 1) - 1 rays that a pixel can have to depth d, a stack and recursion d + 1 at most, a chain, which "
+    "Marks: bytes that the renderer reports for a pixel in work; dotted: theory. A table has a row for each of the "
+    "2^(d + 1) - 1 rays that a pixel can have up to depth d, a stack and recursion at most d + 1, a chain, which "
     "follows one ray after the other, one. A mark is full where the pixel is wrong."
 )
 
 
 def caption(row: Row) -> str:
-    """Returns the caption: what the chart shows, and who does not report memory."""
+    """Returns the caption: what the chart shows, and which variants report no memory."""
     silent = [f"{curve.variant} ({curve.precision}, {curve.way.name})" for curve in row.curves
               if curve.known and not _points(curve)]  # fmt: skip
-    return f"{CAPTION} Bytes unavailable, not told: {', '.join(silent)}." if silent else CAPTION
+    return f"{CAPTION} Bytes unavailable, not reported: {', '.join(silent)}." if silent else CAPTION
 
 
 def drawable(row: Row) -> bool:
-    """Is there anything to be drawn?"""
+    """Is there anything to draw?"""
     return any(map(_points, row.curves))
 
 
@@ -30,7 +30,7 @@ def _points(curve) -> list[tuple[float, float]]:
 
 
 def draw(results: Results, row: Row):
-    """The figure of the row, some of whose cells tell bytes."""
+    """Draws the row; some of its cells report bytes."""
     figure, axes = plt.subplots(figsize=(5.4, 3.2), layout="constrained")
     shades, theory = look.colours(row.ways), set()
     for curve in row.curves:

@@ -1,4 +1,4 @@
-"""The overview of all rows: how much stress each renderer and precision survives, robust and naive methods."""
+"""Draws the overview of all rows: the stress that each renderer and precision survives, by robust and naive ways."""
 
 import textwrap
 from pathlib import Path
@@ -17,24 +17,24 @@ from reports.stability.stability import Curve, Row, Way
 
 TITLE = "Overview: where each way breaks"
 CAPTION = (
-    "A number: decades of stress, from the mildest level of the row to the last one before the first failure; of a row "
-    "whose levels are no decades, such as 5/8, levels. Colour: as a share of all that were run. all: no failure at any "
-    "level. ×: failures at the mildest one. ≥, grey: no failure, but further levels have no answer; <, grey: failures, "
-    "but milder levels have none. Hatched: the renderer "
-    "has no such way or feature; crossed: it was asked and gave no answer; empty: not asked. Naive ways are what is "
-    "often written; they are not the defaults. 32 and 64: float32 and float64."
+    "A number: decades of stress from the mildest level of the row to the last one before the first failure; for a row "
+    "whose levels are not decades, such as 5/8, levels. Colour: the share of all levels that were run. all: no failure "
+    "at any level. ×: failures at the mildest level. ≥, grey: no failure, but further levels have no answer; <, grey: "
+    "failures, but milder levels have no answer. Hatched: the renderer has no such way or feature; crossed: it ran and "
+    "gave no answer; empty: not run. Naive ways are those that programs often use; they are not the defaults. 32 and "
+    "64: float32 and float64."
 )
 SIGNS = (
     "Number: decades before the first failure (5/8: levels). all: none at any level. ×: at the mildest. ≥, <, grey: "
     "further or milder levels have no answer."
 )
 TABLE = (
-    "The first level with a failure, the share of wrong answers there, and the first level where that is 1 % or more, "
-    "beside the level where theory expects the way to break. Theory tells where most answers go; the first of many "
-    "thousand, those nearest to an edge, go before."
+    "The first level with a failure, the share of wrong answers there, and the first level with 1 % or more, beside "
+    "the level where theory expects the way to break. Theory says where most answers fail; of many thousand answers "
+    "those nearest to an edge fail earlier."
 )
 MANY = 0.01  # of the answers
-MAP = "RdYlBu"  # told apart with any colour vision
+MAP = "RdYlBu"  # people with any colour vision tell it apart
 LINE, COLUMN = 0.125, 0.25  # inches of a cell
 NAMES, HEAD, FOOT = 1.3, 0.7, 1.0
 LETTER = 0.037  # inches, about
@@ -42,16 +42,15 @@ TEXT = 4.8  # points
 
 
 def write(results: Results, out: Path) -> str:
-    """stability-overview.png and .svg, and the section of the report, with a table of break points."""
+    """Writes stability-overview.png and .svg; returns the section of the report, with a table of break points."""
     rows = stability.rows(results)
-    with style.styled():
-        style.save(draw(results, rows), out / "stability-overview")
-    parts = [f"## {TITLE}", markdown.figure("stability-overview", TITLE), markdown.escape(CAPTION)]
+    figure = style.figure(out / "stability-overview", TITLE, draw, results, rows)
+    parts = [f"## {TITLE}", figure, markdown.escape(CAPTION)]
     return "\n\n".join([*parts, "### Break points", _table(results, rows), markdown.escape(TABLE)])
 
 
 def _table(results: Results, rows: list[Row]) -> str:
-    variants = [name for name in results.variants if any(name in row.variants for row in rows)]
+    variants = look.variants(results, rows)
     lines = []
     for row in rows:
         for precision in row.precisions:
@@ -71,13 +70,11 @@ def _theory(curves: list[Curve | None]) -> str:
 
 def _broken(curve: Curve | None) -> str:
     if curve is None:
-        return "not asked"
+        return "not run"
     if curve.broken:
         many = next((point for point in curve.known if point.share >= MANY), None)
-        more = (
-            f"; {look.percent(MANY)} % from {look.short(many.level)} on" if many else f"; never {look.percent(MANY)} %"
-        )
-        return f"{look.short(curve.broken.level)} ({look.percent(curve.broken.share)} %{more})"
+        more = f"{look.percent(MANY)} % from {look.short(many.level)} on" if many else f"never {look.percent(MANY)} %"
+        return f"{look.short(curve.broken.level)} ({look.percent(curve.broken.share)} %; {more})"
     why = next(iter(curve.missing), "")
     if not curve.known:
         return why
@@ -85,8 +82,8 @@ def _broken(curve: Curve | None) -> str:
 
 
 def draw(results: Results, rows: list[Row]):
-    """The map. Each row has two blocks of columns, for robust ways and for naive ones, and a line for each way."""
-    variants = [name for name in results.variants if any(name in row.variants for row in rows)]
+    """Draws the map: each row has a block of columns for robust ways, one for naive ways, and a line for each way."""
+    variants = look.variants(results, rows)
     precisions = sorted({precision for row in rows for precision in row.precisions}) or ["float64"]
     columns = [(variant, precision) for variant in variants for precision in precisions]
     lines = [_height(row) for row in rows]
@@ -117,18 +114,14 @@ def draw(results: Results, rows: list[Row]):
                     _cell(axes, row, way, variant, precision, (start + place * COLUMN, at, COLUMN, tall))
         top += LINE * count
     _legend(figure, axes, wide, high)
-    figure.text(0.08 / wide, 0.08 / high, _wrapped(results, rows, wide), fontsize=look.TINY - 0.6, color=look.GREY,
-                va="bottom")  # fmt: skip
+    note = textwrap.fill(look.origin(results, [cell for row in rows for cell in row.cells]), int(wide * 29))
+    figure.text(0.08 / wide, 0.08 / high, note, fontsize=look.TINY - 0.6, color=look.GREY, va="bottom")
     return figure
 
 
 def _height(row: Row) -> int:
     naive = sum(way.naive for way in row.ways)
     return max(naive, len(row.ways) - naive)
-
-
-def _wrapped(results: Results, rows: list[Row], wide: float) -> str:
-    return textwrap.fill(look.origin(results, [cell for row in rows for cell in row.cells]), int(wide * 29))
 
 
 def _text(axes, x: float, y: float, text: str, **how) -> None:
@@ -151,14 +144,14 @@ def _cell(axes, row: Row, way: Way, variant: str, precision: str, box: tuple[flo
     if curve is None:
         return
     x, y, wide, tall = box
-    told = row.survival(curve)
-    if isinstance(told, Missing):
+    survival = row.survival(curve)
+    if isinstance(survival, Missing):
         axes.add_patch(Rectangle((x, y), wide, tall, **_hatch({point.status for point in curve.points})))
         return
-    shade = plt.get_cmap(MAP)(0.12 + 0.76 * told.share) if told.sure else "#EEEEEE"
+    shade = plt.get_cmap(MAP)(0.12 + 0.76 * survival.share) if survival.sure else "#EEEEEE"
     axes.add_patch(Rectangle((x, y), wide, tall, fc=shade, ec="white", lw=0.5))
-    _text(axes, x + wide / 2, y + tall / 2, told.mark, ha="center", fontsize=TEXT,
-          fontweight="bold" if told.whole else "normal")  # fmt: skip
+    _text(axes, x + wide / 2, y + tall / 2, survival.mark, ha="center", fontsize=TEXT,
+          fontweight="bold" if survival.whole else "normal")  # fmt: skip
 
 
 def _hatch(found: set[str]) -> dict:

@@ -1,4 +1,4 @@
-"""Pictures of failures: a row's naive and robust methods side by side, where the naive ones break."""
+"""Draws pictures of failures: a row's naive and robust ways side by side, where the naive ones break."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,7 +6,6 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from harness.picture import colour
 from reports.paper import markdown, style
 from reports.run import stored
 from reports.run.cell import Missing
@@ -17,15 +16,14 @@ from reports.stability.stability import Curve, Point, Row
 
 TITLE = "What failures look like"
 CAPTION = (
-    "Of each row that makes pictures one level, variant and precision: the first level where a naive way is wrong in "
-    "a tenth of its answers while a robust one holds, or else that where it is the most wrong. Pixels that are not "
+    "One level, variant and precision of each row that makes pictures: the first level where a naive way has a tenth "
+    "of its answers wrong while a robust way has none, or else the level with most wrong answers. Pixels that are not "
     "finite are magenta. Wrong answers are counted as in the chart of the row."
 )
-FIRST = "cpp"  # the variant whose pictures are shown, if it has them
-WIDEST, LEAST = 2.3, 8  # inches of a picture; pixels of a side, below which there is nothing to see
-TALL, THIN = 3, 0.4  # a picture so many times as high as wide is turned; inches that a strip has at least
-LOST = (255, 0, 255)
-ENOUGH = 0.1  # of the answers are wrong: to see what the failure is of, no more may be
+FIRST = "cpp"  # the variant to show, if it has pictures
+WIDEST, LEAST = 2.3, 8  # width of a picture, inches; least pixels of a side that show something
+TALL, THIN = 3, 0.4  # a picture more than so many times as high as wide is turned; least height of a strip, inches
+ENOUGH = 0.1  # share of wrong answers; with more, the picture no longer shows the failure
 
 
 @dataclass(frozen=True)
@@ -36,20 +34,18 @@ class Panel:
 
 
 def write(results: Results, out: Path) -> str:
-    """stability-picture-NAME.png and .svg, one a row, and the section of the report; "" without such rows."""
+    """Writes stability-picture-NAME.png and .svg for each row; returns the section, "" without such rows."""
     parts = []
     for row in stability.rows(results):
         panels = choose(results, row)
         if panels:
-            name = f"stability-picture-{markdown.slug(row.name)}"
-            with style.styled():
-                style.save(draw(results, row, panels), out / name)
-            parts += [markdown.figure(name, f"{row.label}: {row.facts['title']}"), markdown.escape(_said(row, panels))]
+            path, alt = out / f"stability-picture-{markdown.slug(row.name)}", f"{row.label}: {row.facts['title']}"
+            parts += [style.figure(path, alt, draw, results, row, panels), markdown.escape(_caption(row, panels))]
     return "\n\n".join([f"## {TITLE}", markdown.escape(CAPTION), *parts]) if parts else ""
 
 
 def choose(results: Results, row: Row) -> list[Panel]:
-    """The pictures to show of a row, robust ways last; [] if no naive way fails where a robust one holds."""
+    """Returns the pictures of a row to show, robust ways last; [] if no naive way fails where a robust one holds."""
     variants = sorted(row.variants, key=lambda variant: variant != FIRST)
     best, found = 0.0, []
     for variant in variants:
@@ -78,23 +74,18 @@ def _panels(results: Results, row: Row, variant: str, precision: str, level: flo
 
 
 def _picture(results: Results, point: Point) -> np.ndarray | None:
-    """Returns the displayed picture; None if the cell has none, or one too small to see."""
-    record = results.record(point.cell)
-    if record is None or not record["picture"]:
-        return None
-    found = stored.array(results, record["picture"]["file"])
+    """Returns the picture as displayed; None if the cell has none, or one too small to see."""
+    found = stored.raw(results, point.cell)
     if isinstance(found, Missing) or min(found.shape[:2]) < LEAST:
         return None
-    lost = ~np.isfinite(found).all(axis=-1)
-    shown = colour.codes(np.where(lost[..., None], 0, found), point.cell.parameters.get("arithmetic", "linear"))
-    shown[lost] = LOST
+    shown = stored.displayed(found, point.cell)
     return shown if shown.shape[0] <= TALL * shown.shape[1] else shown.transpose(1, 0, 2)  # a strip lies
 
 
 def draw(results: Results, row: Row, panels: list[Panel]):
-    """The figure of a row."""
+    """Draws the pictures of a row."""
     height, width = panels[0].picture.shape[:2]
-    beside = height > width / 3  # else they are strips, one below the other
+    beside = height > width / 3  # else strips, one below the other
     count = len(panels)
     wide = WIDEST if beside else 3 * WIDEST
     shape = (1, count) if beside else (count, 1)
@@ -111,8 +102,7 @@ def draw(results: Results, row: Row, panels: list[Panel]):
 
 
 def _counted(point: Point) -> str:
-    told = point.told
-    return f"{told['failures']} of {told['count']} wrong"
+    return f"{point.told['failures']} of {point.told['count']} wrong"
 
 
 def _where(row: Row, panels: list[Panel]) -> str:
@@ -120,6 +110,6 @@ def _where(row: Row, panels: list[Panel]) -> str:
     return f"{curve.variant}, {curve.precision}, {row.facts['stress']} {look.short(point.level)}."
 
 
-def _said(row: Row, panels: list[Panel]) -> str:
+def _caption(row: Row, panels: list[Panel]) -> str:
     ways = "; ".join(f"{panel.curve.way.name} {_counted(panel.point)}" for panel in panels)
     return f"{_where(row, panels)} Failures: {row.facts['failure']}: {ways}."

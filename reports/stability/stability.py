@@ -1,4 +1,4 @@
-"""Curves of failures and errors along a growing stress, from the rows of a [[stress]] run."""
+"""Computes curves of failures and errors along a growing stress, from the rows of a [[stress]] run."""
 
 import math
 from dataclasses import dataclass
@@ -8,21 +8,21 @@ from typing import Any
 from harness.statistics.statistics import LEVEL
 from reports.run import command
 from reports.run.cell import Cell, Missing
-from reports.run.results import Results
+from reports.run.results import Results, grouped
 
-# Values that the catalogue has as naive: a way with one of them is no robust one.
+# Values that the catalogue calls naive: a way with one of them is not robust.
 NAIVE = {
     "sphere": ("textbook", "stable"), "triangle": ("moller-trumbore",), "slab": ("plain",), "merge": ("none",),
     "offset": ("fixed", "none"), "fresnel": ("unclamped",), "phong": ("unclamped",), "renormalise": ("off",),
     "floating_point": ("contract", "fast"), "arithmetic": ("srgb",), "walk": ("table", "recursion"),
 }  # fmt: skip
-KNOWN = "stress", "level", "precision"  # of a point; what else is swept tells ways apart
+KNOWN = "stress", "level", "precision"  # of a swept point; its other values distinguish ways
 PLAIN = "default"  # name of the only way of a row
 
 
 @dataclass(frozen=True)
 class Way:
-    """How a row is computed, as people name it: the value of its method, and what else was varied in it."""
+    """A way to compute a row, named by the value of its method and of other varied parameters."""
 
     naive: bool
     name: str
@@ -30,7 +30,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Point:
-    """A level of a curve. told: `stability` of the record (harness/store/store.py), or why there is none."""
+    """A level of a curve. told: `stability` of the record (harness/store/store.py), or why it is missing."""
 
     level: float
     told: dict | Missing
@@ -57,10 +57,10 @@ class Point:
 
 @dataclass(frozen=True)
 class Survival:
-    """How far a curve came without a failure, in decades of its stress, or in levels if its axis is not logarithmic.
+    """The stress that a curve survives without a failure, in decades, or in levels if its axis is not logarithmic.
 
-    value: None if the first known level fails; `below` is then where that level is, 0 if it is the mildest. whole: was
-    every level run, and did none fail? lost: it ends without a failure, but before the last level.
+    value: None if the first known level fails; `below` is then the place of that level, 0 if it is the mildest. of: the
+    whole range. whole: every level was run and none failed. lost: no level failed, but the last has no answer.
     """
 
     value: float | None
@@ -72,7 +72,7 @@ class Survival:
 
     @property
     def sure(self) -> bool:
-        """Is it known where it breaks, or that it does not?"""
+        """Is it known where the curve breaks, or that it does not break?"""
         return not self.lost and self.below == 0
 
     @property
@@ -81,7 +81,7 @@ class Survival:
 
     @property
     def mark(self) -> str:
-        """Returns the shortest label."""
+        """A short label."""
         if self.whole:
             return "all"
         if self.value is None and self.below == 0:
@@ -116,22 +116,18 @@ class Curve:
 
     @property
     def limit(self) -> float | None:
-        """The level at which theory lets it break."""
+        """The level at which theory lets it break; None if unknown."""
         return next((point.told["limit"] for point in self.known if point.told["limit"] is not None), None)
 
     @property
     def expected(self) -> list[tuple[float, float]]:
-        """Levels, and the errors of theory."""
+        """Levels with the errors that theory expects."""
         return [(point.level, point.told["expected"]) for point in self.known if point.told["expected"] is not None]
 
     @property
     def missing(self) -> dict[str, list[Point]]:
-        """Points without an answer, by the reason."""
-        found: dict[str, list[Point]] = {}
-        for point in self.points:
-            if not point.known:
-                found.setdefault(str(point.told), []).append(point)
-        return found
+        """Points without an answer, by reason."""
+        return grouped((point for point in self.points if not point.known), lambda point: str(point.told))
 
     def survival(self, logarithmic: bool) -> Survival | Missing:
         if not self.known:
@@ -150,7 +146,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the catalogue in this run. facts: what run.json says of it (harness/stress/row.py)."""
+    """A row of the catalogue in this run. facts: of the row, from run.json (harness/stress/row.py)."""
 
     name: str
     facts: dict[str, Any]
@@ -170,12 +166,12 @@ class Row:
 
     @property
     def ways(self) -> list[Way]:
-        """Robust ones first, each kind in the order of the run."""
+        """Its ways, robust ones first, each kind in the order of the run."""
         return sorted(dict.fromkeys(curve.way for curve in self.curves), key=lambda way: way.naive)
 
     @property
     def levels(self) -> list[float]:
-        """All of its curves, from mild to extreme."""
+        """The levels of all its curves, from mild to extreme."""
         found = list(dict.fromkeys(point.level for curve in self.curves for point in curve.points))
         return sorted(found, reverse=found[0] > found[-1])
 
@@ -195,11 +191,8 @@ class Row:
 
 
 def rows(results: Results) -> list[Row]:
-    """Every row of the run in the order of its experiment, an aligned one after its row in general position."""
-    cells: dict[str, list[Cell]] = {}
-    for cell in results.cells:
-        if "stress" in cell.swept:
-            cells.setdefault(cell.swept["stress"], []).append(cell)
+    """Returns every row of the run in its order, an aligned row after its twin in general position."""
+    cells = grouped((cell for cell in results.cells if "stress" in cell.swept), lambda cell: cell.swept["stress"])
     found = [_row(results, name, mine) for name, mine in cells.items()]
     place = {row.name: number for number, row in enumerate(found)}
     return sorted(found, key=lambda row: (place.get(row.facts["aligned"], place[row.name]), place[row.name]))
@@ -209,15 +202,14 @@ def _row(results: Results, name: str, cells: list[Cell]) -> Row:
     facts = results.facts["stability"][name]
     others = dict.fromkeys(key for cell in cells for key in cell.swept if key not in (*KNOWN, facts["method"]))
     varied = [key for key in others if len({repr(_value(cell, key)) for cell in cells}) > 1]
-    curves: dict[tuple, list[Point]] = {}
-    for cell in cells:
-        key = cell.variant, cell.parameters["precision"], _way(cell, facts["method"], varied)
-        curves.setdefault(key, []).append(_point(results, cell))
-    return Row(name, facts, [Curve(*key, points) for key, points in curves.items()])
+    curves = grouped(
+        cells, lambda cell: (cell.variant, cell.parameters["precision"], _way(cell, facts["method"], varied))
+    )
+    return Row(name, facts, [Curve(*key, [_point(results, cell) for cell in mine]) for key, mine in curves.items()])
 
 
 def _way(cell: Cell, method: str, varied: list[str]) -> Way:
-    asked = (method, *varied) if method else NAIVE  # a row without a method may fix a naive one
+    asked = (method, *varied) if method else NAIVE  # a row without a method may use a naive one
     naive = [f"{key} {cell.parameters[key]}" for key in asked if cell.parameters.get(key) in NAIVE.get(key, ())]
     words = [str(_value(cell, method))] if method else []
     for key in varied:
@@ -232,9 +224,11 @@ def _value(cell: Cell, key: str):
 
 
 def _point(results: Results, cell: Cell) -> Point:
-    """Returns the repetition with the most failures: a failure that only one shows has happened."""
-    told = [results.records[row].get("stability") for row in cell.timed]
-    worst = max(filter(None, told), key=lambda one: one["failures"], default=Missing(f"{cell.status}: {cell.reason}"))
+    """Returns the repetition with the most failures, since a failure in one repetition counts."""
+    answers = [results.records[row].get("stability") for row in cell.timed]
+    worst = max(
+        filter(None, answers), key=lambda one: one["failures"], default=Missing(f"{cell.status}: {cell.reason}")
+    )
     return Point(cell.swept["level"], worst, cell.status, cell)
 
 

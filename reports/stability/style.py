@@ -1,4 +1,4 @@
-"""The shared look of charts of failures: colours of methods, marks of variants, lines of precisions."""
+"""Gives charts of failures a common look: colours of ways, marks of variants, lines of precisions."""
 
 import textwrap
 
@@ -6,7 +6,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
 from reports.run.cell import Cell
-from reports.run.results import Results
+from reports.run.results import Results, grouped
 from reports.stability.stability import Row, Way
 
 ROBUST = "#0072B2", "#009E73", "#56B4E9", "#7A68C2"  # Okabe and Ito's cold colours, and one more
@@ -20,7 +20,7 @@ GREY, PALE = "#888888", "#DDDDDD"
 
 
 def colours(ways: list[Way]) -> dict[Way, str]:
-    """Cold ones for robust ways, warm ones for naive ones."""
+    """Returns a cold colour for each robust way, a warm one for each naive way."""
     found = {}
     for palette, mine in ((ROBUST, [w for w in ways if not w.naive]), (FRAIL, [w for w in ways if w.naive])):
         found |= {way: palette[number % len(palette)] for number, way in enumerate(mine)}
@@ -28,7 +28,7 @@ def colours(ways: list[Way]) -> dict[Way, str]:
 
 
 def marker(variant: str, variants: list[str], more: float = 0.0) -> dict:
-    """Hollow, and the later the smaller, so that those that lie on each other are all seen. more: points."""
+    """Returns a hollow marker; later variants have smaller ones, so that none hides another. more: size, points."""
     number = variants.index(variant)
     size = more + 6 - 3 * number / max(1, len(variants) - 1)
     return {"marker": MARKERS[number % len(MARKERS)], "ms": size, "mfc": "none", "mew": 0.7}
@@ -39,18 +39,18 @@ def line(precision: str):
 
 
 def short(value: float) -> str:
-    """1e6, 0.5, 3e-12."""
+    """Returns a number such as 1e6, 0.5, 3e-12."""
     number, _, exponent = f"{value:.3g}".partition("e")
     return f"{number}e{int(exponent)}" if exponent else number
 
 
 def percent(share: float) -> str:
-    """Two digits, without a sign."""
+    """Returns a share in per cent with two digits, without the sign."""
     return f"{float(f'{100 * share:.2g}'):g}"
 
 
 def stress_axis(axes, row: Row) -> None:
-    """From mild at the left to extreme at the right."""
+    """Sets the axis of stress, from mild at the left to extreme at the right."""
     levels = row.levels
     axes.set_xlabel(textwrap.fill(f"{row.facts['stress']}  (mild → extreme)", 48))
     if row.logarithmic:
@@ -67,11 +67,11 @@ def stress_axis(axes, row: Row) -> None:
         room = 0.04 * (max(levels) - min(levels)) or 1
         ends = [min(levels) - room, max(levels) + room]
     axes.set_xlim(*(reversed(ends) if levels[0] > levels[-1] else ends))
-    _grid(axes)
+    axes.grid()
 
 
 def amount_axis(axes, values: list[float], most: float | None = None) -> None:
-    """Logarithmic, with a 0 at the lower edge. values: that it must have room for."""
+    """Sets a logarithmic axis with a 0 at the lower edge. values: it contains them. most: the largest value."""
     some = [value for value in values if value > 0]
     least, largest = min(some, default=0.1), most or max(some, default=1.0)
     axes.set_yscale("symlog", linthresh=least, linscale=0.5)
@@ -82,21 +82,21 @@ def amount_axis(axes, values: list[float], most: float | None = None) -> None:
     axes.set_yticks([0, *sorted(power for power in powers if power >= least)])
     axes.yaxis.set_major_formatter(lambda value, _: short(value))
     axes.yaxis.minorticks_off()
-    _grid(axes)
+    axes.grid()
 
 
 def _floor_log(value: float) -> int:
     return int(f"{value:e}".partition("e")[2])
 
 
-def _grid(axes) -> None:
-    axes.grid(lw=0.4, color=PALE)
-    axes.set_axisbelow(True)
+def variants(results: Results, rows: list[Row]) -> list[str]:
+    """Returns the variants of some rows in the order of the run."""
+    return [name for name in results.variants if any(name in row.variants for row in rows)]
 
 
-def key(row: Row, variants: list[str] | None = None) -> tuple[list[Line2D], list[str]]:
-    """Handles and labels: a colour a way, a mark a variant, a line a precision."""
-    shades, variants = colours(row.ways), variants or row.variants
+def key(row: Row) -> tuple[list[Line2D], list[str]]:
+    """Returns handles and labels: a colour for each way, a mark for each variant, a line for each precision."""
+    shades, variants = colours(row.ways), row.variants
     handles = [Line2D([], [], color=shades[way], lw=2) for way in row.ways]
     labels = [f"{way.name} (naive)" if way.naive else way.name for way in row.ways]
     handles += [Line2D([], [], ls="", color="black", **marker(variant, variants)) for variant in variants]
@@ -105,7 +105,7 @@ def key(row: Row, variants: list[str] | None = None) -> tuple[list[Line2D], list
 
 
 def frame(figure, title: str, keys: tuple[list, list[str]], note: str) -> None:
-    """Make a constrained figure taller: a title and keys above it, and below it grey lines with where it is from."""
+    """Adds a title and keys above a constrained figure and a grey note of its origin below, and makes it taller."""
     wide, high = figure.get_size_inches()
     title, note = textwrap.fill(title, int(wide * 14)), textwrap.fill(note, int(wide * 26))
     columns = _columns(keys[1], wide)
@@ -123,7 +123,7 @@ def frame(figure, title: str, keys: tuple[list, list[str]], note: str) -> None:
 
 
 def _columns(labels: list[str], wide: float) -> int:
-    """Returns how many columns of a legend fit in so many inches: each column is as wide as its longest label."""
+    """Returns how many columns of a legend fit into a width in inches; a column is as wide as its longest label."""
     for columns in range(min(8, len(labels)), 1, -1):
         lines = -(-len(labels) // columns)
         longest = [max(map(len, labels[first : first + lines])) for first in range(0, len(labels), lines)]
@@ -133,18 +133,18 @@ def _columns(labels: list[str], wide: float) -> int:
 
 
 def origin(results: Results, cells: list[Cell]) -> str:
-    """Versions and flags of renderers, as they told them, and the seed."""
+    """Returns the seed, and versions and flags that the renderers reported."""
     wanted = {cell.variant for cell in cells}
     rows = [row for cell in cells for row in cell.timed]
-    told: dict[str, list[str]] = {}
-    for variant in (name for name in results.variants if name in wanted):
-        mine = [results.records[row] for row in rows if results.records[row]["variant"] == variant]
-        told.setdefault(_said(mine), []).append(variant)
-    names = [f"{', '.join(variants)} {said}" for said, variants in told.items()]
+    records = grouped((results.records[row] for row in rows), lambda record: record["variant"])
+    built = grouped(
+        (name for name in results.variants if name in wanted), lambda variant: _built(records.get(variant, []))
+    )
+    names = [f"{', '.join(variants)} {text}" for text, variants in built.items()]
     return f"Seed {results.facts['experiment']['seed']}. {'; '.join(names)}."
 
 
-def _said(records: list[dict]) -> str:
+def _built(records: list[dict]) -> str:
     """Describes one variant: its version, compiler and flags, each once."""
     version = next((record["renderer_version"] for record in records), "unavailable")[:7]
     parts: dict[str, dict[str, None]] = {}
@@ -154,4 +154,4 @@ def _said(records: list[dict]) -> str:
             if value is not None and name not in ("implementation", "standard"):
                 parts.setdefault(name, {})[str(value)] = None
     words = [" or ".join(v) if n in ("flags", "compiler") else f"{n} {' or '.join(v)}" for n, v in parts.items()]
-    return f"{version} ({', '.join(words) or 'it told no versions'})"
+    return f"{version} ({', '.join(words) or 'no versions reported'})"

@@ -1,4 +1,4 @@
-"""S24: whether the picture is the same, byte for byte, for any number of threads."""
+"""Draws row S24: whether the picture is the same, byte for byte, for any number of threads."""
 
 import matplotlib.pyplot as plt
 
@@ -7,8 +7,8 @@ from reports.stability import style as look
 from reports.stability.stability import Curve, Row
 
 CAPTION = (
-    "A full disc: every answer is right. A cross: the share of answers that are wrong, of as many as the caption says. "
-    "Empty: there is no answer, for the reason below."
+    "A full disc: every answer is right. A cross: the share of wrong answers. Empty: there is no answer, for the "
+    "reason below."
 )
 RIGHT, WRONG = "#0072B2", "#D55E00"
 
@@ -19,7 +19,7 @@ def caption(row: Row) -> str:
 
 
 def drawable(row: Row) -> bool:
-    """Is there anything to be drawn?"""
+    """Is there anything to draw?"""
     return any(curve.known for curve in row.curves)
 
 
@@ -29,7 +29,7 @@ def _name(row: Row, curve: Curve) -> str:
 
 
 def draw(results: Results, row: Row):
-    """The figure of the row: a line a curve, a column a level."""
+    """Draws the row: a line for each curve, a column for each level."""
     levels = row.levels
     wide = max(4.6, 2.2 + 0.6 * len(levels))
     figure, axes = plt.subplots(figsize=(wide, 0.6 + 0.2 * len(row.curves)), layout="constrained")
@@ -46,7 +46,6 @@ def draw(results: Results, row: Row):
     axes.set_yticks(range(len(row.curves)), [_name(row, curve) for curve in row.curves], fontsize=look.SMALL)
     axes.set_xticks(range(len(levels)), [look.short(level) for level in levels])
     axes.set(xlim=(-0.5, len(levels) - 0.2), ylim=(len(row.curves) - 0.5, -0.5), xlabel=row.facts["stress"])
-    axes.grid(lw=0.4, color=look.PALE)
-    axes.set_axisbelow(True)
+    axes.grid()
     look.frame(figure, f"{row.label}: {row.facts['title']}", ([], []), look.origin(results, row.cells))
     return figure

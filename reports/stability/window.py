@@ -1,4 +1,4 @@
-"""Acne against leaks: a fixed offset that is too short or too long, and the usable window between."""
+"""Draws acne against leaks: fixed offsets that are too short or too long, and the usable window between them."""
 
 import math
 from dataclasses import dataclass
@@ -16,16 +16,16 @@ from reports.stability.stability import Curve, Row, Way
 ACNE, LEAK = "acne-epsilon", "leak-epsilon"
 TITLE = "A fixed offset: acne against leaks (S7, S8)"
 CAPTION = (
-    "Below the window a surface shadows itself, above it a contact shadow is lost. The window: from the shortest "
-    "offset without acne, at it and at all longer ones, to the longest without a leak, at it and at all shorter ones; "
-    "of the lengths that were run, in units of the scene. A bar that ends with an arrow goes on further."
+    "Below the window a surface shadows itself, above it a contact shadow is lost. The window reaches from the "
+    "shortest offset without acne, at it and at all longer ones, to the longest without a leak, at it and at all "
+    "shorter ones, among the lengths that were run, in units of the scene. A bar with an arrow may continue."
 )
 ACNE_COLOUR, LEAK_COLOUR, WINDOW = "#D55E00", "#0072B2", "#009E73"
 
 
 @dataclass(frozen=True)
 class Window:
-    """The window of one variant, precision and method. low, high: offsets; None where none is free of failures."""
+    """The window of one variant, precision and way. low, high: offsets; None where none is free of failures."""
 
     acne: Curve
     leak: Curve
@@ -49,7 +49,7 @@ class Window:
 
     @property
     def wider(self) -> tuple[bool, bool]:
-        """Can it be that it goes on below what was run, and above?"""
+        """May the window continue below the offsets that were run, and above?"""
         return self.acne.broken is None, self.leak.broken is None
 
     @property
@@ -57,14 +57,14 @@ class Window:
         if self.missing:
             return self.missing
         if not self.open:
-            return "no offset that was run is free of both"
+            return "every offset that was run has acne or leaks"
         at_least = "at least " if any(self.wider) else ""
         decades = math.log10(self.high / self.low)
         return f"{look.short(self.low)} to {look.short(self.high)}, {at_least}{decades:.3g} decades"
 
 
 def windows(rows: list[Row]) -> dict[tuple[str, Way], list[Window]]:
-    """By precision and way, of the variants that were asked for both rows."""
+    """Returns the windows of variants with both rows, by precision and way."""
     named = {row.name: row for row in rows}
     found: dict[tuple[str, Way], list[Window]] = {}
     if ACNE not in named or LEAK not in named:
@@ -77,7 +77,7 @@ def windows(rows: list[Row]) -> dict[tuple[str, Way], list[Window]]:
 
 
 def write(results: Results, out: Path) -> str:
-    """stability-window.png and .svg, and the section of the report; "" without both rows."""
+    """Writes stability-window.png and .svg; returns the section of the report, "" without both rows."""
     rows = stability.rows(results)
     found = windows(rows)
     if not found:
@@ -86,9 +86,7 @@ def write(results: Results, out: Path) -> str:
     known = {place: mine for place, mine in known.items() if mine}
     parts = [f"## {TITLE}"]
     if known:
-        with style.styled():
-            style.save(draw(results, known), out / "stability-window")
-        parts.append(markdown.figure("stability-window", TITLE))
+        parts.append(style.figure(out / "stability-window", TITLE, draw, results, known))
     header = ["precision", "way", "variant", "usable window"]
     lines = [[precision, way.name, window.acne.variant, window.text]
              for (precision, way), mine in found.items() for window in mine]  # fmt: skip
@@ -96,7 +94,7 @@ def write(results: Results, out: Path) -> str:
 
 
 def draw(results: Results, found: dict[tuple[str, Way], list[Window]]):
-    """Panels of failures, a column for each precision and way; below each the windows, a bar a variant.
+    """Draws panels of failures, a column for each precision and way, and below them a bar for each variant's window.
 
     found: windows of variants with answers.
     """
@@ -154,5 +152,4 @@ def _bars(axes, mine: list[Window]) -> None:
     axes.set(ylim=(len(mine) - 0.4, -0.9), xlabel="length of the offset")
     axes.xaxis.set_major_formatter(lambda value, _: look.short(value))
     axes.xaxis.minorticks_off()
-    axes.grid(axis="x", lw=0.4, color=look.PALE)
-    axes.set_axisbelow(True)
+    axes.grid(axis="x")

@@ -1,1 +1,1 @@
-"""How long renderers take, and how much memory and processor time they use."""
+"""Reports how long renderers take, and how much memory and processor time they use."""

@@ -1,4 +1,4 @@
-"""Figure 4.2: CPU use over time, one panel a variant, behind it the phases that the renderer marked."""
+"""Draws figure 4.2: CPU use over time, a panel for each variant, with the phases that the renderer marked."""
 
 import textwrap
 from pathlib import Path
@@ -11,12 +11,12 @@ from reports.paper import markdown, style, timeline
 from reports.run.results import Cell, Missing, Results, place_label
 
 CAPTION = (
-    "CPU time used between two samples of the measurer, divided by the time between them; 100 % is one core, the "
-    "scale on the right is of all logical cores, as in the study. The CPU time of children that ended "
-    "and were waited for is counted in ticks of 10 ms. Dashed: the mean over the whole process, from "
-    "wait4, which does not depend on the samples. Shown is the first good repetition, the one that finds caches "
+    "CPU time between two samples of the measurer, divided by the time between them; 100 % is one core, the "
+    "scale on the right is of all logical cores, as in the study. The CPU time of children that have ended "
+    "is counted in ticks of 10 ms. Dashed: the mean over the whole process, from "
+    "wait4, which does not depend on the samples. Shown is the first good repetition, which finds caches "
     "cold. Each panel has its own time scale; samples nearer than 1/150 of it are merged. White between phases: "
-    "covered by none."
+    "no phase was marked."
 )
 
 WIDTH, PANEL, HEAD, FOOT = 7.2, 1.25, 0.1, 0.75  # inches
@@ -24,7 +24,7 @@ FINEST = 150  # steps of a curve
 
 
 def rates(series: Path, apart: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """(T + 1,) times in s and (T,) CPU use in % of a core between them, of a series (measurer.py). T may be 0.
+    """Returns (T + 1,) times, s, of a series (measurer.py) and (T,) CPU use between them, % of a core. T may be 0.
 
     apart: samples nearer to each other than this, s, are merged.
     """
@@ -39,7 +39,7 @@ def rates(series: Path, apart: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw(results: Results, place: tuple[str, str]):
-    """The figure of a place."""
+    """Draws the cells of a place."""
     cells = results.at(place)
     height = HEAD + len(cells) * PANEL + FOOT
     figure, panels = plt.subplots(len(cells), 1, figsize=(WIDTH, height), squeeze=False)
@@ -56,7 +56,7 @@ def draw(results: Results, place: tuple[str, str]):
 
 
 def _panel(results: Results, cell: Cell, axes, cores: int | None) -> list[str]:
-    """Draw one variant; the names of its phases."""
+    """Draws one variant; returns the names of its phases."""
     record = results.records[cell.counting[0]] if cell.counting else None
     axes.set_title(cell.label, loc="left", fontweight="bold", pad=3)
     if record is None or not record["series"] or not record["cpu"]:
@@ -83,13 +83,10 @@ def _panel(results: Results, cell: Cell, axes, cores: int | None) -> list[str]:
 
 
 def write(results: Results, out: Path) -> str:
-    """cpu-NUMBER-SCENE.png and .svg, one a scene, and the section of the report."""
+    """Writes cpu-NUMBER-SCENE.png and .svg for each scene; returns the section of the report."""
     parts = ["## CPU use (the study's figure 4.2)"]
     for number, scene in enumerate(results.scenes):
         place = timeline.largest_place(results.of(scene))
-        name = f"cpu-{number}-{markdown.slug(Path(scene).stem)}"
-        with style.styled():
-            style.save(draw(results, place), out / name)
-        label = place_label(place)
-        parts += [f"### {markdown.escape(label)}", markdown.figure(name, f"CPU use: {label}")]
+        path, label = out / f"cpu-{number}-{markdown.slug(Path(scene).stem)}", place_label(place)
+        parts += [f"### {markdown.escape(label)}", style.figure(path, f"CPU use: {label}", draw, results, place)]
     return "\n\n".join([*parts, markdown.escape(CAPTION)])

@@ -1,26 +1,26 @@
-"""The table of CPU time: by wait4 and by the measurer, and how well the measurer kept its interval."""
+"""Tabulates CPU time by wait4 and by the measurer, and how well the measurer kept its interval."""
 
 from pathlib import Path
 
-from reports.paper import quantity, table
+from reports.paper import table
 from reports.paper.table import Column
 from reports.run.results import Cell, Missing, Results
 
 CAPTION = (
     "CPU time: user and system time of the process and its descendants, from wait4, median over processes with its "
     "95 % interval. Measured: the integral of the measurer's curve over the same processes, as a share of it; 100 % is "
-    "agreement. Flagged: repetitions whose two numbers are over 10 % apart, beyond what the clock's ticks explain: "
-    "their curves are not to be trusted. Interval: between two looks of the measurer, the median over processes of the "
-    "50th and the largest of the 99th percentiles; missed: looks that came too late, of all. Its own CPU time is that "
-    "of a process beside the renderer's, the median over processes."
+    "agreement. Flagged: repetitions whose two numbers differ by over 10 %, more than the clock's ticks explain: "
+    "do not trust their curves. Interval: between two samples of the measurer, the median over processes of the "
+    "50th and the largest of the 99th percentiles; missed: late samples, of all. The measurer is a process "
+    "beside the renderer's; its own CPU time is the median over processes."
 )
-NO_AUDIT = "the measurer told nothing, or saw the process less than twice"
+NO_AUDIT = "the measurer reported nothing, or sampled the process less than twice"
 
 
 def _share(cell: Cell):
-    """Measured over told CPU time, of all repetitions that have both."""
-    measured, told = cell.known("measured_cpu_s"), cell.known("cpu_s")
-    total = sum(told[row] for row in measured)
+    """Returns the measured share of wait4's CPU time over all repetitions that have both."""
+    measured, waited = cell.known("measured_cpu_s"), cell.known("cpu_s")
+    total = sum(waited[row] for row in measured)
     if not total:
         return Missing("no series was stored" if cell.status == "ok" else cell.verdict)
     return sum(measured.values()) / total
@@ -34,34 +34,30 @@ def _flagged(cell: Cell):
 
 
 def _worst(cell: Cell):
-    return max(cell.values("tick_p99_s"), default=_untold(cell))
+    return max(cell.values("tick_p99_s"), default=_no_audit(cell))
 
 
 def _missed(cell: Cell):
     missed, ticks = (sum(cell.values(name)) for name in ("missed_ticks", "ticks"))
-    return f"{missed:.0f} of {missed + ticks:.0f}" if missed + ticks else _untold(cell)
+    return f"{missed:.0f} of {missed + ticks:.0f}" if missed + ticks else _no_audit(cell)
 
 
-def _untold(cell: Cell) -> Missing:
+def _no_audit(cell: Cell) -> Missing:
     return Missing(NO_AUDIT if cell.status == "ok" else cell.verdict)
 
 
-def _ms(value) -> str:
-    return quantity.text(value, 1e3)
-
-
 COLUMNS = [
-    Column("CPU time (s)", "cpu_s", "s", lambda cell: cell.median("cpu_s", "not told")),
-    Column("measured (%)", "measured_share", "1", _share, lambda value: quantity.text(value, 100)),
+    Column("CPU time (s)", "cpu_s", "s", lambda cell: cell.median("cpu_s", "not reported")),
+    Column("measured (%)", "measured_share", "1", _share, scale=100),
     Column("flagged", "flagged", "", _flagged),
-    Column("interval, p50 (ms)", "tick_p50_s", "s", lambda cell: cell.median("tick_p50_s", NO_AUDIT), _ms),
-    Column("p99 (ms)", "tick_p99_s", "s", _worst, _ms),
+    Column("interval, p50 (ms)", "tick_p50_s", "s", lambda cell: cell.median("tick_p50_s", NO_AUDIT), scale=1e3),
+    Column("p99 (ms)", "tick_p99_s", "s", _worst, scale=1e3),
     Column("missed", "missed", "", _missed),
     Column("the measurer's CPU time (s)", "measurer_cpu_s", "s", lambda cell: cell.median("measurer_cpu_s", NO_AUDIT)),
 ]
 
 
 def write(results: Results, out: Path) -> str:
-    """cpu-time-*.csv, one a scene, and the section of the report."""
+    """Writes cpu-time-*.csv for each scene; returns the section of the report."""
     tables = [(scene, results.of(scene), COLUMNS) for scene in results.scenes]
     return table.section(out, "cpu-time", "CPU time, and the measurer's audit of itself", tables, CAPTION)

@@ -1,15 +1,14 @@
-"""Table 2.1: the machine of the run beside the study's."""
+"""Writes table 2.1: the machine of the run beside the study's."""
 
-import csv
 from pathlib import Path
 
-from reports.paper import latex, markdown
+from reports.paper import markdown, table
 from reports.run import study
 from reports.run.results import Results
 
 
 def rows(environment: dict) -> list[tuple[str, str, str]]:
-    """(what, this machine, the study's machine) as text."""
+    """Returns rows (property, this machine, the study's machine) as text."""
     cores, frequency = environment["cores"], environment["frequency"]
     ours = {
         "operating system": f"{environment['os']}, kernel {environment['kernel']}",
@@ -44,19 +43,16 @@ def _pairs(value: dict | str) -> str:
 def _gpu(value: dict | str) -> str:
     if isinstance(value, str):
         return value
-    told = value["memory_bytes"]
-    memory = f"{told / 1e9:.1f} GB" if isinstance(told, int | float) else f"memory {told or 'unavailable: not told'}"
+    size = value["memory_bytes"]
+    memory = f"{size / 1e9:.1f} GB" if isinstance(size, int | float) else f"memory {size or 'unavailable: not known'}"
     return f"{value['name']}, driver {value['driver']}, {memory}"
 
 
 def write(results: Results, out: Path) -> str:
-    """machine.csv, and the section of the report."""
+    """Writes machine.csv; returns the section of the report."""
     header = ["what", "this machine", "the study's machine"]
     body = rows(results.facts["environment"])
-    with open(out / "machine.csv", "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(body)
-    latex.write(header, list(map(list, body)), out / "machine.tex")
+    table.write_lines(out / "machine.csv", header, body)
+    table.write_latex(header, list(map(list, body)), out / "machine.tex")
     title = "## Machine (the study's table 2.1)"
     return "\n\n".join([title, markdown.table(header, body), "[machine.csv](machine.csv)"])

@@ -1,4 +1,4 @@
-"""Table 4.2: peak memory, resident and virtual, with the method that found it and the study's beside it."""
+"""Writes table 4.2: peak memory, resident and virtual, with the method of measuring, beside the study's."""
 
 from pathlib import Path
 
@@ -9,43 +9,39 @@ from reports.run.results import Cell, Missing, Results
 
 CAPTION = (
     "Peaks of one process, median over processes with its 95 % interval; MB = 10⁶ bytes. RSS: "
-    "resident memory of the whole process; of rendering: the peak after it was reset just before. VMS: address "
-    "space. Method VmHWM: the kernel's own high-water mark, exact, as the process read it. Method wait4: it "
-    "cannot be below the floor, which is the peak of the program that started the renderer. The study measured on "
+    "resident memory of the whole process; of rendering: the peak since a reset just before it. VMS: address "
+    "space. Method VmHWM: the kernel's own high-water mark, exact, as the process read it. Method wait4: "
+    "at least the floor, the peak of the program that started the renderer. The study measured on "
     "Windows, where psutil's VMS is committed memory and not address space, so that it can be below the RSS: its "
     "VMS and ours are different quantities. "
-    "Processes that compiled (cold cache) and that loaded compiled code (warm cache) are kept apart."
+    "Processes that compiled (cold cache) and that loaded compiled code (warm cache) have separate rows."
 )
 
 
-def _mb(value) -> str:
-    return quantity.text(value, 1e-6)
-
-
 def _column(title: str, name: str, reason: str) -> Column:
-    return Column(title, name, "byte", lambda cell: cell.median(name, reason), _mb)
+    return Column(title, name, "byte", lambda cell: cell.median(name, reason), scale=1e-6)
 
 
 def _method(cell: Cell):
     methods = sorted(set(cell.known("memory_method").values()))
     if not methods:
-        return Missing("not told" if cell.status == "ok" else cell.verdict)
+        return Missing("not reported" if cell.status == "ok" else cell.verdict)
     floors = cell.values("floor_bytes")
-    return ", ".join(methods) + (f", floor {_mb(max(floors))} MB" if floors else "")
+    return ", ".join(methods) + (f", floor {quantity.text(max(floors), 1e-6)} MB" if floors else "")
 
 
 COLUMNS = [
-    _column("peak RSS (MB)", "peak_bytes", "not told"),
+    _column("peak RSS (MB)", "peak_bytes", "not reported"),
     Column("the study's RSS (MB)", "study_rss", "MB", lambda cell: study.find(study.RSS_MB, cell), study.show),
-    _column("peak RSS of rendering (MB)", "render_peak_bytes", "the renderer does not tell it"),
-    _column("peak VMS (MB)", "peak_virtual_bytes", "the renderer does not tell it"),
+    _column("peak RSS of rendering (MB)", "render_peak_bytes", "the renderer does not report it"),
+    _column("peak VMS (MB)", "peak_virtual_bytes", "the renderer does not report it"),
     Column("the study's VMS (MB)", "study_vms", "MB", lambda cell: study.find(study.VMS_MB, cell), study.show),
     Column("method", "method", "", _method),
 ]
 
 
 def write(results: Results, out: Path) -> str:
-    """memory-*.csv, one a scene, and the section of the report."""
+    """Writes memory-*.csv for each scene; returns the section of the report."""
     tables = [
         (scene, [part for cell in results.of(scene) for part in cell.by_cache()], COLUMNS) for scene in results.scenes
     ]

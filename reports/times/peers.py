@@ -1,4 +1,4 @@
-"""The table of technologies for one picture: time, error, memory, lines of source, compile time."""
+"""Tabulates technologies for one picture: time, error, memory, lines of source, compile time."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from reports.run import ranking
 from reports.run.results import Cell, Missing, Results
 from reports.times import memory_table, startup_table
 
-MANY = 6  # technologies in a run, from which on they are compared
+MANY = 6  # technologies that a run needs for the comparison
 CAPTION = (
     "Ratios, times and errors as in the tables above, which have the rest. Lines: those of the renderer's own folder "
     "that are not blank, all its variants and features together, so a renderer that can do more has more of them; a "
@@ -19,7 +19,7 @@ CAPTION = (
 
 
 def write(results: Results, out: Path) -> str:
-    """peers-*.csv, one a scene, and the section of the report; "" if there are few technologies to compare."""
+    """Writes peers-*.csv for each scene; returns the section of the report, "" with few technologies."""
     if len({str(technology(cell)) for cell in results.cells if cell.timed}) < MANY:
         return ""
     tables = [(scene, results.of(scene), columns(results, scene)) for scene in results.scenes]
@@ -33,7 +33,7 @@ def columns(results: Results, scene: str) -> list[Column]:
         Column(
             f"time ÷ {base}" if base else "ratio", f"time_over_{base}" if base else "ratio", "1",
             lambda cell: ranking.ratio_to(results, cell, base),
-            lambda value: value if isinstance(value, str) else quantity.ratio(value, results.floor.value),
+            lambda value: quantity.ratio(value, results.floor.value),
         ),
         *accuracy_columns.COLUMNS,
         memory_table.COLUMNS[0],
@@ -47,9 +47,9 @@ def technology(cell: Cell) -> str | Missing:
 
 
 def lines(results: Results, cell: Cell) -> float | Missing:
-    """Returns the lines of the renderer's sources, as stored in the run."""
+    """Returns the number of lines of the renderer's sources, as stored in the run."""
     found = (results.record(cell) or {}).get("lines")
-    return Missing("the run did not write it down") if found is None else float(found)
+    return Missing("the run did not store it") if found is None else float(found)
 
 
 def _whole(value) -> str:

@@ -1,16 +1,15 @@
-"""The figure of start-up: from the start of a process to the end of its first frame, by phases, cold and warm."""
+"""Draws start-up by phases, from the start of a process to the end of its first frame, cold and warm."""
 
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-import pandas as pd
 from matplotlib.patches import Patch
 
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
-from reports.paper import markdown, quantity, style
+from reports.paper import markdown, quantity, style, table
 from reports.run.results import Cell, Results, place_label, point_label
 
 TITLE = "Start-up: to the first frame, cold and warm"
@@ -19,18 +18,20 @@ BUILD = "compiled beforehand"  # a program; the phase build is of a hierarchy
 CAPTION = (
     "From the start of a process to the end of its first frame, medians over processes, with the 95 % interval of the "
     "sum where there are enough; medians of phases need not add up to it. Cold: with an empty cache of compiled code, "
-    "and with the build of a program that is compiled beforehand, which was made once (hatched). Warm: with code of an "
-    "earlier process. What has no cache is twice the same. In both, files are in the system's memory, Python's own "
-    "compiled modules are there, and start is the interpreter's or the loader's."
+    "and with the single build of a program that is compiled beforehand (hatched). Warm: with code of an "
+    "earlier process; without a cache both are the same. In both, files are in the system's memory, Python's own "
+    "compiled modules exist, and start is the interpreter's or the loader's."
 )
+CSV_HEADER = "scene", "point", "variant", "cache", "phase", "value_s", "low_s", "high_s", "processes"
 ROW, HEAD = 0.3, 1.2  # inches
 
 
 @dataclass(frozen=True)
 class Start:
-    """The processes of a variant that started alike. state: cold or warm. phases: median s by name, in order.
+    """The processes of a variant with the same state of the cache, cold or warm.
 
-    total: of start to the end of the first frame, without the build; build: s, None if there is none to make.
+    phases: median s by name, in order. total: from the start to the end of the first frame without the build, s.
+    build: s, None if nothing is built.
     """
 
     variant: str
@@ -41,7 +42,7 @@ class Start:
 
 
 def found(results: Results) -> dict[tuple[str, str], list[Start]]:
-    """By place; nothing of a run without a cold pass."""
+    """Returns starts by place; {} for a run without a cold pass."""
     if not any(record.get("pass") == "cold" for record in results.records):
         return {}
     return {
@@ -69,22 +70,22 @@ def _records(results: Results, cell: Cell) -> list[dict]:
 
 
 def state(record: dict) -> str:
-    """How the process found its cache, as it said; else by the pass that it is of."""
-    told = ((record["used"] or {}).get("methods") or {}).get("compile_cache")
-    return told if told in ("cold", "warm") else "cold" if record.get("pass") == "cold" else "warm"
+    """Returns the state of the cache that the process reported, cold or warm; else that of its pass."""
+    reported = ((record["used"] or {}).get("methods") or {}).get("compile_cache")
+    return reported if reported in ("cold", "warm") else "cold" if record.get("pass") == "cold" else "warm"
 
 
 def _start(variant: str, which: str, records: list[dict]) -> Start:
-    told = [phases(record) for record in records]
-    names = dict.fromkeys(name for one in told for name in one)
-    medians = {name: statistics.median([one.get(name, 0.0) for one in told]).value for name in names}
+    spent = [phases(record) for record in records]
+    names = dict.fromkeys(name for one in spent for name in one)
+    medians = {name: statistics.median([one.get(name, 0.0) for one in spent]).value for name in names}
     builds = [record["build"]["seconds"] for record in records if record["build"]] if which == "cold" else []
-    total = statistics.median([sum(one.values()) for one in told])
+    total = statistics.median([sum(one.values()) for one in spent])
     return Start(variant, which, medians, total, builds[0] if builds else None)
 
 
 def phases(record: dict) -> dict[str, float]:
-    """s of each phase before rendering, gaps left out, and of the first frame."""
+    """Returns the time of each phase before rendering, without gaps, and of the first frame, s."""
     spent: Counter[str] = Counter()
     for name, start, end in record["phases"]:
         if name == "render":
@@ -94,26 +95,24 @@ def phases(record: dict) -> dict[str, float]:
 
 
 def write(results: Results, out: Path) -> str:
-    """start.csv, start-NUMBER-PLACE.png and .svg, and the section; "" of a run without a cold pass."""
-    told = found(results)
-    if not told:
+    """Writes start.csv, start-NUMBER-PLACE.png and .svg; returns the section, "" for a run without a cold pass."""
+    by_place = found(results)
+    if not by_place:
         return ""
     parts = [f"## {TITLE}"]
-    for number, (place, starts) in enumerate(told.items()):
+    for number, (place, starts) in enumerate(by_place.items()):
         parts.append(f"### {markdown.escape(place_label(place))}")
         lost = [text for cell in results.at(place) if (text := _lost(results, cell))]
         if starts:
-            name = f"start-{number}-{markdown.slug(place_label(place))}"
-            with style.styled():
-                style.save(draw(starts), out / name)
-            parts += [markdown.figure(name, f"{TITLE}: {place_label(place)}"), _table(starts)]
+            path = out / f"start-{number}-{markdown.slug(place_label(place))}"
+            parts += [style.figure(path, f"{TITLE}: {place_label(place)}", draw, starts), _table(starts)]
         parts += [markdown.bullets(lost)] if lost else []
-    _csv(told).to_csv(out / "start.csv", index=False, na_rep="NaN", lineterminator="\n")
+    table.write_lines(out / "start.csv", CSV_HEADER, _csv(by_place))
     return "\n\n".join([*parts, "All numbers: [start.csv](start.csv).", markdown.escape(CAPTION)])
 
 
 def _lost(results: Results, cell: Cell) -> str:
-    """ "" or which of the processes are left out, and why; and what is wrong with those that are not."""
+    """Says which processes are left out and why, and names the warnings of the others; "" without either."""
     records = _records(results, cell)
     bad = [record for record in records if record["status"] != "ok"]
     if cell.apart or not records:
@@ -124,7 +123,7 @@ def _lost(results: Results, cell: Cell) -> str:
 
 
 def _names(starts: list[Start]) -> list[str]:
-    """Phases that any of them has, in the order of their lives."""
+    """Returns the phases of all starts, in the order of a process's life."""
     there = {name for start in starts for name in start.phases}
     return [*(name for name in style.PHASES if name in there), *sorted(there - {*style.PHASES, FRAME}), FRAME]
 
@@ -144,9 +143,9 @@ def _table(starts: list[Start]) -> str:
     return markdown.table(["variant", "cache", *(f"{name} (s)" for name in names), "sum (s)", f"{BUILD} (s)"], rows)
 
 
-def _csv(told: dict[tuple[str, str], list[Start]]) -> pd.DataFrame:
+def _csv(by_place: dict[tuple[str, str], list[Start]]) -> list[tuple]:
     rows = []
-    for (scene, point), starts in told.items():
+    for (scene, point), starts in by_place.items():
         for start in starts:
             name = scene, point, start.variant, start.state
             rows += [
@@ -154,12 +153,11 @@ def _csv(told: dict[tuple[str, str], list[Start]]) -> pd.DataFrame:
             ]
             rows.append((*name, "sum", start.total.value, start.total.low, start.total.high, start.total.processes))
             rows += [(*name, BUILD, start.build, None, None, 1)] if start.build is not None else []
-    header = ["scene", "point", "variant", "cache", "phase", "value_s", "low_s", "high_s", "processes"]
-    return pd.DataFrame(rows, columns=header)
+    return rows
 
 
 def draw(starts: list[Start]):
-    """A bar for each, cut into its phases."""
+    """Draws a bar for each start, divided into its phases."""
     figure, axes = plt.subplots(figsize=(7.2, HEAD + ROW * len(starts)), layout="constrained")
     names = _names(starts)
     shades = {**style.PHASES, FRAME: style.PHASES["render"]}

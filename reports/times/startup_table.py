@@ -1,4 +1,4 @@
-"""The table of start-up: compile time, first frame, and the number of frames after which it has paid off."""
+"""Tabulates start-up: compile time, first frame, and the number of frames after which compiling has paid off."""
 
 import math
 from pathlib import Path
@@ -22,9 +22,9 @@ CAPTION = (
 
 
 def lead(start: float, steady: float, other_start: float, other_steady: float) -> tuple[int, int | None] | None:
-    """First and last number of frames n >= 1 for which start + (n - 1) steady < other_start + (n - 1) other_steady.
+    """Returns the first and last n >= 1 for which start + (n - 1) steady < other_start + (n - 1) other_steady.
 
-    The last is None if there is none; all is None if it never leads. start: compile + first frame. All in s.
+    The last is None if it leads for ever; None if it never leads. start: compile + first frame. All times in s.
     """
     gap, gain = start - other_start, other_steady - steady
     if gap < 0:
@@ -35,7 +35,7 @@ def lead(start: float, steady: float, other_start: float, other_steady: float) -
 
 
 def compile_s(cell: Cell, warm: bool):
-    """Median s of the phase `compile` with a warm cache or without; text if it has none; Missing if it was not seen."""
+    """Returns the median time of the phase `compile`, s, with a warm or cold cache; "none" without such a phase."""
     if cell.status != "ok":
         return Missing(cell.verdict)
     if not cell.values("compile_s"):
@@ -46,7 +46,7 @@ def compile_s(cell: Cell, warm: bool):
 
 
 def cold(cell: Cell):
-    """`compile_s` cold, or the build."""
+    """Returns `compile_s` with a cold cache, or the build."""
     build = cell.values("build_s")
     if build and not cell.values("compile_s"):
         return Estimate(build[0], None, None, 1, BUILD)
@@ -59,7 +59,7 @@ def show_cold(value) -> str:
 
 
 def start_s(cell: Cell, warm: bool) -> float | None:
-    """Compile + first frame, s; the build too if nothing is warm. None if not known."""
+    """Returns compile + first frame, s, with the build if nothing is warm; None if not known."""
     compiled = compile_s(cell, warm)
     if isinstance(compiled, Missing) or not cell.values("first_s"):
         return None
@@ -68,13 +68,13 @@ def start_s(cell: Cell, warm: bool) -> float | None:
 
 
 def opponent(results: Results, place: tuple[str, str]) -> Cell | None:
-    """Whom the others must overtake: `python`, else the slowest that is ranked."""
+    """Returns the cell that the others must overtake: `python`, else the slowest ranked one."""
     ranked = ranking.ranked(results, place)
     return next((cell for cell in ranked if cell.variant == "python"), ranked[-1] if ranked else None)
 
 
 def break_even(results: Results, cell: Cell, warm: bool):
-    """The first number of frames for which a cell leads, with all of them in the note; text if none; or Missing."""
+    """Returns the first number of frames for which a cell leads, with the whole span as note; text if it never does."""
     other = opponent(results, cell.place)
     if cell.unranked or other is None:
         return Missing(f"not ranked: {cell.unranked}")
@@ -116,6 +116,6 @@ def columns(results: Results) -> list[Column]:
 
 
 def write(results: Results, out: Path) -> str:
-    """startup-*.csv, one a scene, and the section of the report."""
+    """Writes startup-*.csv for each scene; returns the section of the report."""
     tables = [(scene, results.of(scene), columns(results)) for scene in results.scenes]
     return table.section(out, "startup", "Start-up and break-even", tables, CAPTION)

@@ -1,4 +1,4 @@
-"""The figure of steady times: one panel a place, medians with intervals, the study's beside them, the error."""
+"""Draws steady times: a panel for each place with medians, intervals, the study's times and the errors."""
 
 from pathlib import Path
 
@@ -23,12 +23,12 @@ MARKS = ("o", "black"), ("D", "white")  # ours, the study's
 
 
 def drawable(results: Results, scene: str) -> list[tuple[str, str]]:
-    """The places of a scene where something is ranked."""
+    """Returns the places of a scene with a ranked cell."""
     return [place for place, _ in launch.places(results) if place[0] == scene and ranking.ranked(results, place)]
 
 
 def draw(results: Results, scene: str):
-    """The figure of a scene, some of whose places are ranked."""
+    """Draws a scene with a ranked cell."""
     places = thinning.few(drawable(results, scene), MOST)
     heights = [len(ranking.ranked(results, place)) * ROW + HEAD for place in places]
     figure, panels = plt.subplots(
@@ -60,21 +60,18 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
     style.log_ticks(axes.xaxis)
     axes.set_yticks(range(len(cells)), [cell.variant for cell in cells])
     axes.set_title(place_label(place), loc="left", fontweight="bold")
-    axes.grid(axis="x", lw=0.4, color="#CCCCCC")
-    axes.set_axisbelow(True)
+    axes.grid(axis="x", color="#CCCCCC")
 
 
 def write(results: Results, out: Path) -> str:
-    """times-NUMBER-SCENE.png and .svg, one a scene, and the section of the report."""
+    """Writes times-NUMBER-SCENE.png and .svg for each scene; returns the section of the report."""
     parts = ["## Times, drawn"]
     for number, scene in enumerate(results.scenes):
-        name = f"times-{number}-{markdown.slug(Path(scene).stem)}"
         there = len(drawable(results, scene))
         if not there:
             parts.append(f"{markdown.escape(scene)}: unavailable: nothing is ranked.")
             continue
-        with style.styled():
-            style.save(draw(results, scene), out / name)
-        parts += [f"### {markdown.escape(scene)}", markdown.figure(name, f"Times: {scene}")]
-        parts.append(thinning.told(min(MOST, there), there, "places", "the numbers of all are in the table's CSV"))
+        path = out / f"times-{number}-{markdown.slug(Path(scene).stem)}"
+        parts += [f"### {markdown.escape(scene)}", style.figure(path, f"Times: {scene}", draw, results, scene)]
+        parts.append(thinning.note(min(MOST, there), there, "places", "the numbers of all are in the table's CSV"))
     return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

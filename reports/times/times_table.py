@@ -1,4 +1,4 @@
-"""Table 4.1: the time of a steady frame, the study's beside it, the ratio to a baseline, the error."""
+"""Writes table 4.1: the time of a steady frame, the study's beside it, the ratio to a baseline, the errors."""
 
 from pathlib import Path
 
@@ -40,13 +40,12 @@ def columns(results: Results, scene: str) -> list[Column]:
         Column(
             f"time ÷ {base}" if base else "ratio", f"time_over_{base}" if base else "ratio", "1",
             lambda cell: ranking.ratio_to(results, cell, base),
-            lambda value: value if isinstance(value, str) else quantity.ratio(value, floor),
+            lambda value: quantity.ratio(value, floor),
         ),
         Column("the study's frame (s)", "study_frame", "s", lambda cell: study.find(study.TIMES_S, cell), study.show),
         Column(
             "rays per second (millions)", "rays_per_second", "1/s",
-            lambda cell: cell.median("rays_per_s", "rays or steady frames are not told"),
-            lambda value: quantity.text(value, 1e-6),
+            lambda cell: cell.median("rays_per_s", "rays or steady frames are not reported"), scale=1e-6,
         ),
     ]  # fmt: skip
 
@@ -55,7 +54,7 @@ def _outlying(cell: Cell) -> float | Missing:
     if isinstance(cell.steady, Missing):
         return cell.steady
     if len(cell.counting) < LEAST:
-        return Missing(f"it takes {LEAST} processes to tell")
+        return Missing(f"needs {LEAST} processes")
     return float(cell.outlying)
 
 
@@ -64,6 +63,6 @@ def _count(value: float) -> str:
 
 
 def write(results: Results, out: Path) -> str:
-    """times-*.csv, one a scene, and the section of the report."""
+    """Writes times-*.csv for each scene; returns the section of the report."""
     tables = [(scene, results.of(scene), columns(results, scene)) for scene in results.scenes]
     return table.section(out, "times", "Times (the study's table 4.1)", tables, CAPTION)

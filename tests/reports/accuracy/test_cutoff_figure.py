@@ -81,7 +81,7 @@ def test_numbers_by_hand(points, sweep):
 
 def test_a_bound_that_holds_is_said_to(section, sweep):
     text = section(sweep(variants=("cpp", "numba")))
-    assert "The bound holds in every pixel of all 6 pictures with a cut-off; the error comes to 25 % of it" in text
+    assert "The bound holds in every pixel of all 6 pictures with a cut-off; the error is at most 25 % of it" in text
     assert "DOES NOT HOLD" not in text
 
 

@@ -8,8 +8,8 @@ import pytest
 from drawn_files import drawn_files
 from made_up_errors import FACTS
 
-from reports.accuracy import pareto, pareto_figure, pareto_table
-from reports.paper import style
+from reports.accuracy import pareto, pareto_figure
+from reports.paper import markdown, style
 from reports.run import command
 
 
@@ -114,9 +114,9 @@ def test_no_two_texts_meet(load, many, cell, jittered, crowded):
 def test_nothing_drawn_says_why(load, cell, tmp_path):
     told = [{**one, "error": {"unavailable": "no judge here"}} for n in (1, 2) for one in cell("cpp", [1], 0, seed=n)]
     text = pareto_figure.write(load(told, **FACTS), tmp_path)
-    assert "unavailable: nothing has both a time and an error" in text and "no judge here" in text
+    assert "unavailable: no method has both a time and an error" in text and "no judge here" in text
 
 
 def test_commands_in_tables_stay_commands():
-    assert pareto_table.code("a | b") == "`a \\| b`"
-    assert pareto_table.code("echo `x`") == "`` echo `x` ``"
+    assert markdown.code("a | b") == "`a \\| b`"
+    assert markdown.code("echo `x`") == "`` echo `x` ``"

@@ -76,7 +76,7 @@ def test_the_larger_noise_floor_counts(compared, cell, noisy):
     )  # fmt: skip
     assert verdicts(found) == {"cpp": "not resolved", "numba": "slower"}
     assert found.floor == pytest.approx(0.3)
-    assert "30 %" in compare_text.heading(found)[-1] and "the larger counts" in compare_text.heading(found)[-1]
+    assert "30 %" in compare_text.heading(found)[-1] and "the larger one is used" in compare_text.heading(found)[-1]
 
 
 def test_without_a_noise_floor_the_interval_decides_and_says_so(compared, cell):
@@ -85,7 +85,7 @@ def test_without_a_noise_floor_the_interval_decides_and_says_so(compared, cell):
     assert found.floor is None
     line = compare_text.heading(found)[-1]
     assert "A unavailable: its noise floor needs 5 processes; B unavailable: " in line
-    assert "the intervals alone decide" in line
+    assert "only the intervals decide" in line
     found = compared(cell("cpp") + paired(cell, 1.1)[0], cell("cpp", factor=1.2), paired(cell, 1.1)[1])
     assert found.floor == pytest.approx(0.1) and found.floors[1].value is None
 
@@ -125,7 +125,7 @@ def test_a_faster_renderer_with_another_picture_is_no_win(make_run, cell):
     (b / "pictures" / "b.mask.npy").unlink()
     (row,) = compare.compare(a, b).rows
     assert row.verdict == "picture changed" and row.picture.largest is None
-    assert "by how much is unavailable: " in compare_text.line_of(row)
+    assert "the difference is unavailable: " in compare_text.line_of(row)
 
 
 def test_what_is_not_comparable_and_why(compared, cell, bad):
@@ -187,11 +187,11 @@ def test_what_differs_between_the_runs(make_run, cell):
     found = compare.compare(a, b)
     assert found.machine == ["cpu: a processor -> another"]
     assert found.others == [
-        "packages.numpy: 2 -> 3", "commit: abc -> def", "order: not told -> sequential", "renderer of cpp: v -> w",
+        "packages.numpy: 2 -> 3", "commit: abc -> def", "order: unknown -> sequential", "renderer of cpp: v -> w",
         "cpp: threads: 1 -> 2",
     ]  # fmt: skip
     text = compare_text.heading(found)
-    assert any(line.startswith("WARNING: the machines are not the same") for line in text)
+    assert any(line.startswith("WARNING: the machines differ") for line in text)
     assert {row.verdict for row in found.rows} == {"not resolved"}
     same = compare.compare(a, a)
     assert same.machine == same.others == [] and "WARNING" not in "".join(compare_text.heading(same))

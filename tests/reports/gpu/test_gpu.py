@@ -21,7 +21,7 @@ def test_a_load_pass_is_in_no_time_and_is_where_the_gpu_is_looked_at(load, gpu_r
     (cell,) = results.cells
     assert cell.values("steady_s") == [pytest.approx(0.20025)]
     assert gpu.observed(results, cell, "power_w").value == 500
-    assert gpu.observed(results, cell, "energy_j") == Missing("not told")
+    assert gpu.observed(results, cell, "energy_j") == Missing("not reported")
     assert len(results.repetitions) == 2
 
 
@@ -35,7 +35,15 @@ def test_a_failed_load_pass_is_told_and_spoils_no_time(load, gpu_record, bad):
 def test_an_old_run_has_timed_repetitions_and_no_part_of_a_gpu(report_text, load, record):
     assert load([record("cpp")], name="old").cells[0].values("steady_s")
     text = report_text([record("cpp"), record("numba")])
-    for word in ("GPU:", "figure 2.7", "figure 2.8", "figure 2.9", "figure 4.3", "Share of the device", "keeps the"):
+    for word in (
+        "GPU:",
+        "figure 2.7",
+        "figure 2.8",
+        "figure 2.9",
+        "figure 4.3",
+        "Share of the device",
+        "holds the scene",
+    ):
         assert word not in text, word
 
 
@@ -85,8 +93,8 @@ def test_what_a_gpu_does_not_tell_has_a_reason(report_text, tmp_path, gpu_record
     for reason in (
         "no utilisation_percent here",
         "no throttled here",
-        "no steady frames that tell their parts",
-        "does not tell it",
+        "no steady frames that report their parts",
+        "does not report it",
     ):
         assert f"unavailable: {reason}" in text.replace("\\", "") or reason in text.replace("\\", ""), reason
     for path in (tmp_path / "report").glob("gpu-*.csv"):
@@ -109,7 +117,7 @@ def test_no_share_of_the_peak_without_all_that_it_needs(load, gpu_record, simula
     cases = {
         "a tree": gpu_record(told={"accel": "bvh"}),
         "shapes other than spheres": gpu_record(shapes={"sphere": 1, "triangle": 4}),
-        "not told": gpu_record(shapes=None),
+        "not reported": gpu_record(shapes=None),
         "no peak": simulated(),
         "time of the kernel": gpu_record(frame_parts=None),
         "not ranked": gpu_record(accuracy=None),
@@ -204,7 +212,7 @@ def test_memory_kinds_are_divided_by_global(report_text, gpu_record):
             for n in range(3)
         ]
     )  # fmt: skip
-    section = text.split("## Memory that keeps the scene")[1].split("\n## ")[0]
+    section = text.split("## Memory that holds the scene")[1].split("\n## ")[0]
     lines = {kind: next(line for line in section.splitlines() if f"memory = {kind} " in line) for kind in kinds}
     assert "1 (the baseline)" in lines["global"] and "0.500" in lines["constant"] and "0.250" in lines["shared"]
 

@@ -167,7 +167,7 @@ def test_what_has_no_room_is_told(make_run, tmp_path, record):
     data = json.loads(Reader(text).scripts[0])
     (place,) = data["pictures_figure"]["places"]
     assert 0 < len(place["pictures"]) < 12
-    assert f"Inside this page are {len(place['pictures'])} of 12 pictures" in text
+    assert f"This page holds {len(place['pictures'])} of 12 pictures" in text
 
 
 def test_many_points_are_thinned_and_the_front_is_kept(cell, load, monkeypatch):
@@ -180,4 +180,4 @@ def test_many_points_are_thinned_and_the_front_is_kept(cell, load, monkeypatch):
     assert len(chart["points"]) == 30 and sum(point["picture"] is not None for point in chart["points"]) <= 5
     numbers = [chart["points"][n]["number"] for n in chart["front"]]
     assert numbers == list(range(1, len(numbers) + 1)) and len(numbers) > 2
-    assert "Shown are 30 of 60 points" in found["says"] and "Pictures are shown of" in found["says"]
+    assert "Shown are 30 of 60 points" in found["says"] and "points have a picture" in found["says"]

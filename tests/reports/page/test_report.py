@@ -150,7 +150,7 @@ def test_one_pixel_and_broken_pictures_do_not_stop_it(make_run, tmp_path, record
     np.save(run / "pictures" / "numba.npy", picture)
     report.write(run, tmp_path / "out")
     text = (tmp_path / "out" / "report.md").read_text()
-    assert "one pixel is no picture" in text
+    assert "a single pixel is not drawn" in text
     assert (tmp_path / "out" / "pictures-1-comparison-region-all.png").exists()
 
 

@@ -121,7 +121,7 @@ def test_outlying_processes_are_marked_and_kept(report_text, tmp_path, record):
     section = text.split("## Times (")[1].split("\n## ")[0]
     rows = [line.split("|") for line in section.splitlines() if line.startswith("| no sweep")]
     shown = {row[2].strip(): [cell.strip() for cell in row[4:6]] for row in rows}
-    assert shown == {"cpp": ["8", "1"], "numba": ["4", "unavailable: it takes 5 processes to tell"]}
+    assert shown == {"cpp": ["8", "1"], "numba": ["4", "unavailable: needs 5 processes"]}
     with open(tmp_path / "report" / "repetitions.csv", newline="") as file:
         told = [row["outlier"] for row in csv.DictReader(file) if row["variant"] == "cpp"]
     assert told == ["False"] * 7 + ["True"]

@@ -63,5 +63,5 @@ def test_other_rows_are_told(run, tmp_path, make_run, record):
 
 
 def test_nothing_to_check(run, tmp_path):
-    with pytest.raises(Exception, match=r"no report is there; make one with: rayrace report .* -o "):
+    with pytest.raises(Exception, match=r"holds no report; make one with: rayrace report .* -o "):
         several.check([run], tmp_path / "nothing")

@@ -134,7 +134,7 @@ def test_lines_are_kept_apart(load, told):
 
 def test_what_is_missing_has_its_reason(load, told, bad):
     line = the(load(told(build=None)))
-    assert str(line.points[1].built) == "unavailable: it says no phase build"
+    assert str(line.points[1].built) == "unavailable: it reports no phase build"
     assert "no phase build" in str(hierarchy.pays_after(line.points[1]))
     rows = told()
     broken = [row for row in rows if row["point"] == {"size": 40, "accel": "bvh"}]

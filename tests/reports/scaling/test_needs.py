@@ -104,7 +104,7 @@ def test_nothing_without_a_varied_kernel(make_run, record, told, tmp_path):
 def test_in_the_report(section, told, tmp_path):
     text, figures = section(told(), needs.TITLE)
     assert "| kernel = general | cpp | general | 4.00, all equal |" in text.replace("\\", "")
-    assert "Registers, local and constant memory: unavailable: it runs on no GPU" in text
+    assert "Registers, local and constant memory: unavailable: it does not run on a GPU" in text
     names = [label.get_text() for label in figures["needs"].axes[0].get_yticklabels()]
     assert names == ["needed", "shadows", "lens, csg", "general"]
     with open(tmp_path / "needs-0-comparison.csv", newline="") as file:

@@ -163,7 +163,7 @@ def _window(load, curve, acne, leak):
 def test_the_window_between_acne_and_leaks(load, curve):
     assert _window(load, curve, (0, 0, 0, 5), (0, 0, 0, 5)) == "0.0001 to 0.01, 2 decades"
     assert _window(load, curve, (0, 0, 0, 0), (0, 0, 0, 5)) == "1e-6 to 0.01, at least 4 decades"
-    assert _window(load, curve, (0, 5, 5, 5), (0, 5, 5, 5)) == "no offset that was run is free of both"
+    assert _window(load, curve, (0, 5, 5, 5), (0, 5, 5, 5)) == "every offset that was run has acne or leaks"
     assert _window(load, curve, ("failed: no",) * 4, (0, 0, 0, 5)) == "unavailable: failed: no"
 
 
@@ -171,12 +171,10 @@ def test_the_report_says_who_broke_and_what_did_not_run(report_text, curve):
     told = curve((0, 0, 0, 2), sphere="robust") + curve((0, 4, 900, 900), sphere="textbook")
     told += curve(("failed: no memory",) * 4, variant="numba", sphere="robust")
     text = report_text(told, stability={"far": FACTS})
-    assert "float64: textbook first, at 100; to the end without a failure: nothing" in text
+    assert "float64: textbook first, at 100; without a failure to the end: nothing" in text
     assert "S1 far, robust, float64: from 1e5 on in cpp (theory: 1e4)" in text
     assert "numba: unavailable: failed: no memory (4 cells: far)" in text
-    naive = (
-        "| S1 far | distance / radius | float64 | textbook (naive) | 1e4 | 100 (0.4 %; 1 % from 1e3 on) | not asked |"
-    )
+    naive = "| S1 far | distance / radius | float64 | textbook (naive) | 1e4 | 100 (0.4 %; 1 % from 1e3 on) | not run |"
     assert naive in text
     assert "| 1e4 | 1e5 (0.2 %; never 1 %) | unavailable: failed: no memory |" in text
     assert "## Machine" in text and "## Provenance" in text and "Every variant is ranked" not in text
@@ -189,7 +187,7 @@ def test_what_was_not_run_to_the_end_did_not_hold_to_the_end(load, curve):
     assert "float64: nothing breaks at the levels that have an answer." in text
     told = curve((0, 0, 0, cut), sphere="robust") + curve((0, 1, 0, 0), sphere="textbook")
     text = summary.write(load(told, stability={"far": FACTS}))
-    assert "to the end without a failure: nothing; as far as there are answers: robust." in text
+    assert "without a failure to the end: nothing; without a failure as far as they have answers: robust." in text
 
 
 def test_an_ordinary_run_has_no_part_of_this(report_text, record):

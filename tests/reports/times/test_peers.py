@@ -39,6 +39,6 @@ def test_the_table(record, bad, load, tmp_path):
     assert rows["cpp", "time_over_cpp"]["note"] == "1 (the baseline)"
     assert float(rows["cython", "compile_cold"]["value"]) == 7.0
     assert float(rows["cython", "lines"]["value"]) == 312
-    assert rows["jax", "lines"]["note"] == "unavailable: the run did not write it down"
+    assert rows["jax", "lines"]["note"] == "unavailable: the run did not store it"
     assert float(rows["numpy", "peak_bytes"]["value"]) == 4e6
     assert float(rows["numpy", "max_error_outside_mask"]["value"]) == 2e-15
