@@ -11,7 +11,6 @@ from PIL import Image, ImageOps
 
 from harness.store import packed
 from reports.paper import style
-from reports.pictures import pictures_figure
 from reports.run import results, stored
 from reports.run.results import Results
 from reports.times import times_figure
