@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from fixtures import bad_folder, environment, experiment, generate, rayrace, rows, write  # noqa: F401
 
+from harness.judge import reference
 from harness.process import repetition
 from harness.process.session import Sessions
 from harness.renderer import registry
@@ -180,6 +181,10 @@ class Bench:
         result = self.run(entry, flatten(scene), wanted, needed)
         assert result.status == "ok", f"{variant}: {result.status}: {result.reason}\n{result.stderr}"
         return result
+
+    def reference(self, maker, arrays, parameters, needs):
+        """The Reference of a job, by the entry `maker`."""
+        return reference.make(maker, arrays, parameters, needs, self.caches / maker.name, self.sessions.run)
 
     def picture(self, variant, scene_text, **parameters):
         return self.result(variant, scene_text, **parameters).array

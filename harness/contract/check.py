@@ -12,6 +12,7 @@ from harness.errors import UserError
 from harness.judge import bound, judge, reference
 from harness.process import repetition
 from harness.process.scratch import scratch
+from harness.process.session import Sessions
 from harness.race import contradiction, row
 from harness.renderer import registry
 from harness.renderer.builder import BuildError
@@ -68,8 +69,8 @@ def examine(path: Path) -> Iterator[Check]:
         if entry.unavailable:
             yield Check(f"{entry.name}: available here", some_run, f"not checked: {entry.unavailable}")
             continue
-        with scratch() as cache:
-            for check in Examination(entry, cache).checks():
+        with scratch() as cache, Sessions() as sessions:
+            for check in Examination(entry, cache, sessions).checks():
                 yield replace(check, what=f"{entry.name}: {check.what}")
 
 
@@ -82,10 +83,10 @@ def _told(verdict: judge.Verdict) -> str:
 
 
 class Examination:
-    """The checks of one variant."""
+    """The checks of one variant. sessions: run its jobs, but those of which the process itself is looked at."""
 
-    def __init__(self, entry: Entry, cache: Path):
-        self.entry, self.cache = entry, cache
+    def __init__(self, entry: Entry, cache: Path, sessions: Sessions):
+        self.entry, self.cache, self.sessions = entry, cache, sessions
         self.features = entry.renderer.manifest.features
         self.timeout = SIMULATED_TIMEOUT if entry.simulated else TIMEOUT
         depth = 3 if "reflection" in self.features else 0
@@ -98,20 +99,23 @@ class Examination:
         )
         self.needs = needs_of(scene, self.parameters)
 
-    def run(self, parameters=None, needs=None, arrays=None) -> repetition.Result:
-        return repetition.start(
+    def run(self, parameters=None, needs=None, arrays=None, alone=False) -> repetition.Result:
+        start = repetition.start if alone else self.sessions.start
+        return start(
             self.entry, self.arrays if arrays is None else arrays, parameters or self.parameters,
             self.needs if needs is None else needs, timeout=self.timeout, cache=self.cache,
         )  # fmt: skip
 
     def checks(self) -> Iterator[Check]:
-        first = self.run()
+        first = self.run(alone=True)
         yield self._ended("a picture of all that it claims", first)
         if first.status != "ok":
             return
-        second = self.run()
+        second = self.run(alone=True)
         same = second.status == "ok" and np.array_equal(first.array, second.array)
         yield Check("the same job again gives the same bytes", same)
+        if self.entry.renderer.manifest.jobs:
+            yield self._list(first)
         yield from self._judged(first)
         if set(self.features) & FURTHER:
             yield from self._further()
@@ -139,6 +143,25 @@ class Examination:
         yield self._refuses()
         broken = self.run(arrays={k: v for k, v in self.arrays.items() if k != "camera"})
         yield Check("a job without its camera fails, with a reason", broken.status == "failed", broken.reason)
+
+    def _list(self, first: repetition.Result) -> Check:
+        """Each job of a list, a refused one among them, has the result that it has alone."""
+        what = "a list of jobs gives the same bytes"
+        with Sessions() as sessions:
+            session, results = None, []
+            for needs in (self.needs, (*self.needs, "no-such-feature"), self.needs):
+                job = self.entry, self.arrays, self.parameters, needs
+                results.append(sessions.start(*job, timeout=self.timeout, cache=self.cache))
+                if not sessions.kept:
+                    return Check(what, False, f"its process ended after job {len(results)}; it must read the next one")
+                session = session or next(iter(sessions.kept))
+            if [*sessions.kept] != [session]:
+                return Check(what, False, "it puts off a job that is like the first one")
+        statuses = [result.status for result in results]
+        if statuses != ["ok", "unsupported", "ok"]:
+            return Check(what, False, f"ok, refused and ok ended as {', '.join(statuses)}: {results[-1].reason}")
+        same = all(np.array_equal(result.array, first.array) for result in (results[0], results[2]))
+        return Check(what, same)
 
     def _methods(self) -> Iterator[Check]:
         """Pictures of its other methods, several at a time: each picture may cost a compilation."""
@@ -185,7 +208,7 @@ class Examination:
         if maker is None:
             yield Check(what, True, "not checked: no other renderer here can make this picture")
             return
-        found = reference.make(maker, arrays, parameters, needs, self.cache / "reference")
+        found = reference.make(maker, arrays, parameters, needs, self.cache / "reference", self.sessions.run)
         if isinstance(found, reference.NoReference):
             yield Check(what, False, found.reason)
             return
@@ -237,7 +260,7 @@ class Examination:
     def _batches(self, first: repetition.Result) -> Check:
         """`least_frame` may be left alone. Else batches last so long, and what is told of one is of one render."""
         what = "a frame is one render, or a batch that lasts"
-        result = self.run(replace(self.parameters, least_frame=LEAST_FRAME))
+        result = self.run(replace(self.parameters, least_frame=LEAST_FRAME), alone=True)
         if result.status != "ok":
             return Check(what, False, result.reason)
         _, *more = (frame["renders"] for frame in result.said.frames)

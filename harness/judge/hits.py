@@ -77,7 +77,7 @@ def make(
     parameters: Parameters,
     needs: tuple[str, ...],
     cache: Path,
-    run: Callable[..., repetition.Result] = repetition.run,
+    run: Callable[..., repetition.Result],
 ) -> Reference | NoReference:
     """The Reference of a list of rays, made by `entry`: `picture` (R, 8) has their hits, `mask` (R,).
 

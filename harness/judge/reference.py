@@ -11,6 +11,7 @@ from harness.judge.cache import Kept
 from harness.judge.judge import TOLERANCE, Reference
 from harness.judge.span import THRESHOLD, leaves
 from harness.process import repetition
+from harness.process.session import Sessions
 from harness.renderer.builder import BuildError
 from harness.renderer.job import count_shapes, fingerprint
 from harness.renderer.parameters import Parameters, default_epsilon, default_sliver
@@ -130,9 +131,15 @@ def make(
     parameters: Parameters,
     needs: tuple[str, ...],
     cache: Path,
-    run: Callable[..., repetition.Result] = repetition.run,
-):
-    """A Reference made by `entry`, with its compiled code in `cache`, or a NoReference. `run` starts it."""
+    run: Callable[..., repetition.Result] | None = None,
+) -> Reference | NoReference:
+    """A Reference made by `entry`, with its compiled code in `cache`, or a NoReference.
+
+    run: does its jobs, as Sessions.run; by default in processes that end with it.
+    """
+    if run is None:
+        with Sessions() as sessions:
+            return make(entry, arrays, parameters, needs, cache, sessions.run)
     wanted, precision = job_of(parameters), parameters.precision
     count = perturbations(precision)
     jobs = [wanted, *perturbed(wanted, count, SEED, ULPS), *perturbed(wanted, *others(precision))]

@@ -12,7 +12,6 @@ import numpy as np
 
 from harness.judge import judge
 from harness.judge.reference import job_of
-from harness.process import repetition
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 
@@ -113,7 +112,7 @@ def _samples(parameters: Parameters) -> int:
     return side**2 * max(parameters.feelers, 1) * max(parameters.glossy_rays, 1)
 
 
-def make(told: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | None, run=repetition.run) -> Truth:
+def make(told: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | None, run: Callable) -> Truth:
     """The truth of a job with seeds, made by `maker`, whose compiled code goes to `cache`. LookupError with the reason
     if it fails. `run` starts it.
     """

@@ -40,7 +40,7 @@ def reference_of(known, bench):
         assert maker is not None
         key = name, parameters.picture(), maker.name
         if key not in made:
-            made[key] = reference.make(maker, flatten(scene), parameters, needed, bench.caches / maker.name)
+            made[key] = bench.reference(maker, flatten(scene), parameters, needed)
             assert isinstance(made[key], reference.Reference), made[key]
         return made[key]
 
@@ -155,7 +155,7 @@ def test_the_oracle_certifies_the_reference(bench, known):
     picture = bench.picture("numba", source("comparison.txt"), **jobs)
     parameters = Parameters(**jobs)
     scene = text.read(source("comparison.txt"), "comparison.txt")
-    made = reference.make(known["numba"], flatten(scene), parameters, needs(scene, parameters), bench.caches / "numba")
+    made = bench.reference(known["numba"], flatten(scene), parameters, needs(scene, parameters))
     certain = np.argwhere(~made.mask)
     for j, i in rng.choice(certain, 12, replace=False):
         pixel = bench.picture(

@@ -45,7 +45,7 @@ def reference_of(known, bench, scenes):
         assert maker is not None
         key = name, maker.name, parameters.picture()
         if key not in made:
-            made[key] = reference.make(maker, flatten(scene), parameters, needed, bench.caches / maker.name)
+            made[key] = bench.reference(maker, flatten(scene), parameters, needed)
             assert isinstance(made[key], reference.Reference), made[key]
         return made[key]
 

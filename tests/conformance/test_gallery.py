@@ -51,7 +51,7 @@ def references(bench):
             scene = load(SCENES / f"{name}.txt")
             needed = needs(scene, wanted)
             job = replace(wanted, vector="off", kernel="general", threads=1)
-            made[key] = reference.make(bench.entry("cpp"), flatten(scene), job, needed, bench.caches / "cpp")
+            made[key] = bench.reference(bench.entry("cpp"), flatten(scene), job, needed)
             assert isinstance(made[key], reference.Reference), made[key]
         return made[key]
 

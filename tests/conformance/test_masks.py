@@ -55,7 +55,7 @@ def reference_of(known, bench):
         maker = reference.choose(known[variant], known, wanted, needed, ("cpp", "numpy"))
         key = case, maker.name, wanted.precision
         if key not in made:
-            made[key] = reference.make(maker, flatten(scene), wanted, needed, bench.caches / maker.name)
+            made[key] = bench.reference(maker, flatten(scene), wanted, needed)
             assert isinstance(made[key], reference.Reference), made[key]
         return made[key]
 

@@ -47,7 +47,7 @@ def agree(bench, known, render):
         wanted = Parameters(**{**SIZE, "vector": "on", **parameters})
         read = text.read(scene, "scene of the test")
         maker = reference.choose(known[variant], known, wanted, needs(read, wanted))
-        found = reference.make(maker, flatten(read), wanted, needs(read, wanted), bench.caches / maker.name)
+        found = bench.reference(maker, flatten(read), wanted, needs(read, wanted))
         verdict = judge.judge(result.array, found, wanted.precision)
         print(f"{variant} against {found.maker}: {verdict} {result.said.rays}")
         assert verdict.wrong is None, verdict.wrong

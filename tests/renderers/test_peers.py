@@ -53,7 +53,7 @@ def agrees(bench, known):
         maker = reference.choose(known[variant], known, wanted, needed)
         key = source, wanted.picture(), maker.name
         if key not in made:
-            made[key] = reference.make(maker, flatten(scene), wanted, needed, bench.caches / maker.name)
+            made[key] = bench.reference(maker, flatten(scene), wanted, needed)
         found = made[key]
         verdict = judge.judge(result.array, found, wanted.precision)
         print(f"{variant} against {found.maker}: {verdict} {result.said.rays}")

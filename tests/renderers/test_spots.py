@@ -108,7 +108,7 @@ def test_sixty_digits_agree_with_float64(known, bench, scenes, work_out, name):
     parameters = Parameters(**size, **jobs)
     scene = text.read(source, name)
     maker = known["cpp"] if not known["cpp"].unavailable else known["numpy"]
-    made = reference.make(maker, flatten(scene), parameters, needs(scene, parameters), bench.caches / maker.name)
+    made = bench.reference(maker, flatten(scene), parameters, needs(scene, parameters))
     assert isinstance(made, reference.Reference), made
     rows, columns = np.random.default_rng(SEED).permutation(np.argwhere(~made.mask))[:10].T
     digits = Parameters(**size, **jobs, precision="mp60", epsilon=parameters.values()["epsilon"])

@@ -73,6 +73,45 @@ def test_false_times(variant, rayrace, tmp_path):
     assert len(failed) == 1 and failed[0].startswith(f"FAIL  liar-{variant}: {rule}{liars.LIES[variant]}"), done.stdout
 
 
+LISTED = """import sys
+from renderers import worker
+with worker.importing():
+    import numpy as np
+jobs = []
+def main(arguments):
+    job = worker.Job(arguments)
+    worker.require(job, [])
+    jobs.append(job)
+    with worker.phase("load"):
+        picture = np.tile(np.load(job.array("background")), (job.height, job.width, 1)) + 0 * np.load(job.array("camera"))[0]
+    worker.render(job, lambda: None)
+    with worker.phase("save"):
+        np.save(job.output("image.npy"), picture FAULT)
+    worker.say("output", file="image.npy")
+SERVE
+"""
+
+
+@pytest.mark.parametrize(
+    ("fault", "serve", "rule"),
+    [
+        ("", "worker.serve(main, sys.argv[1:])", None),
+        ("", "main(sys.argv[1:])", "its process ended after job 1; it must read the next one"),
+        ("+ 1e-3 * (len(jobs) > 1)", "worker.serve(main, sys.argv[1:])", "a list of jobs gives the same bytes"),
+    ],
+)
+def test_lists(fault, serve, rule, rayrace, write):
+    """A renderer that keeps to lists of jobs; that does not know them; that carries something over to the next job."""
+    write("listed/main.py", LISTED.replace("FAULT", fault).replace("SERVE", serve))
+    head = 'contract = 1\nname = "listed"\ntechnology = "Python"\ndescription = "a test"\nfeatures = []\njobs = true\n'
+    variant = '[[variant]]\nname = "listed"\ncommand = ["{python}", "{folder}/main.py"]\n'
+    done = rayrace("check", write("listed/renderer.toml", head + variant).parent)
+    failed = [line for line in done.stdout.splitlines() if line.startswith("FAIL")]
+    assert done.returncode == (rule is not None), done.stdout
+    assert "ok    listed: a list of jobs gives the same bytes" in done.stdout or rule
+    assert rule is None or rule in failed[0], done.stdout
+
+
 @pytest.mark.parametrize(
     ("head", "rule"),
     [

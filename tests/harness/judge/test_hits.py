@@ -8,6 +8,7 @@ import pytest
 
 from harness.judge import hits, reference
 from harness.judge.reference import NoReference, Reference
+from harness.process import repetition
 from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
@@ -39,7 +40,9 @@ def known_right(known, tmp_path_factory):
     rays = hits.through_the_screen(scene, 4000, SEED)
     arrays = {**flatten(scene), "rays": rays}
     parameters = Parameters(kind="rays", width=len(rays), height=1, depth=0, precision="float32")
-    found = hits.make(known["numpy"], arrays, parameters, tuple(shapes(scene)), tmp_path_factory.mktemp("cache"))
+    found = hits.make(
+        known["numpy"], arrays, parameters, tuple(shapes(scene)), tmp_path_factory.mktemp("cache"), repetition.run
+    )
     assert isinstance(found, Reference), found
     return found, rays
 
@@ -88,7 +91,7 @@ def test_the_mask_is_where_a_turn_by_4_steps_matters(known, known_right):
     parameters = Parameters(kind="rays", width=4, height=1, depth=0, precision="float32")
     arrays = {**flatten(scene), "rays": some}
     # the other sphere is out of the way on this side
-    made = hits.make(known["numpy"], arrays, parameters, tuple(shapes(scene)), None)
+    made = hits.make(known["numpy"], arrays, parameters, tuple(shapes(scene)), None, repetition.run)
     assert made.mask.tolist() == [False, True, True, False], made.picture
 
 
@@ -173,12 +176,12 @@ def test_a_maker_that_fails_makes_no_reference(known):
 
 def test_a_race_of_rays(rayrace, write, tmp_path):
     write("scene.txt", SCENE)
-    file = write("experiment.toml", EXPERIMENT.format(rays=700))
+    file = write("experiment.toml", EXPERIMENT.format(rays=7000))
     rayrace("run", file, "--out", tmp_path / "run", "--report", code=0)
     facts, rows = store.read(tmp_path / "run")
     assert {row["status"] for row in rows} == {"ok"} and len(rows) == 2
     for row in rows:
-        assert row["rays"] == {"primary": 700, "reflected": 0, "transmitted": 0, "shadow": 0, "non_finite": 0}
+        assert row["rays"] == {"primary": 7000, "reflected": 0, "transmitted": 0, "shadow": 0, "non_finite": 0}
         assert row["picture"] is None and row["error"] is None
         assert row["accuracy"]["max_outside"] < 1e-12 and row["accuracy"]["tolerance"] == 1e-9
         assert row["accuracy"]["reference"] not in (row["variant"], None)
