@@ -83,7 +83,8 @@ def main(arguments):
     worker.require(job, [])
     jobs.append(job)
     with worker.phase("load"):
-        picture = np.tile(np.load(job.array("background")), (job.height, job.width, 1)) + 0 * np.load(job.array("camera"))[0]
+        background, _ = (np.load(job.array(name)) for name in ("background", "camera"))
+        picture = np.tile(background, (job.height, job.width, 1))
     worker.render(job, lambda: None)
     with worker.phase("save"):
         np.save(job.output("image.npy"), picture FAULT)
