@@ -29,3 +29,31 @@ def lost(cell: dict, number: int, kind: str, status: str, reason: str, started: 
     nothing = dict.fromkeys((*MEASURED, *JUDGED, *AROUND))
     told = {"repetition": number, "pass": kind, "status": status, "reason": reason, "started": started, "warnings": []}
     return {**cell, **nothing, **told, "lost": True}
+
+
+def largest(accuracy: dict) -> float | None:
+    """Returns the largest error of a judged picture over all pixels, inside the mask and outside; None if unknown."""
+    sides = accuracy.get("max_outside"), accuracy.get("max_inside")
+    return max((side for side in sides if side is not None), default=None)
+
+
+def errors(rmse: float | None, worst: float | None, beyond: float | None) -> str:
+    """The errors over all pixels in words: RMSE, largest, share of pixels with a channel off by more than 1/255.
+
+    Of first hits, which have no RMSE: the largest error of a distance, and the share of rays that hit something else.
+    """
+    if worst is None:
+        return "error unavailable"
+    if rmse is None:
+        return f"largest error of a distance {worst:.3g}, {_share(beyond, 'rays')} hit something else"
+    return f"RMSE {rmse:.2g}, largest error {worst:.3g}, {_share(beyond, 'pixels')} beyond 1/255"
+
+
+def _share(share: float | None, what: str) -> str:
+    if share is None:
+        return f"share of {what} unavailable"
+    return f"{percent(share)} of {what}" if share else f"no {what}"
+
+
+def percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if share else "none"

@@ -20,7 +20,7 @@ def _result(results: Results, name: str, cell: Cell) -> dict:
     record, environment = results.record(cell), results.facts["environment"]
     extra = [
         f"median over {found.processes} processes" + (f", {found.note}" if found.low is None else ", 95 % interval"),
-        f"largest error: {cell.worst('max_outside')}",
+        cell.errors,
         f"renderer {record['renderer_version']}, commit {environment['commit']}",
         f"{environment['cpu']}, {environment['os']}",
     ]
