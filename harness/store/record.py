@@ -45,14 +45,14 @@ def errors(rmse: float | None, worst: float | None, beyond: float | None) -> str
     if worst is None:
         return "error unavailable"
     if rmse is None:
-        return f"largest error of a distance {worst:.3g}, {_share(beyond, 'rays')} hit something else"
-    return f"RMSE {rmse:.2g}, largest error {worst:.3g}, {_share(beyond, 'pixels')} beyond 1/255"
-
-
-def _share(share: float | None, what: str) -> str:
-    if share is None:
-        return f"share of {what} unavailable"
-    return f"{percent(share)} of {what}" if share else f"no {what}"
+        share = "how many hit something else is unavailable"
+        if beyond is not None:
+            share = f"{percent(beyond)} of rays hit something else" if beyond else "no ray hits something else"
+        return f"largest error of a distance {worst:.3g}, {share}"
+    share = "share beyond 1/255 unavailable"
+    if beyond is not None:
+        share = f"{percent(beyond)} of pixels beyond 1/255" if beyond else "no pixel beyond 1/255"
+    return f"RMSE {rmse:.2g}, largest error {worst:.3g}, {share}"
 
 
 def percent(share: float) -> str:

@@ -48,6 +48,7 @@ def _about(results: Results, name: str, cell: Cell) -> dict:
     return _known(
         name=name,
         unit="second",
+        timed="steady frames",
         variant=cell.variant,
         renderer_version=record["renderer_version"],
         scene=cell.scene,
