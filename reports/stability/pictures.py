@@ -16,7 +16,7 @@ from reports.stability.stability import Curve, Point, Row
 
 TITLE = "What failures look like"
 CAPTION = (
-    "One level, variant and precision of each row that makes pictures: the first level where the most naive ways have a "
+    "One level, variant and precision of each row that makes pictures: the first level where most naive ways have a "
     "tenth of their answers wrong while a robust way has none, or else the level with most wrong answers. Pixels that "
     "are not finite are magenta. Wrong answers are counted as in the chart of the row."
 )
@@ -55,7 +55,7 @@ def choose(results: Results, row: Row) -> list[Panel]:
 
 
 def _shows(panels: list[Panel]) -> tuple[int, float]:
-    """Returns how many naive ways fail visibly while a robust one holds; if none does, the largest share of failures."""
+    """Returns how many naive ways fail visibly while a robust one holds, and the largest share if none does."""
     shares = [panel.point.share for panel in panels if panel.curve.way.naive]
     if not shares or not any(not panel.curve.way.naive and not panel.point.fails for panel in panels):
         return 0, 0.0
