@@ -16,7 +16,7 @@ from reports.stability.stability import Curve, Point, Row
 
 TITLE = "What failures look like"
 CAPTION = (
-    "One level, variant and precision of each row that makes pictures: the first level where most naive ways have a "
+    "One level, variant and precision of each row with pictures: the first level where the most naive ways have a "
     "tenth of their answers wrong while a robust way has none, or else the level with most wrong answers. Pixels that "
     "are not finite are magenta. Wrong answers are counted as in the chart of the row."
 )

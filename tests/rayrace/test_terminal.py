@@ -12,7 +12,7 @@ CELL = SimpleNamespace(label="cpp, [comparison]")
 ACCURACY = {"max_outside": 2e-4, "max_inside": 1.25, "rmse": 0.011, "bad_pixels": 0.0033}
 RECORD = {
     "status": "ok", "reason": "", "repetition": 0, "pass": "timed", "unranked": None, "wall_s": 2.0,
-    "frames_s": [0.5, 0.25, 0.25], "accuracy": ACCURACY, "error": None,
+    "frames_s": [0.5, 0.25, 0.25], "accuracy": ACCURACY, "error": None, "stability": None,
     "cpu": {"user_s": 1.5, "system_s": 0.4}, "memory": {"peak_bytes": 10_200_000},
 }  # fmt: skip
 
