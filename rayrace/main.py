@@ -172,6 +172,12 @@ def export(
         bool,
         typer.Option(help="Of a packed run: with its pictures, which take most of the room, or with errors alone."),
     ] = True,
+    what: Annotated[
+        str,
+        typer.Option(
+            help="Of hyperfine: whole processes (process, the default) or their steady frames (frame).", metavar="NAME"
+        ),
+    ] = "",
     host: HostOption = "",
 ) -> None:
     """Write a run in the format of another tool, or in one file, which `report`, `compare` and `export` read too."""
@@ -185,7 +191,8 @@ def export(
         raise UserError("--host: not with --format packed, which has the rows of all hosts")
     with packed.opened(run) as folder:
         _must_have(host, folder)
-        left_out = exporters.write(folder, form, None if out == "-" else Path(out), pictures, host)
+        left_out = exporters.write(folder, form, None if out == "-" else Path(out), pictures, host, what)
+    print(f"exported: {exporters.HOLDS[form][exporters.chosen(form, what)]}", file=sys.stderr)
     for line in left_out:
         print(f"left out: {line}", file=sys.stderr)
 

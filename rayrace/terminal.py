@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from harness.race.row import is_as_meant
+from harness.store import record as rows
 
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
 MOST_ROWS = 200  # of cells that are shown one by one
@@ -177,9 +178,9 @@ def _line(cell, record, done, total, left_s) -> str:
         return f"{place}: {record['stability']['failures']} of {record['stability']['count']} answers are wrong"
     frames = record["frames_s"]
     steady = f"{statistics.median(frames[1:]):.4g} s a frame" if len(frames) > 1 else "no steady frame"
-    worst, off = ((record[name] or {}).get(key) for name, key in (("accuracy", "max_outside"), ("error", "rmse")))
-    error = "error unavailable" if worst is None else f"error {worst:.1e}"
-    error += "" if off is None else f", RMSE to the truth {off:.1e}"
+    accuracy, off = record["accuracy"] or {}, (record["error"] or {}).get("rmse")
+    error = rows.errors(accuracy.get("rmse"), rows.largest(accuracy), accuracy.get("bad_pixels"))
+    error += "" if off is None else f", RMSE to the truth {off:.2g}"
     unranked = ", unranked" if record["unranked"] else ""
     turn = {"load": ", load pass", "pair": ", for the noise floor", "cold": ", cold"}.get(record["pass"], "")
     return f"{place}{turn}: first {frames[0]:.4g} s, {steady}, {error}{unranked}"

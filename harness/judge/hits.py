@@ -152,6 +152,7 @@ def judge(hits: np.ndarray, reference: Reference, precision: str) -> Verdict:
     """Judge `hits` (R, 8), as the contract returns them.
 
     max_outside, max_inside: largest error of the distance of a hit, as a share of it, outside and inside the mask.
+    bad_pixels: share of all rays that hit something else than the reference says.
     """
     right, mask = reference.picture, reference.mask
     if len(hits) != len(right):
@@ -179,6 +180,7 @@ def judge(hits: np.ndarray, reference: Reference, precision: str) -> Verdict:
         wrong=wrong,
         max_outside=float(off[~mask].max()) if not mask.all() else None,
         max_inside=float(off[both].max()) if both.any() else None,
+        bad_pixels=float(other.mean()),
         mask_fraction=float(mask.mean()),
         tolerance=tolerance,
     )

@@ -24,6 +24,7 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.scene.needs import shapes
 from harness.single import export
+from harness.store import record
 
 NOT_MEASURED = "not measured; `rayrace run` measures it, with an experiment that has this scene and these options"
 FASTEST = ("cpp-threads", "numba-parallel", "numpy", "python")
@@ -105,9 +106,10 @@ def _told(accuracy: dict) -> str:
     if accuracy["rmse"] is None:
         return f"wrong: {accuracy['wrong']}"
     outside, share = accuracy["max_outside"], accuracy["mask_fraction"]
+    errors = record.errors(accuracy["rmse"], record.largest(accuracy), accuracy["bad_pixels"])
     most = "every pixel is in the mask" if outside is None else f"at most {outside:.2g} outside the mask"
-    told = f"error against the reference by {accuracy['reference']}: {most} ({share:.2%} of pixels)"
-    return f"{told}, RMSE {accuracy['rmse']:.2g}" + (f"; wrong: {accuracy['wrong']}" if accuracy["wrong"] else "")
+    told = f"against the reference by {accuracy['reference']}: {errors}; agreement: {most} ({share:.2%} of pixels)"
+    return told + (f"; wrong: {accuracy['wrong']}" if accuracy["wrong"] else "")
 
 
 def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Result, dict]:

@@ -29,3 +29,31 @@ def lost(cell: dict, number: int, kind: str, status: str, reason: str, started: 
     nothing = dict.fromkeys((*MEASURED, *JUDGED, *AROUND))
     told = {"repetition": number, "pass": kind, "status": status, "reason": reason, "started": started, "warnings": []}
     return {**cell, **nothing, **told, "lost": True}
+
+
+def largest(accuracy: dict) -> float | None:
+    """Returns the largest error of a judged picture over all pixels, inside the mask and outside; None if unknown."""
+    sides = accuracy.get("max_outside"), accuracy.get("max_inside")
+    return max((side for side in sides if side is not None), default=None)
+
+
+def errors(rmse: float | None, worst: float | None, beyond: float | None) -> str:
+    """The errors over all pixels in words: RMSE, largest, share of pixels with a channel off by more than 1/255.
+
+    Of first hits, which have no RMSE: the largest error of a distance, and the share of rays that hit something else.
+    """
+    if worst is None:
+        return "error unavailable"
+    if rmse is None:
+        share = "how many hit something else is unavailable"
+        if beyond is not None:
+            share = f"{percent(beyond)} of rays hit something else" if beyond else "no ray hits something else"
+        return f"largest error of a distance {worst:.3g}, {share}"
+    share = "share beyond 1/255 unavailable"
+    if beyond is not None:
+        share = f"{percent(beyond)} of pixels beyond 1/255" if beyond else "no pixel beyond 1/255"
+    return f"RMSE {rmse:.2g}, largest error {worst:.3g}, {share}"
+
+
+def percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if share else "none"

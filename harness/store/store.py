@@ -64,7 +64,8 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
     accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, `span_file` (values of perturbed
                 references inside the mask: judge.py), and psnr_db, ssim, flip (each a number or
                 {unavailable: reason}: perception.py) with `flip_file`; or {unavailable: reason}. For first hits
-                max_outside and max_inside are errors of distances (hits.py), and keys of pictures are null
+                max_outside and max_inside are errors of distances, bad_pixels is the share that hits something else
+                (hits.py), and keys of pictures are null
     error       the distance from the truth (truth.py): {truth, truth_file, pictures, standard_error,
                 standard_error_file, certificate, rmse, max, bad_pixels, relative_mse, rmse_outside, max_outside,
                 max_inside, mask_fraction, psnr_db, ssim, flip, flip_file}; or {unavailable: reason}; null without a

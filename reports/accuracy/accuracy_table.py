@@ -3,19 +3,18 @@
 from pathlib import Path
 
 from reports.accuracy import accuracy_columns
-from reports.paper import quantity, table
+from reports.paper import table
 from reports.paper.table import Column
 from reports.run import repetition
 from reports.run.results import Cell, Missing, Results
 
 CAPTION = (
-    "Inside the mask pixels are judged all together: nearly all must lie in what moved samples span. RMSE and relative "
-    "MSE (the mean of the squared difference over the squared reference + 0.01) are of linear RGB over all pixels. "
-    "Beyond 1/255: pixels with a channel off by more "
-    "than a step of an 8-bit picture. FLIP, SSIM and PSNR compare what a display shows, sRGB clipped to 0..1: FLIP is "
+    "RMSE, largest error, beyond 1/255 and relative MSE (the mean of the squared difference over the squared reference "
+    "+ 0.01) are over all pixels. Inside the mask pixels are judged all together: nearly all must lie in what moved "
+    "samples span. FLIP, SSIM and PSNR compare what a display shows, sRGB clipped to 0..1: FLIP is "
     "the mean difference that a viewer sees at 67 pixels a degree, 0 to 1; SSIM is 1 for equal pictures. One wrong "
     "pixel hardly moves the three, and none of them tells a right picture from a wrong one: the judge goes by the "
-    "first column. Of several repetitions the worst is shown."
+    "agreement outside the mask. Of several repetitions the worst is shown."
 )
 
 
@@ -32,23 +31,15 @@ def _worst(title: str, name: str, unit: str, worst=max, none: str = "the run doe
         told = cell.known(f"no_{name}", cell.timed).values() if name in repetition.SEEN else ()
         return Missing(next(iter(told), none))
 
-    return Column(title, name, unit, value, _show)
-
-
-def _show(value, scale: float = 1.0) -> str:
-    return "exactly 0" if value == 0 else quantity.text(value, scale)
+    return Column(title, name, unit, value, accuracy_columns.show)
 
 
 COLUMNS = [
-    *accuracy_columns.COLUMNS[:1],
-    _worst("inside it", "max_inside", "linear RGB", none="no pixel is in the mask"),
-    *accuracy_columns.COLUMNS[2:],
-    _worst("RMSE", "rmse", "linear RGB"),
+    *accuracy_columns.ERRORS,
     _worst("relative MSE", "relative_mse", "1"),
-    Column(
-        "beyond 1/255 (%)", "bad_pixels", "1", lambda cell: cell.worst("bad_pixels"),
-        lambda value: _show(value, 100),
-    ),
+    *accuracy_columns.AGREEMENT[:1],
+    _worst("inside it", "max_inside", "linear RGB", none="no pixel is in the mask"),
+    *accuracy_columns.AGREEMENT[2:],
     _worst("FLIP", "flip", "1"),
     _worst("SSIM", "ssim", "1", min),
     _worst("PSNR (dB)", "psnr_db", "dB", min),

@@ -58,7 +58,7 @@ def _columns(of: dict[Cell, Member]) -> list[Column]:
         Column("run", "run", "", lambda cell: of[cell].name),
         Column("steady frame (s)", "steady_frame", "s", lambda cell: cell.steady),
         Column("÷ the baseline of its run", "ratio", "1", ratio, _ratio),
-        *accuracy_columns.COLUMNS[:1],
+        *accuracy_columns.ERRORS,
         Column("picture", "picture", "", lambda cell: _digits(of[cell], cell)),
     ]
 

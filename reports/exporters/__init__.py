@@ -2,6 +2,7 @@
 
 The formats for times (pyperf, hyperfine, github) have no place for a reason: a cell that takes part in no comparison is
 left out, and told of. parquet has every repetition, with status and reason; packed is the run itself in one file.
+hyperfine, which times commands, has whole processes unless frames are asked for; pyperf and github have frames.
 """
 
 from pathlib import Path
@@ -12,18 +13,37 @@ from reports.exporters import github, hyperfine, parquet, pyperf
 from reports.run import naming, results
 
 TEXTS = {"pyperf": pyperf.text, "hyperfine": hyperfine.text, "github": github.text}
-FORMATS = (*TEXTS, "parquet", "packed")
+# What each format can hold, the usual first, in words.
+HOLDS = {
+    "pyperf": {"frame": "the durations of the steady frames of each process"},
+    "hyperfine": {
+        hyperfine.PROCESS: "whole processes, from start to exit, with all frames; --what frame has the steady frame",
+        hyperfine.FRAME: "the steady frame of each process",
+    },
+    "github": {"frame": "the steady frame, the median over processes"},
+    "parquet": {"all": "every repetition, with the times of its process, phases and frames"},
+    "packed": {"all": "the run itself"},
+}
+FORMATS = tuple(HOLDS)
 
 
-def write(run: Path, form: str, out: Path | None, pictures: bool = True, host: str = "") -> list[str]:
+def chosen(form: str, what: str = "") -> str:
+    """What an export holds: `what`, or the usual of the format. UserError if one of them is unknown."""
+    if form not in FORMATS:
+        raise UserError(f'no format "{form}"; known: {", ".join(FORMATS)}')
+    if what and what not in HOLDS[form]:
+        raise UserError(f'{form} has no "{what}"; it holds: {", ".join(HOLDS[form])}')
+    return what or next(iter(HOLDS[form]))
+
+
+def write(run: Path, form: str, out: Path | None, pictures: bool = True, host: str = "", what: str = "") -> list[str]:
     """Export the run in the folder `run` as `form` to the file `out`, or to standard output if that is None.
 
     pictures: of a packed run, whether they are in it. host: of a run on several, the one whose rows are meant; a packed
-    run has all.
+    run has all. what: of HOLDS; "": the usual of the format.
     A line for all that is left out, with the reason. UserError if the format is unknown or nothing is left.
     """
-    if form not in FORMATS:
-        raise UserError(f'no format "{form}"; known: {", ".join(FORMATS)}')
+    what = chosen(form, what)
     if form not in TEXTS and out is None:
         raise UserError(f"{form} is no text", remedy="name a file with -o FILE")
     if form == "packed":
@@ -41,7 +61,7 @@ def write(run: Path, form: str, out: Path | None, pictures: bool = True, host: s
     ranked = {name: cell for name, cell in cells.items() if not cell.unranked}
     if not ranked:
         raise UserError("\n  ".join([f"{run}: nothing to export", *left_out]))
-    text = TEXTS[form](loaded, ranked)
+    text = TEXTS[form](loaded, ranked, *([what] if form == "hyperfine" else []))
     if out is None:
         print(text, end="")
     else:

@@ -19,8 +19,9 @@ def _result(results: Results, name: str, cell: Cell) -> dict:
     interval = {} if found.low is None else {"range": f"{found.low:.6g} .. {found.high:.6g}"}
     record, environment = results.record(cell), results.facts["environment"]
     extra = [
-        f"median over {found.processes} processes" + (f", {found.note}" if found.low is None else ", 95 % interval"),
-        f"largest error: {cell.worst('max_outside')}",
+        f"steady frame, median over {found.processes} processes"
+        + (f", {found.note}" if found.low is None else ", 95 % interval"),
+        cell.errors,
         f"renderer {record['renderer_version']}, commit {environment['commit']}",
         f"{environment['cpu']}, {environment['os']}",
     ]

@@ -1,10 +1,11 @@
-"""As `hyperfine --export-json` writes it (versions 1.x): what each ranked cell's processes took from start to end.
+"""As `hyperfine --export-json` writes it (versions 1.x): the whole processes of each ranked cell, or their frames.
 
-hyperfine times commands, so a time is the wall time (s) of one process: start, compilation, upload, all frames, exit.
-It is no time of a frame, and grows with the number of frames that the experiment asks for. Processes that found
-compiled code in their cache are a result apart from those that did not. mean, stddev, median, min and max are of
-`times`; user and system are means of CPU seconds; memory_usage_byte has the peak of each process. (hyperfine's
-src/benchmark/benchmark_result.rs.)
+hyperfine times commands, so unless frames are asked for a time is the wall time (s) of one process: start, compilation,
+upload, all frames, exit. It grows with the number of frames that the experiment asks for. Processes that found
+compiled code in their cache are a result apart from those that did not. Of frames a time is the steady frame (s) of one
+process. The command says which it is: the format has no other place for it. mean, stddev, median, min and max are of
+`times`; user and system are means of CPU seconds, and null of a frame, for which they are not known;
+memory_usage_byte has the peak of each process. (hyperfine's src/benchmark/benchmark_result.rs.)
 """
 
 import json
@@ -13,24 +14,32 @@ import statistics
 from reports.run import naming
 from reports.run.results import Cell, Results
 
+PROCESS, FRAME = "process", "frame"
 
-def text(results: Results, cells: dict[str, Cell]) -> str:
-    """The file for the ranked cells."""
-    split = [part for cell in cells.values() for part in cell.by_cache()]
-    found = [_result(name, cell) for name, cell in zip(naming.names(split), split, strict=True)]
+
+def text(results: Results, cells: dict[str, Cell], what: str) -> str:
+    """The file for the ranked cells. what: PROCESS or FRAME."""
+    if what == FRAME:
+        found = [_result(name, cell, cell.rounds("steady_s"), what) for name, cell in cells.items()]
+    else:
+        split = [part for cell in cells.values() for part in cell.by_cache()]
+        names = naming.names(split)
+        found = [_result(name, cell, cell.rounds("wall_s"), what) for name, cell in zip(names, split, strict=True)]
     return json.dumps({"results": found}, indent=2) + "\n"
 
 
-def _result(name: str, cell: Cell) -> dict:
-    times = cell.values("wall_s")
-    memory = cell.values("peak_bytes")
+def _result(name: str, cell: Cell, rounds: dict[int, float], what: str) -> dict:
+    """rounds: the time of each process, s, by the number of its repetition."""
+    times, peaks = list(rounds.values()), cell.rounds("peak_bytes")
+    memory = [peaks[number] for number in rounds if number in peaks]
+    whole = what == PROCESS
     result = {
-        "command": name,
+        "command": f"{name} [{'whole process' if whole else 'steady frame'}]",
         "mean": statistics.mean(times),
         "stddev": statistics.stdev(times) if len(times) > 1 else None,
         "median": statistics.median(times),
-        "user": _mean(cell, "user_s"),
-        "system": _mean(cell, "system_s"),
+        "user": _mean(cell, "user_s") if whole else None,
+        "system": _mean(cell, "system_s") if whole else None,
         "min": min(times),
         "max": max(times),
         "times": times,

@@ -26,7 +26,7 @@ def write(results: Results, out: Path) -> None:
     outlying = results.repetitions["outlier"].tolist()
     rows = [_row(record, is_out) for record, is_out in zip(results.records, outlying, strict=True)]
     columns = {name: _column(pyarrow, [row.get(name) for row in rows]) for name in _names(rows)}
-    about = {"rayrace run.json": json.dumps(results.facts)}
+    about = {"rayrace export": "a row for each repetition", "rayrace run.json": json.dumps(results.facts)}
     store.write_part(out, lambda file: parquet.write_table(pyarrow.table(columns, metadata=about), file))
 
 

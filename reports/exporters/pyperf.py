@@ -9,6 +9,7 @@ import json
 import re
 
 from harness.statistics import steady
+from reports.run import repetition
 from reports.run.results import Cell, Results
 
 
@@ -43,15 +44,16 @@ def _machine(environment: dict) -> dict:
 
 def _about(results: Results, name: str, cell: Cell) -> dict:
     record = results.record(cell)
-    error = cell.worst("max_outside")
+    errors = {name: cell.worst(name) for name in repetition.ERRORS}
     return _known(
         name=name,
         unit="second",
+        timed="steady frames",
         variant=cell.variant,
         renderer_version=record["renderer_version"],
         scene=cell.scene,
         scene_version=record.get("scene_version"),
-        largest_error=error if isinstance(error, float) else None,
+        **{name: value for name, value in errors.items() if isinstance(value, float)},
         **{f"parameter_{key}": value for key, value in cell.parameters.items()},
     )
 

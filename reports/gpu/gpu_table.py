@@ -38,7 +38,7 @@ TIME_COLUMNS = [
     _time("download", "download_s", NO_PARTS),
     _time("frame", "steady_s", "no steady frames"),
     _time("end to end", "end_to_end_s", f"{NO_UPLOAD}, or no steady frames"),
-    accuracy_columns.COLUMNS[0],
+    *accuracy_columns.ERRORS,
 ]
 
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from reports.accuracy import accuracy_columns
 from reports.gpu import gpu_table
 from reports.paper import quantity, table
 from reports.paper.table import Column
@@ -42,7 +43,7 @@ def columns(results: Results, partners: dict[int, list[Cell]]) -> list[Column]:
             lambda value: quantity.ratio(value, floor),
         ),
         *(launched[name] for name in ("registers", "shared_bytes", "constant_bytes", "occupancy")),
-        times["max_error_outside_mask"],
+        *accuracy_columns.ERRORS,
     ]  # fmt: skip
 
 

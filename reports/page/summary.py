@@ -3,7 +3,6 @@
 from collections import Counter
 from pathlib import Path
 
-from reports.accuracy import accuracy_columns
 from reports.paper import markdown, quantity, thinning
 from reports.run import launch, ranking
 from reports.run.results import Cell, Missing, Results, grouped, place_label
@@ -98,7 +97,7 @@ def _ranking(results: Results, place: tuple[str, str]) -> str:
         return label + "nothing is ranked."
     first, *others = ranked
     name = markdown.escape(first.variant)
-    said = f"{markdown.escape(quantity.text(first.steady))} s a frame, {accuracy_columns.shown(first)}"
+    said = f"{markdown.escape(quantity.text(first.steady))} s a frame, {first.errors}"
     if not others:
         return f"{label}only {name} is ranked: {said}."
     rivals = ", ".join(markdown.escape(cell.variant) for cell in _rivals(results, ranked))

@@ -7,7 +7,6 @@ import re
 
 import matplotlib.pyplot as plt
 
-from reports.accuracy import accuracy_columns
 from reports.paper import markdown, style
 from reports.pictures import pictures_figure
 from reports.run import stored
@@ -61,7 +60,7 @@ def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
             pictures_figure.say(axes, why)
         else:
             axes.imshow(picture, interpolation="nearest", aspect="auto")
-            axes.text(0.5, -0.02, f"{cell.label}: {accuracy_columns.shown(cell)}", transform=axes.transAxes,
+            axes.text(0.5, -0.02, f"{cell.label}: {cell.errors}", transform=axes.transAxes,
                       ha="center", va="top", fontsize=6)  # fmt: skip
         left += width + GAP
     return figure

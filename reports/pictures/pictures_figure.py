@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 
+from harness.store.record import errors, largest
 from reports.paper import markdown, style, thinning
 from reports.run import launch, stored
 from reports.run.results import Cell, Missing, Results, place_label
@@ -47,15 +48,16 @@ def panel(figure, left: float, top: float, height: float, width: float):
 
 
 def verdict(accuracy: dict) -> str:
-    """Returns the three lines of numbers below a panel."""
+    """Returns the four lines of numbers below a panel: errors over all pixels, agreement outside the mask, inside."""
     if accuracy.get("bad_pixels") is None:
         return "error unavailable"
     outside, inside = accuracy["max_outside"], accuracy["max_inside"]
+    agreement = "every pixel is in it" if outside is None else f"at most {outside:.2g}"
     return "\n".join(
         [
-            f"outside the mask: {'every pixel is in it' if outside is None else f'at most {outside:.1e}'}",
-            f"inside ({accuracy['mask_fraction']:.2%}): {'no pixel' if inside is None else f'at most {inside:.1e}'}",
-            f"differ by more than 1/255: {accuracy['bad_pixels']:.2%} of pixels",
+            *errors(accuracy["rmse"], largest(accuracy), accuracy["bad_pixels"]).rsplit(", ", 1),
+            f"agreement outside the mask: {agreement}",
+            f"inside ({accuracy['mask_fraction']:.2%}): {'no pixel' if inside is None else f'at most {inside:.2g}'}",
         ]
     )
 

@@ -8,6 +8,7 @@ import pandas as pd
 
 from harness.statistics import statistics, steady
 from harness.statistics.statistics import Estimate
+from harness.store import record
 from harness.store.record import CONTRADICTED
 from reports.run import repetition
 
@@ -246,6 +247,12 @@ class Cell:
         if reasons:
             return Missing(next(iter(reasons.values())))
         return Missing(self.verdict if self.status != "ok" else "the judge gave none")
+
+    @property
+    def errors(self) -> str:
+        """The errors of its pictures over all pixels in words; of several repetitions the worst."""
+        worst = (self.worst(name) for name in repetition.ERRORS)
+        return record.errors(*(None if isinstance(value, Missing) else value for value in worst))
 
     @cached_property
     def unranked(self) -> str:

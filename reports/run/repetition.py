@@ -3,9 +3,12 @@
 from statistics import median
 
 from harness.statistics import statistics, steady
+from harness.store import record as rows
 
 MEMORY = "peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"
 ACCURACY = "reference", "max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance"
+LARGEST = "largest_error"  # of all pixels, inside the mask and outside
+ERRORS = "rmse", LARGEST, "bad_pixels"  # of all pixels
 SEEN = "psnr_db", "ssim", "flip"  # harness/picture/perception.py; no_ssim, say, is the reason why ssim is missing
 NOT_SEEN = tuple(f"no_{name}" for name in SEEN)
 # The columns of `error`, the distance from the truth, by the name in the record.
@@ -28,8 +31,8 @@ OF_STEADY = "steady_s", "rays_per_s", "search_s", "kernel_s", "download_s", "end
 COLUMNS = (
     "host", "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked",
     "wall_s", "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
-    "rays", "rays_per_s", "search_s", *GPU, *MEMORY, "memory_method", *ACCURACY, *SEEN, *NOT_SEEN, "not_judged",
-    *ERROR.values(), "no_error", "no_error_flip", *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
+    "rays", "rays_per_s", "search_s", *GPU, *MEMORY, "memory_method", *ACCURACY, LARGEST, *SEEN, *NOT_SEEN,
+    "not_judged", *ERROR.values(), "no_error", "no_error_flip", *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
 )  # fmt: skip
 CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time is off by too much (harness/race/row.py)
 
@@ -61,6 +64,7 @@ def row(record: dict) -> dict:
         "cpu_s": cpu["user_s"] + cpu["system_s"] if cpu else None,
         **{name: memory.get(name) for name in MEMORY},
         **{name: accuracy.get(name) for name in ACCURACY},
+        LARGEST: rows.largest(accuracy),
         **_known(accuracy, SEEN),
         **{f"no_{name}": _reason(accuracy.get(name)) for name in SEEN},
         **{column: _number(error.get(name)) for name, column in ERROR.items()},

@@ -89,7 +89,7 @@ def fitted(series: Series) -> Fitted:
     best = min(known.values(), key=lambda found: found.spread, default=None)
     a = max(0.0, best.a.value) if best else 0.0
     far = points[points["seconds"] >= FAR * a]
-    powers = [power for model, factors in POWERS for power in _powers(far, a, model, factors)]
+    powers = [power for model, factors in POWERS for power in _powers(points, a, model, factors)]
     return Fitted(series, lines, errors, powers, float((a / far["seconds"]).max()) if len(far) else np.nan)
 
 
@@ -106,9 +106,10 @@ def _line(points: pd.DataFrame, model: str) -> Line | Missing:
 
 
 def _powers(points: pd.DataFrame, a: float, model: str, factors: tuple[str, ...]) -> list[Power]:
-    columns = {name: FACTOR[name](points) for name in factors}
-    some = np.logical_and.reduce([values > 0 for values in columns.values()])
-    columns = {name: values[some] for name, values in columns.items()}
+    every = {name: FACTOR[name](points) for name in factors}
+    positive = np.logical_and.reduce([values > 0 for values in every.values()])
+    some = positive & (points["seconds"] >= FAR * a)
+    columns = {name: values[some] for name, values in every.items()}
     varied = {name: values for name, values in columns.items() if values.nunique() > 1}
     try:
         seconds, work = points["seconds"][some], WORK[model](points[some])
@@ -118,8 +119,29 @@ def _powers(points: pd.DataFrame, a: float, model: str, factors: tuple[str, ...]
         found, expected = dict.fromkeys(varied, Missing(f"{why} (cells of at least {FAR} times a)")), {}
     return [
         Power(
-            model, name, values.min(), values.max(), int(some.sum()), found.get(name, Missing("not varied")),
+            model, name, values.min(), values.max(), int(some.sum()),
+            found.get(name) or Missing(_fixed(name, every[name], points["seconds"], positive, some, FAR * a)),
             expected[name].value if name in expected else np.nan,
         )
         for name, values in columns.items()
     ]  # fmt: skip
+
+
+def _fixed(name: str, values: pd.Series, seconds: pd.Series, positive, counted, limit: float) -> str:
+    """Why a factor has one value, or none, in the cells that count for exponents; limit: s, the shortest that counts.
+
+    positive: which cells have a logarithm in all factors of the model; counted: which of them are long enough too.
+    """
+    if values.nunique() < 2:
+        return "not told" if values.isna().any() else "not varied"
+    some = values[positive]
+    if some.nunique() < 2:
+        return "varied, but not in cells where all factors are told and above 0, as logarithms must be"
+    counts = values[counted].unique()
+    short = seconds[positive & ~values.isin(counts)].max()
+    where = f"only cells of {name} = {counts[0]:g} are" if len(counts) else "no cell is"
+    return (
+        f"varied from {some.min():g} to {some.max():g}, but {where} long enough: it takes {1e3 * limit:.3g} ms, {FAR} "
+        f"times a, and the longest {'other ' * len(counts)}took {1e3 * short:.3g} ms; more pixels or a larger scene "
+        "make frames longer"
+    )

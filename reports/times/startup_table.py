@@ -104,7 +104,7 @@ def columns(results: Results) -> list[Column]:
             lambda cell: study.find(study.COMPILE_S, cell), study.show,
         ),
         Column("first frame (s)", "first_frame", "s", lambda cell: cell.median("first_s", "no frames are told")),
-        *accuracy_columns.COLUMNS[:1],
+        *accuracy_columns.ERRORS,
         *(
             Column(
                 f"break-even, {cache}", f"break_even_{cache}", "frames",

@@ -12,12 +12,13 @@ from reports.run.results import Missing, Results, place_label
 
 CAPTION = (
     "Large: the median time of a steady frame over processes, with its 95 % interval where there are enough; small: "
-    "each process, outlying ones too. Only what is ranked is drawn. Beside each row the largest error outside the "
-    "mask. Hollow: the study's time for the same case on its own machine. Of points that differ only in how the kernel "
-    "of a GPU is launched the one with the lowest median is drawn."
+    "each process, outlying ones too. Only what is ranked is drawn. Beside each row the errors of the picture over "
+    "all pixels, as in the table of times. Hollow: the study's time for the same case on its own machine. Of points "
+    "that differ only in how the kernel of a GPU is launched the one with the lowest median is drawn."
 )
 
 ROW, HEAD = 0.22, 0.8  # inches
+HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255"), (5, 45, 85)  # points right of a panel
 MOST = 24  # panels of a figure
 MARKS = ("o", "black"), ("D", "white")  # ours, the study's
 
@@ -54,13 +55,19 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
         theirs = study.find(study.TIMES_S, cell)
         if not isinstance(theirs, Missing):
             axes.plot(theirs.value, row, "D", mfc="white", mec=colour, ms=5)
-        beside = axes.get_yaxis_transform()
-        axes.text(1.01, row, accuracy_columns.shown(cell), transform=beside, va="center", fontsize=7)
+        _beside(axes, row, accuracy_columns.brief(cell))
+    _beside(axes, -1, HEADER)
     axes.set(xscale="log", xlabel="steady frame (s)", ylim=(len(cells) - 0.5, -0.5))
     style.log_ticks(axes.xaxis)
     axes.set_yticks(range(len(cells)), [cell.variant for cell in cells])
     axes.set_title(place_label(place), loc="left", fontweight="bold")
     axes.grid(axis="x", color="#CCCCCC")
+
+
+def _beside(axes, row: float, texts: tuple[str, ...]) -> None:
+    for place, text in zip(BESIDE, texts, strict=True):
+        at = {"xy": (1, row), "xycoords": axes.get_yaxis_transform()}
+        axes.annotate(text, **at, xytext=(place, 0), textcoords="offset points", va="center", fontsize=7)
 
 
 def write(results: Results, out: Path) -> str:

@@ -36,7 +36,8 @@ def columns(results: Results, scene: str) -> list[Column]:
         Column("steady frame (s)", "steady_frame", "s", lambda cell: cell.steady),
         Column("processes", "processes", "1", lambda cell: float(len(cell.counting)), _count),
         Column("outlying", "outlying", "1", _outlying, _count),
-        *accuracy_columns.COLUMNS,
+        *accuracy_columns.ERRORS,
+        *accuracy_columns.AGREEMENT,
         Column(
             f"time ÷ {base}" if base else "ratio", f"time_over_{base}" if base else "ratio", "1",
             lambda cell: ranking.ratio_to(results, cell, base),

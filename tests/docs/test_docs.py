@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from harness.store import store
+from harness.store import packed, store
+from reports.accuracy import accuracy_columns
+from reports.run import results
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -67,3 +69,34 @@ def test_commands_have_their_options(page, rayrace):
         for word in words[2:]:
             if re.match(r"--?[a-z]", word):
                 assert word.partition("=")[0] in helps[command], line
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/fast-paths.md"])
+def test_errors_beside_times_are_of_all_pixels_of_the_reference_run(page):
+    """Every row of a table that names variants of the comparison tells RMSE, largest error and share, as stored."""
+    stored = dict(_stored())
+    seen = 0
+    for line in (DOCS.parent / page).read_text("utf-8").splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        found = re.fullmatch(r"`?([a-z-]+)`?(?: in lanes)?(?:, (float32|float64|2 threads))?", cells[0])
+        told = [text.strip() for cell in cells[1:] for text in cell.split(",")]
+        if not line.startswith("| ") or not found or not (errors := _in(told, stored.values())):
+            continue
+        lanes = "lanes" in cells[0] or found[2] in ("float32", "float64")
+        precision = found[2] if found[2] in ("float32", "float64") else "float64"
+        assert errors == stored[found[1], precision, "on" if lanes else "off"], line
+        seen += 1
+    assert seen == (10 if page == "README.md" else 6)
+
+
+def _in(told, known):
+    """The three texts of a row that are the errors of some variant, in their order; None if it has none."""
+    triples = zip(told, told[1:], told[2:], strict=False)
+    return next((triple for triple in triples if triple in set(known)), None)
+
+
+def _stored():
+    with packed.opened(DOCS.parent / "results" / "reference" / "xeon-2x" / "comparison.tar.xz") as run:
+        for cell in results.load(run).cells:
+            if cell.pixels > 1 and cell.status == "ok":
+                yield (cell.variant, *map(cell.parameters.get, ("precision", "vector"))), accuracy_columns.brief(cell)

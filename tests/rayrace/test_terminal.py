@@ -9,9 +9,10 @@ import pytest
 from rayrace import terminal
 
 CELL = SimpleNamespace(label="cpp, [comparison]")
+ACCURACY = {"max_outside": 2e-4, "max_inside": 1.25, "rmse": 0.011, "bad_pixels": 0.0033}
 RECORD = {
     "status": "ok", "reason": "", "repetition": 0, "pass": "timed", "unranked": None, "wall_s": 2.0,
-    "frames_s": [0.5, 0.25, 0.25], "accuracy": {"max_outside": 2e-15}, "error": None,
+    "frames_s": [0.5, 0.25, 0.25], "accuracy": ACCURACY, "error": None, "stability": None,
     "cpu": {"user_s": 1.5, "system_s": 0.4}, "memory": {"peak_bytes": 10_200_000},
 }  # fmt: skip
 
@@ -55,5 +56,6 @@ def test_what_is_not_known_is_left_out(shown):
 
 def test_elsewhere_each_is_a_line(shown):
     assert shown(False, (CELL, RECORD, 3, 12, 90.0)) == (
-        "[3/12, 90 s left] cpp, [comparison]: first 0.5 s, 0.25 s a frame, error 2.0e-15\n"
+        "[3/12, 90 s left] cpp, [comparison]: first 0.5 s, 0.25 s a frame, RMSE 0.011, largest error 1.25, "
+        "0.33 % of pixels beyond 1/255\n"
     )

@@ -60,7 +60,10 @@ def test_render_tells_its_error_once_a_run_has_made_a_reference(rayrace, experim
     off = np.abs(np.load(tmp_path / "a.npy") - np.load(right))
     assert told["reference"] != "python" and told["wrong"] is None
     assert told["rmse"] == pytest.approx(np.sqrt((off**2).mean())) and told["max_outside"] <= off.max()
-    assert f"error against the reference by {told['reference']}: at most " in rayrace(*words, env=mine, code=0).stdout
+    assert told["max_inside"] is None or told["max_inside"] <= off.max()
+    said = rayrace(*words, env=mine, code=0).stdout
+    errors = f"RMSE {told['rmse']:.2g}, largest error {off.max():.3g}"
+    assert f"against the reference by {told['reference']}: {errors}" in said
     other = [2 if before == "--depth" else word for before, word in pairwise(("", *words))]
     assert "error: not measured" in rayrace(*other, env=mine, code=0).stdout
 

@@ -78,6 +78,7 @@ def test_pyperf_reads_what_was_measured(make_run, cell, tmp_path):
     assert (cpp.get_loops(), numba.get_loops(), cpp.get_nvalue(), cpp.median()) == (8, 1, 10, 0.27)
     about = cpp.get_runs()[1].get_metadata()
     assert (about["mem_max_rss"], about["duration"], about["largest_error"]) == (3000000, 2.0, 2e-15)
+    assert (about["timed"], about["rmse"], about["bad_pixels"]) == ("steady frames", 0.0, 0.0)
     assert (about["renderer_version"], about["scene_version"], about["parameter_depth"]) == ("v", "s", 3)
 
 
@@ -145,8 +146,8 @@ def test_hyperfine_is_of_processes(make_run, record, tmp_path):
     assert_hyperfine(file, set(HYPERFINE))
     assert file["results"] == [
         {
-            "command": "cpp, comparison, depth = 3", "mean": 3.0, "stddev": 1.0, "median": 3.0, "user": 1.5,
-            "system": 0.5, "min": 2.0, "max": 4.0, "times": [2.0, 3.0, 4.0], "exit_codes": [0, 0, 0],
+            "command": "cpp, comparison, depth = 3 [whole process]", "mean": 3.0, "stddev": 1.0, "median": 3.0,
+            "user": 1.5, "system": 0.5, "min": 2.0, "max": 4.0, "times": [2.0, 3.0, 4.0], "exit_codes": [0, 0, 0],
             "memory_usage_byte": [2000000, 3000000, 4000000], "parameters": {"depth": "3"},
         }
     ]  # fmt: skip
@@ -156,9 +157,21 @@ def test_hyperfine_keeps_cold_starts_apart_and_knows_no_zero(make_run, record, t
     records = [record("numba", n, cache="cold" if n == 0 else "warm", memory=None, cpu=None) for n in range(3)]
     file, _ = exported(make_run(records), "hyperfine", tmp_path / "a.json")
     cold, warm = file["results"]
-    assert (cold["command"], warm["command"]) == ("numba (cold cache), comparison", "numba (warm cache), comparison")
+    for found, state in ((cold, "cold"), (warm, "warm")):
+        assert found["command"] == f"numba ({state} cache), comparison [whole process]"
     assert (len(cold["times"]), cold["stddev"]) == (1, None) and (len(warm["times"]), warm["stddev"]) == (2, 0.0)
     assert cold["user"] is cold["system"] is None and "memory_usage_byte" not in cold and "parameters" not in cold
+
+
+def test_hyperfine_has_the_frame_if_it_is_asked_for(make_run, record, tmp_path):
+    """Processes of 2 s, whose steady frames take 0.25, 0.26 and 0.27 s; with compiled code and without."""
+    caches = ["cold", "warm", "warm"]
+    run = make_run([record("numba", n, (9.0, t, t), cache=caches[n]) for n, t in enumerate(TIMES[:3])])
+    exporters.write(run, "hyperfine", tmp_path / "a.json", what="frame")
+    (result,) = json.loads((tmp_path / "a.json").read_text())["results"]
+    assert (result["command"], result["times"]) == ("numba, comparison [steady frame]", list(TIMES[:3]))
+    assert (result["mean"], result["median"], result["user"]) == (pytest.approx(0.26), 0.26, None)
+    assert result["memory_usage_byte"] == [2000000, 3000000, 4000000]
 
 
 @pytest.mark.skipif(not shutil.which("hyperfine"), reason="no hyperfine here")
@@ -177,7 +190,11 @@ def test_github_has_a_number_for_each_cell(make_run, cell, tmp_path):
     assert {key: cpp[key] for key in ("name", "unit", "value", "range")} == {
         "name": "cpp, comparison", "unit": "s", "value": 0.27, "range": "0.25 .. 0.29",
     }  # fmt: skip
-    assert "largest error: 2e-15" in cpp["extra"] and "renderer v, commit abc" in cpp["extra"]
+    assert "steady frame, median over 5 processes" in cpp["extra"]
+    assert (
+        "RMSE 0, largest error 2e-15, no pixel beyond 1/255" in cpp["extra"]
+        and "renderer v, commit abc" in cpp["extra"]
+    )
     assert "range" not in numba and "no interval from 2 processes" in numba["extra"]
 
 
@@ -197,6 +214,7 @@ def test_parquet_has_every_row_and_null_for_what_is_unknown(mixed, tmp_path):
         assert table.schema.field(name).type == pyarrow.float64(), name
     assert table.schema.field("repetition").type == pyarrow.int64()
     about = json.loads(table.schema.metadata[b"rayrace run.json"])
+    assert table.schema.metadata[b"rayrace export"] == b"a row for each repetition"
     assert about["title"] == "A title" and about["environment"]["cpu"] == "a processor"
 
 
@@ -229,7 +247,13 @@ def test_the_command_line(mixed, tmp_path):
     assert "left out: rust, comparison: failed: exit 1: it broke\n" in done.stderr
     out = tmp_path / "a.json"
     assert command_line.rayrace("export", mixed, "--format", "github", "-o", out).stdout == ""
-    assert out.read_text() == done.stdout
+    assert out.read_text() == done.stdout and "exported: the steady frame, the median over processes\n" in done.stderr
+    done = command_line.rayrace("export", mixed, "--format", "hyperfine")
+    assert "exported: whole processes, from start to exit, with all frames; --what frame" in done.stderr
+    assert [result["mean"] for result in json.loads(done.stdout)["results"]] == [2.0]
+    done = command_line.rayrace("export", mixed, "--format", "hyperfine", "--what", "frame")
+    assert "exported: the steady frame of each process\n" in done.stderr
+    assert [result["mean"] for result in json.loads(done.stdout)["results"]] == [pytest.approx(0.27)]
     command_line.rayrace("export", mixed, "--format", "parquet", "-o", tmp_path / "a.parquet")
     assert parquet.read_table(tmp_path / "a.parquet").num_rows == 12
     nowhere = tmp_path / "no" / "a.parquet"
@@ -240,6 +264,8 @@ def test_the_command_line(mixed, tmp_path):
 def test_wrong_use(mixed, make_run, bad):
     with pytest.raises(UserError, match='no format "xml"; known: pyperf, hyperfine, github, parquet'):
         exporters.write(mixed, "xml", None)
+    with pytest.raises(UserError, match='pyperf has no "process"; it holds: frame'):
+        exporters.write(mixed, "pyperf", None, what="process")
     with pytest.raises(UserError, match="parquet is no text; name a file with -o FILE"):
         exporters.write(mixed, "parquet", None)
     with pytest.raises(UserError, match="nothing to export\n  rust, comparison: failed: it broke"):

@@ -136,7 +136,7 @@ def test_a_run_packed_without_its_pictures_says_so(make, tmp_path):
     text = (tmp_path / "out" / "report.md").read_text("utf-8")
     pictures = text.partition("## Pictures")[2].partition("\n## ")[0]
     assert "unavailable: the pictures of this run were left out when it was packed" in pictures and "![" not in pictures
-    assert "error 2.0e-15" in text, "their errors stay"
+    assert "largest error 2e-15" in text, "their errors stay"
 
 
 def test_pictures_named_after_figures_of_the_study(make_run, record, bad, tmp_path):

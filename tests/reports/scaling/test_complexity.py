@@ -213,6 +213,27 @@ def test_what_was_swept_together_has_no_exponents_apart(fitted, sweep):
     assert "Exponents: unavailable: not all of p, d, o + l varied independently" in said
 
 
+def test_what_was_varied_is_never_called_not_varied(fitted, sweep):
+    """No cell is as long as 10 a; or those of one depth alone are; or two lights were never asked for."""
+
+    def by_depth(p, d, objects, lights):
+        return A + 20 * B * p * d * (objects + lights) / (1 if d == 10 else 1000)
+
+    found, said = fitted(sweep(lambda p, d, objects, lights: A + 1e-3 * B * p * d * (objects + lights)))
+    reason = r"varied from 1 to 10, but no cell is long enough: it takes 2(\.0\d)? ms, 10 times a, and the longest took"
+    assert re.match(f"unavailable: {reason} 0.2.. ms; more pixels", str(_exponent(found, "d")))
+    assert f"Exponents: {_exponent(found, 'p')}" in said and "not varied" not in said
+    found, _ = fitted(sweep(by_depth, depths=(1, 10)))
+    assert "but only cells of d = 10 are long enough" in str(_exponent(found, "d"))
+    found, _ = fitted([row for row in sweep(as_written, depths=(1, 10)) if row["lights"] == 1])
+    lights = next(one.exponent for one in found.powers if one.factor == "l")
+    assert str(lights) == "unavailable: not varied"
+
+
+def _exponent(found, factor):
+    return next(one.exponent for one in found.powers if (one.model, one.factor) == (STUDY, factor))
+
+
 @pytest.mark.nightly
 def test_files_hold_every_point_and_no_blank(make_run, tmp_path, sweep):
     told = sweep(by_rays, sides=(32, 128), processes=2) + sweep(as_written, variant="numpy", processes=2, rays=None)

@@ -51,6 +51,15 @@ def test_the_first_level_where_a_tenth_is_wrong(shown):
     assert "none 30 of 100 wrong; bounded 0 of 100 wrong" in text and "stability-picture-acne" in text
 
 
+def test_a_level_where_every_naive_way_fails(shown):
+    """Not the first where one does: a picture without a failure is shown of no way that fails further on."""
+    naive = {"none": {1: 30, 10: 30, 100: 60, 1000: 60}, "fixed": {1: 0, 10: 5, 100: 30, 1000: 90}}
+    panels, _ = shown(**naive, bounded=dict.fromkeys((1, 10, 100, 1000), 0))
+    assert [(panel.curve.way.name, panel.point.level) for panel in panels] == [
+        ("none", 100), ("fixed", 100), ("bounded", 100)
+    ]  # fmt: skip
+
+
 def test_the_worst_level_if_none_is_so_wrong(shown):
     panels, _ = shown(none={1: 2, 10: 5, 100: 4}, bounded={1: 0, 10: 0, 100: 0})
     assert panels[0].point.level == 10
