@@ -121,7 +121,7 @@ def quota(root: Path = ROOT) -> Finding:
         return Finding("good", what, f"none (version {version})")
     found = f"{cores:g} cores (version {version})"
     found += f", which stopped it {stopped[0]} times for {stopped[1]:.3g} s" if stopped else ""
-    remedy = f"programs stop for parts of 0.1 s when it is used up: raise cpu.max, or use {int(cores)} threads at most"
+    remedy = f"programs stop for parts of 0.1 s when it is used up: raise cpu.max, or use at most {int(cores)} threads"
     return judged(cores >= usable_cores() and not (stopped and stopped[0]), what, found, remedy)
 
 
