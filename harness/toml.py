@@ -4,8 +4,9 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
-from typing import Any, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
@@ -122,8 +123,12 @@ def _lacking(error: ValidationError) -> list[str]:
 
 def _with_blanks(model: type[BaseModel], names: list[str]) -> type[BaseModel]:
     """The model with blank defaults, "" or (), for required fields that were set aside, to check the others."""
-    kinds = {name: get_origin(kind := model.model_fields[name].annotation) or kind for name in names}
-    return create_model(model.__name__, __base__=model, **{name: (Any, kind()) for name, kind in kinds.items()})
+
+    def blank(kind):
+        return get_args(kind)[0] if get_origin(kind) is Literal else (get_origin(kind) or kind)()
+
+    blanks = {name: (Any, blank(model.model_fields[name].annotation)) for name in names}
+    return create_model(model.__name__, __base__=model, **blanks)
 
 
 def _faults(
@@ -230,14 +235,18 @@ class _Lines:
             elif key := _KEY.match(line):
                 self.known.setdefault((*table, *_parts(key[1])), number)
 
+    @cached_property
+    def _all(self) -> dict[Place, int]:
+        """`known`, and each place without its numbers of tables: the first table of that name."""
+        first: dict[Place, int] = {}
+        for place, line in self.known.items():
+            first.setdefault(tuple(step for step in place if isinstance(step, str)), line)
+        return first | self.known
+
     def of(self, place: Place | str) -> int | None:
         """The line of a place or dotted key, or of the closest table around it; None if there is none."""
         steps = _parts(place) if isinstance(place, str) else place
-        first: dict[Place, int] = {}  # of several tables of a name
-        for each, line in self.known.items():
-            first.setdefault(tuple(step for step in each if isinstance(step, str)), line)
-        known = first | self.known
-        return next((known[steps[:n]] for n in range(len(steps), 0, -1) if steps[:n] in known), None)
+        return next((self._all[steps[:n]] for n in range(len(steps), 0, -1) if steps[:n] in self._all), None)
 
 
 def _parts(key: str) -> Place:
