@@ -14,14 +14,10 @@ def outward(vertices, triangles):
         return None
     first, second, same = joined
     # Each triangle has two nodes, as it is and turned over; edges join nodes that must go together.
-    from scipy.sparse import coo_array  # here, because few scenes have a mesh
-    from scipy.sparse.csgraph import connected_components
-
     count = len(triangles)
     starts = np.concatenate([first, first + count])
     ends = np.concatenate([np.where(same, second + count, second), np.where(same, second, second + count)])
-    graph = coo_array((np.ones(len(starts), np.int8), (starts, ends)), (2 * count, 2 * count))
-    labels = connected_components(graph, directed=False)[1]
+    labels = _parts(2 * count, starts, ends)
     if (labels[:count] == labels[count:]).any():
         return None  # one-sided, such as a Klein bottle
     volumes = _volumes(vertices, triangles)
@@ -67,6 +63,24 @@ def _pairs(triangles):
         return None
     faces = order // 3
     return faces[::2], faces[1::2], forward[::2] == forward[1::2]
+
+
+def _parts(count, starts, ends):
+    """For each of `count` nodes the smallest that it is connected with by the edges from `starts` to `ends`.
+
+    Labels shrink along edges, and so does the label of a label, until none does: few rounds, also of long chains
+    (after Shiloach and Vishkin, Journal of Algorithms 3, 1982).
+    """
+    labels = np.arange(count)
+    while True:
+        low = np.minimum(labels[starts], labels[ends])
+        smaller = labels.copy()
+        for nodes in (starts, ends, labels[starts], labels[ends]):
+            np.minimum.at(smaller, nodes, low)
+        smaller = smaller[smaller]
+        if (smaller == labels).all():
+            return labels
+        labels = smaller
 
 
 def _volumes(vertices, triangles):

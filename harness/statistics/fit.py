@@ -10,6 +10,8 @@ noisier than long ones. Both take the deviations of cells as independent.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -70,19 +72,16 @@ def noise(per_process: list[float]) -> float:
 
     As for a normal distribution: the standard deviation is 1.4826 MAD, the error of the median sqrt(pi / 2 n) of that.
     """
-    from scipy import stats
-
     values = np.asarray(per_process, dtype=float)
     if len(values) < 2:
         return float("nan")
-    spread = stats.median_abs_deviation(values, scale="normal")
-    return float(np.sqrt(np.pi / 2 / len(values)) * spread / np.median(values))
+    middle = np.median(values)
+    spread = np.median(np.abs(values - middle)) / NormalDist().inv_cdf(0.75)
+    return float(np.sqrt(np.pi / 2 / len(values)) * spread / middle)
 
 
 def _fit(columns: dict[str, np.ndarray], y: np.ndarray, weights) -> tuple[list[Coefficient], float]:
     """The coefficients of a constant and of the columns, and the standard deviation of the weighted residuals."""
-    from scipy import stats
-
     matrix = np.column_stack([np.ones(len(y)), *columns.values()])
     need = matrix.shape[1] + FREE
     if len(y) < need:
@@ -103,6 +102,18 @@ def _fit(columns: dict[str, np.ndarray], y: np.ndarray, weights) -> tuple[list[C
     free = len(y) - len(values)
     # HC3: the covariance is A diag((e / (1 - h))^2) A^T with A = (X^T X)^-1 X^T = R^-1 Q^T.
     errors = np.linalg.norm(np.linalg.solve(r, q.T) * (residuals / (1 - leverage)), axis=1)
-    width = stats.t.ppf((1 + LEVEL) / 2, free) * errors
+    width = _student(free) * errors
     ends = np.column_stack([values, values - width, values + width])
     return [Coefficient(*map(float, row)) for row in ends], float(np.sqrt(residuals @ residuals / free))
+
+
+@lru_cache
+def _student(free: int) -> float:
+    """Returns the t that Student's variable of `free` degrees of freedom stays within, on both sides of 0, in 95 %.
+
+    P(|T| < t) is the incomplete beta function I(t^2 / (free + t^2); 1/2, free/2) (Abramowitz & Stegun, 26.7.1).
+    """
+    import mpmath as mp  # here, because few commands fit
+
+    half, below = mp.mpf(1) / 2, mp.mpf(LEVEL)
+    return float(mp.findroot(lambda t: mp.betainc(half, half * free, 0, t * t / (free + t * t), True) - below, 2))

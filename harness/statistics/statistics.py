@@ -3,9 +3,12 @@
 The unit of observation is the process, as frames of one process are not independent of each other.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
+from itertools import accumulate
 from statistics import median as middle  # without numpy: quicker for the few frames of a process
 
 import numpy as np
@@ -70,9 +73,9 @@ def median(per_process: Sequence[float]) -> Estimate:
 @lru_cache
 def _rank(count: int) -> int:
     """The rank, from 1, of the interval's lower end."""
-    from scipy import stats
-
-    return max(1, int(stats.binom.ppf((1 - LEVEL) / 2, count, 0.5)))
+    tail = (1 - Fraction(LEVEL)) / 2 * 2**count
+    ways = accumulate(math.comb(count, heads) for heads in range(count))
+    return max(1, next(heads for heads, below in enumerate(ways) if below >= tail))
 
 
 def ratio(above: Sequence[float], below: Sequence[float], paired: bool = False, seed: int = 1) -> Estimate:
@@ -93,20 +96,16 @@ def ratio(above: Sequence[float], below: Sequence[float], paired: bool = False, 
 
 @lru_cache(maxsize=2**16)  # a report asks for the same ratio in several places
 def _ratio(above: tuple[float, ...], below: tuple[float, ...], seed: int) -> Estimate:
-    from scipy import stats
-
-    def statistic(x, y, axis=-1):
-        return np.median(x, axis=axis) / np.median(y, axis=axis)
-
     samples = np.asarray(above, dtype=float), np.asarray(below, dtype=float)
-    value = float(statistic(*samples))
+    value = float(np.median(samples[0]) / np.median(samples[1]))
     count = min(len(above), len(below))
     if count < LEAST:
         return Estimate(value, None, None, count, too_few(count))
-    interval = stats.bootstrap(
-        samples, statistic, method="percentile", confidence_level=LEVEL, n_resamples=RESAMPLES, rng=seed
-    ).confidence_interval
-    return Estimate(value, float(interval.low), float(interval.high), count)
+    random = np.random.default_rng(seed)
+    drawn = [side[random.integers(0, len(side), (RESAMPLES, len(side)))] for side in samples]
+    ratios = np.median(drawn[0], axis=1) / np.median(drawn[1], axis=1)
+    low, high = np.quantile(ratios, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
+    return Estimate(value, float(low), float(high), count)
 
 
 def outliers(values: Sequence[float]) -> list[bool]:

@@ -7,7 +7,6 @@ from pathlib import Path
 import orjson
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
 from reports.page import chart, comparer, sections, series
 from reports.page.embedded import Embedded
@@ -52,7 +51,7 @@ def _write(title: str, lead: str, told: list[tuple[str, str]], data: dict, pictu
 
 def _made(title: str, lead: str, found: list[sections.Section], figures: Embedded, data: dict, block: str) -> str:
     """Returns the page. figures: the embedded ones. data: of interactive charts by the name of their section."""
-    drawing, program = get_plotlyjs() if data else "", _source("page.js")
+    drawing, program = _source("plotly.min.js") if data else "", _source("page.js")
     made = Environment(
         loader=PackageLoader("reports.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 COMMAND = "rayrace report RUN"
-PACKAGES = ("rayrace", "matplotlib", "numpy", "scipy")
+PACKAGES = ("rayrace", "matplotlib", "numpy")
 
 
 def fingerprint(figure: Figure) -> str:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from statistics import NormalDist
 from typing import Any
 
 from harness.statistics.statistics import LEVEL
@@ -237,13 +238,13 @@ def interval(failures: int, count: int) -> tuple[float, float]:
 
     The rule of three is Hanley's (JAMA 249, 1983). The interval holds for answers that fail independently.
     """
-    from scipy import stats
-
     if count == 0:
         return 0.0, 1.0
     if failures == 0:
         return 0.0, min(1.0, 3 / count)
     if failures == count:
         return max(0.0, 1 - 3 / count), 1.0
-    found = stats.binomtest(failures, count).proportion_ci(LEVEL, method="wilson")
-    return float(found.low), float(found.high)
+    z = NormalDist().inv_cdf((1 + LEVEL) / 2)
+    centre = failures + z**2 / 2
+    width = z * math.sqrt(failures * (count - failures) / count + z**2 / 4)
+    return (centre - width) / (count + z**2), (centre + width) / (count + z**2)

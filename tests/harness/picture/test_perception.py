@@ -1,12 +1,14 @@
 """PSNR, SSIM and FLIP against numbers that are known otherwise, and where they are blind or undefined."""
 
 import math
+import os
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from harness.picture import colour
-from harness.picture.perception import perceive
+from harness.picture.perception import C1, C2, SIGMA, WINDOW, perceive
 
 SIZE = 64
 RAMP = np.stack(np.broadcast_arrays(*np.meshgrid(*[np.linspace(0.1, 0.9, SIZE)] * 2), 0.5), axis=-1)  # of sRGB
@@ -35,6 +37,23 @@ def test_psnr_by_hand():
 def test_one_step_everywhere_is_hardly_seen():
     found = perceive(colour.decode(RAMP + 1 / 255), LINEAR)
     assert found.psnr_db == pytest.approx(20 * math.log10(255), abs=1e-6) and found.ssim > 0.999 and found.flip < 0.05
+
+
+def test_ssim_is_that_of_scipy_s_filter():
+    seed = int.from_bytes(os.urandom(4))
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    a = rng.random((40, 57, 3))
+    b = np.clip(a + rng.normal(0, 0.2, a.shape), 0, 1)
+    half = WINDOW // 2
+
+    def blur(values):
+        return gaussian_filter(values, (SIGMA, SIGMA, 0), radius=(half, half, 0))[half:-half, half:-half]
+
+    x, y = blur(a), blur(b)
+    variances, covariance = blur(a * a) - x**2 + blur(b * b) - y**2, blur(a * b) - x * y
+    truth = ((2 * x * y + C1) * (2 * covariance + C2) / ((x**2 + y**2 + C1) * (variances + C2))).mean()
+    assert perceive(a, b, "srgb").ssim == pytest.approx(truth, abs=1e-12) and truth < 0.95
 
 
 def test_black_beside_white():

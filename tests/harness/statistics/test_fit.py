@@ -93,3 +93,10 @@ def test_noise_is_the_standard_error_of_the_median():
     assert np.mean([fit.noise(row) for row in drawn]) == pytest.approx(np.median(drawn, axis=1).std() / 10, rel=0.05)
     assert fit.noise([9, 10, 10, 10, 11, 99]) < 0.1  # of which one met another load
     assert np.isnan(fit.noise([1.0]))
+    spread = stats.median_abs_deviation(drawn[0], scale="normal")
+    assert fit.noise(drawn[0]) == pytest.approx(np.sqrt(np.pi / 2 / 25) * spread / np.median(drawn[0]), rel=1e-12)
+
+
+def test_quantiles_of_student_are_those_of_scipy():
+    free = [*range(1, 40), 100, 1000, 10_000]
+    assert [fit._student(each) for each in free] == pytest.approx(stats.t.ppf((1 + fit.LEVEL) / 2, free), rel=1e-12)
