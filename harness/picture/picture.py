@@ -16,7 +16,7 @@ from harness.store.store import write_part
 
 SUFFIXES = (".png", ".exr", ".npy", ".tif")
 ANY_SIZE = (".tif", ".npy")
-LIBRARIES = {".exr": ("OpenEXR", "exr"), ".tif": ("tifffile", "tiff")}  # optional module, and rayrace's extra that has it
+LIBRARIES = {".exr": ("OpenEXR", "exr"), ".tif": ("tifffile", "tiff")}  # optional module, and the extra that has it
 BLOCK = 256  # pixels: largest side of the blocks of a .tif (TIFF calls them tiles)
 BAND = 2**24  # bytes of a .npy in memory at a time, but at least one row of pixels
 CLASSIC = 2**32 - 2**25  # bytes of pixels up to which a .tif is classic, with offsets of 32 bits; larger: BigTIFF
