@@ -31,10 +31,11 @@ def most(count: int, left: tuple[int, ...]) -> int:
     many of them are the picture's is binomial; a number is too large if it, or more, has a probability below ALARM.
     Each reference counts as the one in which most leave, since neighbours do not quite leave apart from each other.
     """
-    from scipy.special import betainc  # here, since it takes long to import, and masks are often empty
-
-    others = len(left)
-    k = np.arange(1, count + 1)
-    # P(X >= k) of X out of others * max(left) + k, each with probability 1 / (others + 1)
-    chance = betainc(k, others * max(left) + 1, 1 / (others + 1))
-    return int(np.count_nonzero(chance >= ALARM))
+    others, worst = len(left), max(left)
+    k = np.arange(1, count + 2 * worst + 100)  # the sum below goes on to where nothing is left
+    # P(X < k) of X out of others * worst + k, each with probability p = 1 / (others + 1), is the sum over i < k of
+    # C(others * worst + i, i) p^i (1 - p)^(others * worst + 1). Its terms, up to a factor:
+    logarithms = np.cumsum(np.log((others * worst + k) / (k * (others + 1))), dtype=float)
+    terms = np.exp(np.append(0.0, logarithms) - max(0.0, logarithms.max()))
+    from_k = np.cumsum(terms[::-1])[::-1]
+    return int(np.count_nonzero(from_k[1 : count + 1] >= ALARM * from_k[0]))

@@ -1,7 +1,10 @@
 """How many ill-conditioned pixels may leave what perturbed references span: by hand, by number, and by simulation."""
 
+import os
+
 import numpy as np
 import pytest
+from scipy.special import betainc
 
 from harness.judge import span
 
@@ -27,6 +30,19 @@ def test_how_many_it_takes():
         clear = (0,) * further
         assert [span.most(count, clear) for count in (1, 2, 3, needed - 1)] == [1, 2, 3, needed - 1]
         assert span.most(needed, clear) == span.most(100_000, clear) == needed - 1
+
+
+def test_it_is_the_quantile_of_a_binomial():
+    """Against scipy's incomplete beta function: P(X >= k) of X out of others * worst + k."""
+    seed = int.from_bytes(os.urandom(4))
+    print("seed", seed)
+    rng = np.random.default_rng(seed)
+    for count in (0, 1, 9, 13, 500, 20_000):
+        left = tuple(rng.integers(0, count // rng.integers(1, 40) + 1, rng.choice([4, 8])).tolist())
+        k, others = np.arange(1, count + 1), len(left)
+        chance = betainc(k, others * max(left) + 1, 1 / (others + 1))
+        low, high = (np.count_nonzero(chance >= span.ALARM * bound) for bound in (1 + 1e-6, 1 - 1e-6))
+        assert low <= span.most(count, left) <= high, left
 
 
 def test_the_share_that_further_references_leave_too_is_let_pass():
