@@ -1,4 +1,4 @@
-# The two commands of the README, and a few for those who work on rayrace.
+# The two commands of the README, and others for developers of rayrace.
 PYTHON ?= python3
 BIN = .venv/bin
 
@@ -8,19 +8,19 @@ study: .venv/installed  ## run the study's comparison and write its report
 # Most tests share the cores; those that measure run alone.
 SHARED = -n auto --dist
 
-test: quick  ## all tests but those of `nightly`, the fast ones first
+test: quick  ## all tests except `nightly`, the fast ones first
 	$(BIN)/pytest -q -m "slow and not alone and not nightly" $(SHARED) worksteal
 
-quick: .venv/installed  ## the fast tests
+quick: .venv/installed  ## only the fast tests
 	$(BIN)/ruff check .
 	$(BIN)/pytest -q -rs -m "not slow and alone and not nightly"
 	$(BIN)/pytest -q -m "not slow and not alone and not nightly" $(SHARED) loadfile
 
-# What the kernel computes is the source of numba, tested there; here it is how a GPU comes to run it.
+# The kernel's source is that of numba and is tested there; these tests check how a GPU runs it.
 SIMULATED = $(addprefix tests/conformance/test_,features.py hits.py meshes.py samples.py)
 SIMULATOR = RAYRACE_CUDASIM=1 $(BIN)/pytest -q -n auto -k numba-cuda
 
-cudasim: .venv/installed  ## some of the conformance suite for numba-cuda in Numba's simulator of a GPU
+cudasim: .venv/installed  ## part of the conformance suite for numba-cuda in Numba's simulator of a GPU
 	$(SIMULATOR) -m "not slow and not nightly" $(SIMULATED)
 
 nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
@@ -34,14 +34,14 @@ nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
 gallery: .venv/installed  ## the study's figures, with scenes of our own
 	$(BIN)/rayrace run experiments/gallery.toml --report
 
-figures: .venv/installed  ## every table and figure again from the reference results; nothing is measured
+figures: .venv/installed  ## regenerates every table and figure from the reference results; measures nothing
 	$(BIN)/rayrace report $(sort $(wildcard results/reference/*/*.tar.xz)) -o build/figures
 
 docs: .venv/installed  ## the documentation as a site, in build/site
 	$(BIN)/pip install -q -c constraints.txt -e '.[docs]'
 	$(BIN)/mkdocs build
 
-stability: .venv/installed  ## where methods fail: every row of the catalogue, and its charts
+stability: .venv/installed  ## where methods fail: runs every row of the catalogue and draws its charts
 	$(BIN)/rayrace run experiments/stability.toml --report
 
 smoke: .venv/installed  ## every renderer at 32 x 32
@@ -55,7 +55,7 @@ format: .venv/installed
 	$(BIN)/pip install -q -c constraints.txt -e '.[test]'
 	touch $@
 
-clean:  ## forget the environment; results stay
+clean:  ## removes the environment; keeps results
 	rm -rf .venv .pytest_cache build/site build/figures dist *.egg-info
 
 .PHONY: study test quick cudasim nightly figures docs gallery stability smoke format clean

@@ -4,6 +4,7 @@ The last two suit pictures of any size: only a small part of the picture is in m
 """
 
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import BinaryIO
 
@@ -15,6 +16,7 @@ from harness.store.store import write_part
 
 SUFFIXES = (".png", ".exr", ".npy", ".tif")
 ANY_SIZE = (".tif", ".npy")
+LIBRARIES = {".exr": ("OpenEXR", "exr"), ".tif": ("tifffile", "tiff")}  # optional module, and the extra that has it
 BLOCK = 256  # pixels: largest side of the blocks of a .tif (TIFF calls them tiles)
 BAND = 2**24  # bytes of a .npy in memory at a time, but at least one row of pixels
 CLASSIC = 2**32 - 2**25  # bytes of pixels up to which a .tif is classic, with offsets of 32 bits; larger: BigTIFF
@@ -24,11 +26,14 @@ Crop = Callable[[int, int, int, int], np.ndarray]
 
 
 def check_suffix(path: Path) -> None:
-    """UserError if no picture can be saved at `path`: unknown suffix, or no such folder."""
+    """UserError if no picture can be saved at `path`: unknown suffix, no such folder, or a library is not installed."""
     if path.suffix not in SUFFIXES:
         known = f"known: {', '.join(SUFFIXES)}, .pov for a scene"
         raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; {known}')
     check_folder(path)
+    module, extra = LIBRARIES.get(path.suffix, (None, None))
+    if module and find_spec(module) is None:
+        raise missing(f"{module}, which writes {path.suffix},", extra)
 
 
 def check_folder(path: Path) -> None:
@@ -42,10 +47,7 @@ def save(path: Path, linear: np.ndarray, arithmetic: str = "linear") -> None:
     if path.suffix in ANY_SIZE:
         write(path, *linear.shape[:2], linear.dtype, lambda x0, y0, x1, y1: linear[y0:y1, x0:x1])
     elif path.suffix == ".exr":
-        try:
-            import OpenEXR
-        except ImportError:
-            raise missing("OpenEXR, which writes .exr,", "exr") from None
+        import OpenEXR
 
         pixels = np.ascontiguousarray(linear, dtype=np.float32)
         header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
@@ -77,10 +79,7 @@ def _write_npy(file: BinaryIO, height: int, width: int, dtype: np.dtype, crop: C
 
 def _write_tif(file: BinaryIO, height: int, width: int, dtype: np.dtype, crop: Crop) -> None:
     """Writes without compression, as the output of zlib differs between versions."""
-    try:
-        import tifffile
-    except ImportError:
-        raise missing("tifffile, which writes .tif,", "tiff") from None
+    import tifffile
 
     rows, columns = (min(BLOCK, -(-side // 16) * 16) for side in (height, width))  # multiples of 16, says TIFF
     blocks = -(-height // rows) * -(-width // columns)

@@ -22,7 +22,8 @@ def check(folder: Path, plan: Plan) -> tuple[dict, list[dict]]:
     """
     facts, records = store.read(folder)
     changes = _changes("this machine: ", facts["environment"], environment.capture(), MACHINE)
-    changes += of_cells(facts["cells"], plan.cells, CELL)
+    # A parameter that older versions did not have may change the identifiers alone, and rows would not match.
+    changes += of_cells(facts["cells"], plan.cells, CELL) or of_cells(facts["cells"], plan.cells, ("cell",))
     refuse(folder, changes, "start a new run, and compare the two")
     return facts, records
 

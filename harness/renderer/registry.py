@@ -20,6 +20,10 @@ from harness.system import cuda
 SEARCH_PATH = "RAYRACE_RENDERERS"
 NOT_SOURCES = {"__pycache__", "NOTES.md", "README.md"}
 MADE = re.compile(r"\..*|#.*#|.*(~|\.pyc|\.o)")  # hidden, an editor's copy, or compiled
+EXTRAS = {  # of rayrace, that bring the modules which bundled renderers require
+    "numba_cuda": "cuda", "embreex": "peers", "jax": "peers", "taichi": "peers", "Cython": "peers", "mypy": "peers",
+    "setuptools": "peers",
+}  # fmt: skip
 RUN, REPORT = ("run.json", "repetitions.jsonl"), ".rayrace-report"  # what a run and a report of one hold
 CACHE = "CACHEDIR.TAG"  # in a folder that can be made again, as cargo's target/ (bford.info/cachedir)
 
@@ -193,7 +197,8 @@ def _missing(requires: manifest.Requires) -> str | None:
     """None, or the first of `requires` that is not here, with the remedy."""
     for module in requires.modules:
         if not _is_installed(module):
-            return f"no Python module {module} (pip install {module})"
+            wanted = f"'rayrace[{EXTRAS[module]}]'" if module in EXTRAS else module
+            return f"no Python module {module} (pip install {wanted})"
     for program in requires.programs:
         if shutil.which(program) is None:
             return f"no program {program} on the PATH (apt install {program})"

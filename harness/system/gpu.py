@@ -31,7 +31,7 @@ class Gpu:
         try:
             import pynvml
         except ImportError:
-            self.unavailable = "nvidia-ml-py is not installed (pip install nvidia-ml-py)"
+            self.unavailable = "nvidia-ml-py is not installed (pip install 'rayrace[gpu]')"
             return
         self.nvml = pynvml
         # the second, not an NVMLError, is raised if the driver is older than nvidia-ml-py

@@ -1,1 +1,1 @@
-"""Embree finds what rays hit; NumPy does the rest."""
+"""Embree finds the hits of rays; NumPy does the rest."""

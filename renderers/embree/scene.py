@@ -55,7 +55,7 @@ class Scene:
             TriangleMesh(self.embree, vertices.astype(np.float32), corners.astype(np.int32))
 
     def build(self):
-        """Its hierarchy, which Embree makes when it is first asked something."""
+        """Builds the hierarchy: Embree does so at the first query."""
         self.embree.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
 
     def nearest(self, origins, directions):
@@ -64,7 +64,7 @@ class Scene:
         return found["tfar"], found["primID"]
 
     def blocked(self, origins, directions, limits):
-        """Which feelers hit something nearer than their limit (HIT-5)."""
+        """Returns which feelers hit something nearer than their limit (HIT-5)."""
         return self._run(rows(origins), rows(directions), dists=limits, query="OCCLUDED") >= 0
 
     def _run(self, *rays, **how):
@@ -74,7 +74,7 @@ class Scene:
         return found
 
     def parts(self):
-        """Of the frames since it was last asked, seconds that Embree searched."""
+        """Returns the seconds that Embree searched in each frame since the last call."""
         told, self.searching = self.searching, 0.0
         return {"search": told}
 

@@ -1,4 +1,4 @@
-"""Pictures and first hits: a chunk of rays at once, order after order (WLK-1, chain)."""
+"""Computes pictures and first hits: a chunk of rays at a time, one order after the other (WLK-1, chain)."""
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def reflectance(optics, cosines):
 
 
 def local(scene, job, triangles, points, starts, normals, directions, d_dot_n):
-    """Colours (3, N) of points (LOC-1 to LOC-4), and the number of feelers, which begin at `starts`."""
+    """Colours (3, N) of points (LOC-1 to LOC-4), and the number of feelers, which start at `starts`."""
     diffuse = scene.diffuse.take(triangles, axis=1)
     colours, feelers = diffuse * scene.ambient[:, np.newaxis], 0
     for light in scene.lights[:, :6, np.newaxis]:
@@ -53,7 +53,7 @@ def local(scene, job, triangles, points, starts, normals, directions, d_dot_n):
 
 
 def trace(scene, job, picture):
-    """Fill `picture` (3, pixels); the numbers of reflected rays and of feelers."""
+    """Fills `picture` (3, pixels); returns the numbers of reflected rays and of feelers."""
     reflected = feelers = 0
     for begin in range(0, picture.shape[1], CHUNK):
         targets = np.arange(begin, min(begin + CHUNK, picture.shape[1]))

@@ -1,6 +1,6 @@
-"""All pixels at once: an order after the other (WLK-1, chain), a sphere or light after the other within it.
+"""Renders all pixels at once: order after order (WLK-1, chain), and within it one sphere or light after the other.
 
-A vector is a tuple of three arrays (N,) or of three numbers: XLA makes slow code of arrays (3, N).
+A vector is a tuple of three arrays (N,) or of three numbers: XLA compiles arrays (3, N) to slow code.
 """
 
 from functools import partial
@@ -44,7 +44,7 @@ def subtract(a, b):
 
 
 def divide(a, b):
-    """a / b, where XLA would multiply by the inverse: of a root, or of what is the same for all (NUM-4)."""
+    """a / b, where XLA would multiply by the inverse: if b is a root or the same for all (NUM-4)."""
     return a / lax.optimization_barrier(jnp.broadcast_to(jnp.asarray(b, a.dtype), a.shape))
 
 
@@ -73,7 +73,7 @@ def distance(sphere, origins, directions):
 
 
 def nearest(spheres, origins, directions):
-    """Distances (N,) and numbers of what is hit first (HIT-1, HIT-2)."""
+    """Returns distances (N,) and numbers of the first hits (HIT-1, HIT-2)."""
 
     def closer(i, best):
         t = distance(spheres[i], origins, directions)

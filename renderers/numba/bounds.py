@@ -1,4 +1,4 @@
-"""Bounds of the shapes, in float64 at load: what the tree is built from."""
+"""Bounds of the shapes, in float64 at load; the tree is built from them."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def of_triangles(triangles):
 
 
 def of_solids(code, ranges, parts):
-    """Of CSG solids: all of space for one that is not bounded. parts: bounds of the parts by kind."""
+    """Bounds of CSG solids: all of space for an unbounded one. parts: bounds of the parts by kind."""
     found = [_of_solid(code[first : first + count], parts) for first, count in ranges]
     return _rows([low for low, _ in found]), _rows([high for _, high in found])
 
@@ -53,7 +53,7 @@ def _of_solid(code, parts):
 
 
 def skewness(tables):
-    """How much larger than usual the error of a test may be, of the worst of some boxes and ellipsoids.
+    """The factor by which the error of a test may exceed the usual, for the worst of some boxes and ellipsoids.
 
     It is |g| |a| of the axes and their reciprocal vectors, 1 for a cube or a sphere, and no more than 2^10 here: a
     wider margin would spoil the tree for the sake of one needle.

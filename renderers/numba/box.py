@@ -59,7 +59,7 @@ def span_box(boxes, i, origin, direction):
 
 @kernel
 def span_plain(boxes, i, origin, direction):
-    """The same without a branch, as it is often written: a ray in the plane of a face may get lost (BOX-3)."""
+    """The same without a branch, as often written: it may miss a ray in the plane of a face (BOX-3)."""
     real = type(direction[0])
     one, infinity = real(1), real(FAR)
     t0, t1 = -infinity, infinity

@@ -51,7 +51,7 @@ def _rows(first, count):
 
 
 def _sides(low, high, centre, node, count, halve):
-    """1 for the shapes that go to the right child of their node, by the surface area heuristic."""
+    """1 for the shapes of the right child of their node, by the surface area heuristic."""
     nodes, edges = len(count), np.cumsum(count) - count
     start, end = np.minimum.reduceat(centre, edges), np.maximum.reduceat(centre, edges)
     width = np.where(end > start, end - start, 1)
@@ -101,7 +101,7 @@ def ends(origin, inverse, pad):
 
 @kernel
 def slopes(origin, direction, pad):
-    """Of a ray: 1/d, which side of a box it meets first, and the origin to measure from to that side and to the other.
+    """For a ray: 1/d, which side of a box it meets first, and the origin to measure from to that side and to the other.
 
     1/d tells one side from the other where d is 0 or -0 too: both are then infinitely far, one behind and one ahead.
     The shapes' own tests may find a hit a little beside their bounds, as they are rounded too. So bounds are widened by

@@ -1,4 +1,4 @@
-"""What of the arrays decides how the kernel is built."""
+"""Properties of the arrays that decide how the kernel is built."""
 
 import os
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def count_shapes(job):
-    """How many shapes a ray is tried against, triangles one by one: the work that a tree may save.
+    """The number of shapes that a ray is tested against, triangles one by one: the work that a tree may save.
 
     All but spheres count twice, as they take about that long.
     """
@@ -42,7 +42,7 @@ ROWS = {
 
 
 def bytes_of_scene(job):
-    """What the scene takes at most in a memory of a GPU, without a tree."""
+    """The largest size of the scene in GPU memory, without a tree, in bytes."""
     reals, integers = 12 + 2 + 6 + 11 + 6, 0
     for name, (more_reals, more_integers) in ROWS.items():
         rows = _length(job, name)

@@ -24,7 +24,7 @@ KEEPS_ALL = MERGE == "none"
 
 @kernel
 def put(scene, thread, count, t, part, face):
-    """Sort a boundary in behind those that are not farther (CSG-3); the number of boundaries after it."""
+    """Inserts a boundary behind those that are not farther (CSG-3); returns the number of boundaries."""
     reals, integers = scene.csg_reals, scene.csg_integers
     k = count
     while k > 0 and reals[thread, k - 1, DISTANCE] > t:

@@ -1,4 +1,4 @@
-"""What rounding takes from a sum or a product, as a number of its own.
+"""The rounding error of a sum or a product, as a number of its own.
 
 Under `floating_point` fast these may be believed to be 0 (NUM-3).
 """
@@ -80,7 +80,7 @@ def subtract_in_full(a, b):
 
 @kernel
 def along_in_full(f, e, s, d):
-    """f + e + s d of SPH-3, rounded at the end alone."""
+    """f + e + s d of SPH-3, rounded only at the end."""
     return (
         coordinate_in_full(f[0], e[0], s, d[0]),
         coordinate_in_full(f[1], e[1], s, d[1]),

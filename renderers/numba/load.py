@@ -1,4 +1,4 @@
-"""The arrays of a job as the kernel's Scene."""
+"""Loads the arrays of a job as the kernel's Scene."""
 
 from collections import namedtuple
 

@@ -48,7 +48,7 @@ FAULTS = {"numba-cuda-index-fault": "index", "numba-cuda-barrier-fault": "barrie
 
 
 def prepare(job):
-    """Refuse what cannot be done, and set the kernel's constants for the rest. Before any module of the kernel."""
+    """Refuses a job that the kernel cannot do, or sets its constants. Call it before importing the kernel's modules."""
     worker.require(job, FEATURES)
     cuda = job.variant.startswith("numba-cuda")
     for name, known in (CUDA_METHODS if cuda else METHODS).items():
@@ -98,7 +98,7 @@ def prepare(job):
 
 
 def require_lanes(job):
-    """Refuse a job that has more than there is in lanes."""
+    """Refuses a job with features that the kernel in lanes lacks."""
     if job.kind == "rays":
         worker.refuse("vector on: pictures alone, no rays")
     missing = [name for name in job.needs if name not in LANES]
@@ -110,7 +110,7 @@ def require_lanes(job):
 
 
 def on_gpu(job, walk, tree, in_shared):
-    """The constants that are of a GPU, and the walk."""
+    """Sets the GPU's constants and the walk."""
     from .count import bytes_of_scene, streamable
 
     threads = job.block_width * job.block_height

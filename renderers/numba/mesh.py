@@ -26,7 +26,7 @@ def rows_of(ranges):
 
 @kernel
 def shear(origin, direction):
-    """What TRI-1 makes of the ray: the three axes, and S and the origin along them."""
+    """The ray's data for TRI-1: the three axes, and S and the origin along them."""
     x, y, z = abs(direction[0]), abs(direction[1]), abs(direction[2])
     d = direction
     if x >= y and x >= z:

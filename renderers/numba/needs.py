@@ -1,4 +1,4 @@
-"""What this job needs, as constants: Numba leaves out the branches of the kernel that they rule out.
+"""The needs of this job, as constants: Numba removes the branches of the kernel that they rule out.
 
 `take` is called before any module of the kernel is imported, as each of them imports its constants by name.
 """
@@ -59,7 +59,7 @@ MANY = 64  # spheres from which on, or half as many of the other shapes, the tre
 
 
 def take(features, carried, **methods):
-    """Set the constants. features: what the kernel has; carried: what of it the job may not use. methods: as above."""
+    """Sets the constants. features: those of the kernel; carried: those that the job may not use. methods: as above."""
     chosen = {name: name.lower() in features for name in FEATURES}
     chosen |= {f"ASK_{name}": name.lower() in carried for name in ("SHADOWS", "GLOSSY", "LENS")}
     chosen["ASK_SAMPLER"] = "supersampling" in carried or "adaptive" in carried
@@ -74,7 +74,7 @@ def take(features, carried, **methods):
 
 
 def methods(job):
-    """Those of `used.methods` that the job has a use for."""
+    """The entries of `used.methods` that matter for the job."""
     used = {
         "precision": job.precision,
         "floating_point": FLOATING_POINT,

@@ -1,4 +1,4 @@
-"""Roots of a t² + h t + k = 0, as they are often taken: from the discriminant, which cancels (SPH-3, ELL-3)."""
+"""Roots of a t² + h t + k = 0 by the usual formulas: from the discriminant, which cancels (SPH-3, ELL-3)."""
 
 import math
 

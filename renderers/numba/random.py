@@ -1,4 +1,4 @@
-"""Random numbers that are a function of what they are for: Philox4x32-10 (RND)."""
+"""Random numbers as a function of their purpose: Philox4x32-10 (RND)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What a surface gives back and what it lets through: how much, and where to."""
+"""Reflection and transmission at a surface: shares and directions."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What main calls: the entries of the kernel, for one thread and for several."""
+"""The entry points of the kernel, for one thread and for several."""
 
 import math
 

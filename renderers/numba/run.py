@@ -24,7 +24,7 @@ else:
 
 
 def cache_folder(job):
-    """Where this very kernel's machine code is kept.
+    """The folder for the machine code of exactly this kernel.
 
     Numba's own key sees neither an edit of a module that the entry calls nor a change of options or constants.
     """

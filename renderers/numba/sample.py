@@ -1,4 +1,4 @@
-"""Samples of a pixel: one, a grid or lattice of them, or as many as its colours call for (SAM)."""
+"""Samples of a pixel: one, a grid or lattice of them, or an adaptive number (SAM)."""
 
 import math
 

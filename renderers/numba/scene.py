@@ -1,4 +1,4 @@
-"""The scene as the kernel reads it, and the questions asked of all its shapes together."""
+"""The scene in the form that the kernel reads, and the searches over all its shapes."""
 
 from collections import namedtuple
 

@@ -17,7 +17,7 @@ UNCLAMPED = PHONG_METHOD == "unclamped"
 
 @kernel
 def on_light(scene, place, path, i, f):
-    """Where feeler number `f` to light `i` goes (SOF-2)."""
+    """The target of feeler number `f` to light `i` (SOF-2)."""
     real = type(scene.epsilon)
     one, two = real(1), real(2)
     u = draw(scene, place, path, 1 + i * scene.feelers + f)

@@ -17,7 +17,7 @@ UNSURE = np.float32(8 * UNIT_ROUNDOFF)
 
 @inlined
 def hit_wide(spheres, i, origin, direction):
-    """Distance to sphere `i` with f, l and k in twice the digits (SPH-3); FAR for a miss. spheres: (S, 4)."""
+    """Distance to sphere `i`, with twice the digits for f, l and k (SPH-3); FAR for a miss. spheres: (S, 4)."""
     f, rest = subtract_in_full(origin, row(spheres, i))
     b = -dot(f, direction)
     m = along_in_full(f, rest, b, direction)
@@ -37,7 +37,7 @@ def hit_wide(spheres, i, origin, direction):
 
 @called
 def called_wide(spheres, i, origin, direction):
-    """The same, apart from the code around it: few rays come here."""
+    """The same as a function that is not inlined: few rays need it."""
     return hit_wide(spheres, i, origin, direction)
 
 

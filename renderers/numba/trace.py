@@ -84,7 +84,7 @@ def offset(scene, point, normal, size):
 
 @kernel
 def meet(scene, thread, place, ray, weight, last):
-    """What a ray meets: its light, its weight there, k_s R, k_s T, the number of feelers, and what `leave_*` need.
+    """One ray's light, its weight at the hit, k_s R, k_s T, the number of feelers, and the values for `leave_*`.
 
     `last` is whether its order is the last. k_s R and k_s T are 0 where nothing is to be traced (REF-4).
     """

@@ -66,7 +66,7 @@ def normalise(a):
 
 @kernel
 def unit(a):
-    """`a` at unit length: as it is if it has that to rounding, which a division would only turn (NUM-4)."""
+    """`a` at unit length; unchanged if its length is 1 up to rounding, since a division would turn it (NUM-4)."""
     real = type(a[0])
     if abs(dot(a, a) - real(1)) <= real(4 * UNIT_ROUNDOFF):
         return a

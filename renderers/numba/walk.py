@@ -32,7 +32,7 @@ def rows(depth, glossy_rays):
 
 @kernel
 def reflections(scene):
-    """How many rays are reflected."""
+    """The number of reflected rays."""
     if GLOSSY:
         return scene.glossy_rays
     return 1
@@ -141,7 +141,7 @@ def walk_stack(scene, thread, place, ray, depth):
 
 @kernel
 def walk_table(scene, thread, place, ray, depth):
-    """A row for every ray that there could be, the children of row p being p B + 1 and the B - 1 after it."""
+    """A row for every possible ray, the children of row p being p B + 1 and the B - 1 after it."""
     zero = type(scene.epsilon)(0)
     colour = zero, zero, zero
     reflected, transmitted, feelers = 0, 0, 0

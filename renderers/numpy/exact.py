@@ -1,4 +1,4 @@
-"""Sums and products in twice the digits: the rounded one, and what rounding took from it (SPH-3)."""
+"""Sums and products with twice the digits: the rounded result and its rounding error (SPH-3)."""
 
 import numpy as np
 

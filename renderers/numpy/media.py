@@ -1,4 +1,4 @@
-"""Media: what a ray is in, by a set of solids as bits of an int64 (MED-1 to MED-5)."""
+"""The medium of a ray, from its set of solids as bits of an int64 (MED-1 to MED-5)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Triangles of meshes (TRI-1, TRI-2): blocks of triangles against blocks of rays, every one of them."""
+"""Triangles of meshes (TRI-1, TRI-2): tests every block of triangles against every block of rays."""
 
 from typing import Any, NamedTuple
 

@@ -40,7 +40,7 @@ def join(parts):
 
 
 class Queue:
-    """Rays that wait, first in, first out."""
+    """A queue of rays, first in, first out."""
 
     def __init__(self):
         self.parts, self.length = [], 0

@@ -13,7 +13,7 @@ from .vector import of_rays
 
 
 class Scene:
-    """Lights, materials and shapes, and what the job wants of them.
+    """Lights, materials and shapes, and the job's parameters.
 
     `kinds` holds the kinds of shape that the scene has, in the order of HIT-2, each with the number of its first
     shape: all shapes are numbered in that order, each triangle of a mesh is one. `objects`, `diffuse` (3, shapes),

@@ -1,4 +1,4 @@
-"""Light at a point (LOC-1 to LOC-5, SOF-1), and where rays go from it (OFF-1, REF-1 to REF-3, TRA-1, GLO-2)."""
+"""Light at a point (LOC-1 to LOC-5, SOF-1), and the rays that leave it (OFF-1, REF-1 to REF-3, TRA-1, GLO-2)."""
 
 import numpy as np
 

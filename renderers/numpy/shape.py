@@ -1,4 +1,4 @@
-"""What all kinds of shape share: the search through them, one shape and all rays at a time (HIT-1, HIT-2, HIT-5)."""
+"""The common part of all kinds of shape: the search, one shape and all rays at a time (HIT-1, HIT-2, HIT-5)."""
 
 
 class Shapes:

@@ -1,4 +1,4 @@
-"""From samples to colours: the wavefront (REF-4 to REF-6)."""
+"""The wavefront: computes the colours of samples (REF-4 to REF-6)."""
 
 import numpy as np
 

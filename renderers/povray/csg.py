@@ -1,4 +1,4 @@
-"""A CSG solid from its postfix (CSG-3) as POV-Ray's CSG.
+"""Translates a CSG solid from its postfix (CSG-3) to POV-Ray's CSG.
 
 NOT is pushed down to the parts (De Morgan), where POV-Ray writes it `inverse`: of an `inverse` union POV-Ray would keep
 the faces within, and show them where the solid is not.
@@ -64,7 +64,7 @@ class Solid:
 
 
 def _join(operator, first, second):
-    """OR or AND of two, without a level for each of a chain."""
+    """Joins two by OR or AND, without a level for each member of a chain."""
     parts = []
     for node in (first, second):
         parts += node.parts if node.operator == operator else [node]

@@ -13,7 +13,7 @@ FEATURES = [
 
 
 def write(job):
-    """Translate the job to `out`; refuse it where POV-Ray would make another picture."""
+    """Writes the job to `out` as a POV-Ray scene; refuses a job whose picture POV-Ray would make differently."""
     from .scene import Scene, Unmappable
 
     with worker.phase("load"):

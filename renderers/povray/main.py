@@ -10,7 +10,7 @@ from renderers import worker
 
 from .export import FILE, require, write
 
-PRECISIONS = ("float64",)  # of the geometry; NOTES.md tells what is less
+PRECISIONS = ("float64",)  # of the geometry; NOTES.md lists exceptions
 PICTURE = "picture.exr"
 TICK = 0.02  # s between looks at POV-Ray's peak memory
 
@@ -48,7 +48,7 @@ def main():
 
 
 def run(words, folder, peaks):
-    """What POV-Ray printed, its peak memory in bytes added to `peaks`. Exits with its reason if it fails."""
+    """Returns POV-Ray's output and adds its peak memory in bytes to `peaks`. Exits with its reason if it fails."""
     process = subprocess.Popen(
         ["povray", *words], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     )
@@ -68,7 +68,7 @@ def run(words, folder, peaks):
 
 
 def watch(pid, over, peaks):
-    """Read the peak again and again: it is gone with the process."""
+    """Reads the peak repeatedly, since it disappears with the process."""
     peak = 0
     while not over.is_set():
         try:

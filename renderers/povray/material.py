@@ -9,7 +9,7 @@ from .shapes import number, vector
 OPAQUE = (0.0, 0.0, 0.0)
 CLEAR = (1.0, 1.0, 1.0)
 NEXT = 2.0**-23  # POV-Ray keeps an index in float32
-NOTHING = 1e30  # absorption of what lets nothing through; POV-Ray keeps it in float32
+NOTHING = 1e30  # absorption of an opaque material; POV-Ray keeps it in float32
 
 
 class Material:
@@ -49,13 +49,13 @@ class Material:
         return f" phong {number(k_s)} phong_size {number(self.exponent)}" if self.k_s > 0 else ""
 
     def interior(self, air, scale):
-        """Index against AIR's, which is 1 to POV-Ray, and what is absorbed on the way (ATT-1)."""
+        """The index relative to AIR's, which is 1 to POV-Ray, and the absorption on the way (ATT-1)."""
         index = self.index / air.index
         if self.glass and abs(index - 1) < NEXT:
             index = 1 + NEXT  # POV-Ray does not count the order of a ray that no index bends (REF-5)
         if not self.glass or self.attenuation == CLEAR:
             return f" interior {{ ior {number(index)} }}"
-        # Only in a hollow thing is its medium looked at, and AIR's with it.
+        # POV-Ray uses the medium of a shape, and AIR's, only if it is hollow.
         more = absorption(absorbed(self.attenuation) - absorbed(air.attenuation), scale)
         return f" interior {{ ior {number(index)} {more} }} hollow"
 
@@ -72,7 +72,7 @@ class Air:
 
 
 def absorbed(attenuation):
-    """What POV-Ray's `absorption` is: a^t = exp(-absorption t). AIR that is (0, 0, 0) attenuates nothing (ATT-1)."""
+    """POV-Ray's `absorption`: a^t = exp(-absorption t). AIR that is (0, 0, 0) attenuates nothing (ATT-1)."""
     if attenuation == OPAQUE:
         return np.zeros(3)
     return np.array([-math.log(a) if a > 0 else NOTHING for a in attenuation])

@@ -1,4 +1,4 @@
-"""The arrays of a job as POV-Ray's scene description language. What POV-Ray cannot do alike raises Unmappable."""
+"""Translates the arrays of a job to POV-Ray's scene description language. Raises Unmappable where POV-Ray differs."""
 
 import math
 
@@ -15,7 +15,7 @@ MESH_FAR = 3e2  # corners of meshes are float32: errors of 1.5e-5 at most, well 
 
 
 class Unmappable(Exception):
-    """POV-Ray would make another picture; str() says why."""
+    """POV-Ray would make a different picture; str() says why."""
 
 
 class Thing:
@@ -74,7 +74,7 @@ class Scene:
         return 10.0 ** math.floor(math.log10(min(limit / size for limit, size in limits if size > 0)))
 
     def _check(self, media):
-        """Raise Unmappable for what POV-Ray would draw otherwise."""
+        """Raises Unmappable for anything that POV-Ray would draw differently."""
         job, glass = self.job, [thing for thing in self.things if thing.material.glass]
         if job.depth > LARGEST_DEPTH:
             raise Unmappable(f"depth {job.depth}: POV-Ray traces {LARGEST_DEPTH} orders at most")
@@ -179,13 +179,13 @@ def flags(job):
 
 
 def _reach(shapes):
-    """The largest coordinate of the shapes that end somewhere."""
+    """The largest coordinate of the bounded shapes."""
     edges = [edge for shape in shapes for edge in shape.bounds() if np.isfinite(edge).all()]
     return np.abs(edges).max(initial=0)
 
 
 def _meet(one, other):
-    """May the two solids have a point in common? By their boxes; two spheres are looked at closely."""
+    """Returns whether the two solids may share a point, by their boxes; exact for two spheres."""
     if isinstance(one, Sphere) and isinstance(other, Sphere):
         return np.linalg.norm(np.subtract(one.centre, other.centre)) < one.radius + other.radius
     (low, high), (bottom, top) = one.bounds(), other.bounds()

@@ -1,4 +1,4 @@
-"""The shapes: each as POV-Ray's text, whether it holds a point, and the box around it.
+"""The shapes: their POV-Ray text, point-inside test and bounding box.
 
 Arrays come in the scene's unit and are kept multiplied by the scale of the export (scene.py).
 """

@@ -43,7 +43,7 @@ class Box(Shape):
 
 
 def slabs(box, origin, direction):
-    """Where the line enters and leaves the box, t and face (axis, side) of both, or None (BOX-1).
+    """Returns t and face (axis, side) where the line enters and leaves the box, or None (BOX-1).
 
     Side 0 is low, 1 is high.
     """
@@ -68,7 +68,7 @@ def slabs(box, origin, direction):
 
 
 def plain(box, origin, direction):
-    """As `slabs`, without asking whether the line is along a slab (BOX-3)."""
+    """As `slabs`, without a test whether the line is parallel to a slab (BOX-3)."""
     f = subtract(origin, box.corner)
     enter, leave = -math.inf, math.inf
     enter_face = leave_face = None

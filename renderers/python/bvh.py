@@ -15,8 +15,8 @@ BINS = 16
 PADDING = 64  # in units of u: how far off a shape, relative to all coordinates, its own test may see it hit
 
 # In units of the test of a sphere, which takes an eighth of the time of any other (NOTES.md).
-LEAF = 8  # most shapes of a leaf, unless it has one only
-WORTH = 64  # from so many on a tree pays
+LEAF = 8  # largest number of shapes in a leaf
+WORTH = 64  # a tree pays from this number on
 
 
 def weight(searches):
@@ -24,7 +24,7 @@ def weight(searches):
 
 
 def pays(accel, searches):
-    """Whether the method `accel` means a tree over shapes that are searched by `searches`."""
+    """Returns whether the method `accel` uses a tree over shapes that are searched by `searches`."""
     return weight(searches) >= WORTH if accel == "auto" else accel == "bvh"
 
 
@@ -54,7 +54,7 @@ class Tree:
             self.roots.append((0, leaf(None, loose)))
 
     def axes(self, origin, direction):
-        """What the test of a box reads, for each axis: which number of the box is the near plane and which the far one,
+        """Values for the test of a box, for each axis: which number of the box is the near plane and which the far one,
         where the origin is, moved away from either by what rounding can do, and the inverse direction.
         """
         pad = self.offset + self.padding * largest(origin)
@@ -68,7 +68,7 @@ class Tree:
         return found
 
     def nearest(self, origin, direction, nothing):
-        """The first hit (t, shape, face), nearer than `nothing` = (limit, None, None), or that."""
+        """Returns the first hit (t, shape, face) nearer than `nothing` = (limit, None, None), or `nothing`."""
         axes = self.axes(origin, direction)
         (nx, fx, near_x, far_x, ix), (ny, fy, near_y, far_y, iy), (nz, fz, near_z, far_z, iz) = axes
         sqrt = self.sqrt
@@ -117,7 +117,7 @@ class Tree:
         return best
 
     def along(self, origin, direction):
-        """The rows of all shapes that the line may meet, before the origin or behind it, in the order of HIT-2."""
+        """All rows that the line may meet, before the origin or behind it, in the order of HIT-2."""
         axes = self.axes(origin, direction)
         found = []
         waiting = [node for _, node in self.roots]
@@ -166,7 +166,7 @@ def grow(entries):
 
 
 def split(entries):
-    """Two parts of `entries`: at the border of bins along the widest axis that costs least, area times number."""
+    """Splits `entries` in two, at the cheapest border of bins along the widest axis (area times number)."""
     columns = list(zip(*(entry.centre for entry in entries), strict=True))
     widths = [max(column) - min(column) for column in columns]
     axis = widths.index(max(widths))

@@ -4,7 +4,7 @@ from .vector import add, normalise, scale
 
 
 class Camera:
-    """C, u, v, e as in CAM-1, and the picture that it looks through."""
+    """C, u, v, e as in CAM-1, and the size of the picture."""
 
     def __init__(self, centre, u, v, e, width, height, number):
         self.eye = add(centre, e)
@@ -28,7 +28,7 @@ class Camera:
 
 
 class Lens(Camera):
-    """A camera with a thin lens in the place of the pinhole."""
+    """A camera with a thin lens instead of the pinhole."""
 
     def __init__(self, *parts, radius, focal_distance):
         super().__init__(*parts)

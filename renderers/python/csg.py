@@ -23,7 +23,7 @@ class Mesh:
         self.accelerate, self.number, self.tree = accelerate, number, None
 
     def build(self):
-        """Its hierarchy, if it is to have one (HIT-6)."""
+        """Builds its hierarchy, if the job asks for one (HIT-6)."""
         if self.accelerate:
             self.tree = bvh.Tree([(None, triangle) for triangle in self.triangles], self.number)
 
@@ -41,7 +41,7 @@ class Mesh:
 
 
 class Boundary:
-    """A crossing of the surface of a solid: what `nearest` finds, in the place of a shape."""
+    """A crossing of the surface of a solid; `nearest` returns it in place of a shape."""
 
     flat = False
 
@@ -80,7 +80,7 @@ class Solid(Shape):
             self.tolerance = -1  # nothing is so near
 
     def value(self, inside):
-        """Whether the solid is where its parts are `inside` or not."""
+        """Returns whether a point is inside the solid; `inside` says so for each part."""
         stack = []
         for word in self.code:
             if word is NOT:
@@ -96,7 +96,7 @@ class Solid(Shape):
         return stack[0]
 
     def boundaries(self, origin, direction):
-        """Those of the solid on the whole line, without slivers and gaps (CSG-3, CSG-4)."""
+        """Returns the solid's boundaries on the whole line, without slivers and gaps (CSG-3, CSG-4)."""
         found = []
         for index, part in enumerate(self.parts):
             found += [(t, index, shape, face) for t, shape, face in part.crossings(origin, direction)]
@@ -119,12 +119,12 @@ class Solid(Shape):
         return kept
 
     def coincide(self, a, b):
-        """Whether two boundaries are one place in all that rounding can tell (CSG-4, without its division)."""
+        """Returns whether two boundaries are closer than rounding can resolve (CSG-4, without its division)."""
         return (b.t - a.t) * min(a.slope, b.slope) <= self.tolerance * max(a.reach, b.size)
 
     def bounds(self):
-        """Of a box that holds the solid; None if there is none."""
-        stack = []  # bounds of the set and of what is not in it
+        """Bounds of a box that contains the solid; None if it is unbounded."""
+        stack = []  # bounds of the set and of its complement
         for word in self.code:
             if word is NOT:
                 stack[-1] = stack[-1][::-1]

@@ -28,7 +28,7 @@ class Ellipsoid(Shape):
         return dot(g1, vector), dot(g2, vector), dot(g3, vector)
 
     def quadratic(self, origin, direction):
-        """(a, b, k, s) of ELL-1, or None where the line passes by."""
+        """(a, b, k, s) of ELL-1, or None for a miss."""
         f = self.to_unit(subtract(origin, self.centre))
         delta = self.to_unit(direction)
         a = dot(delta, delta)

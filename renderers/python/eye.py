@@ -1,4 +1,4 @@
-"""Eye rays: where in the picture they start, and the colour that they bring back."""
+"""Traces eye rays from places of the picture, and returns their colours."""
 
 import math
 from functools import partial
@@ -43,7 +43,7 @@ class Eye:
         return self.follow(*self.camera.ray(x, y, u2, u3), pixel, sample)
 
     def noting(self, look, *place):
-        """Look, and note what was cut off."""
+        """Looks, and notes the weight that was cut off."""
         self.tracer.dropped = 0
         colour = look(*place)
         self.dropped += self.tracer.dropped

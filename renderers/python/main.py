@@ -39,7 +39,7 @@ METHODS = {
     "floating_point": ("strict",),
     "glossy_weight": ("plain", "study"),
 }
-USED_WITH = {  # methods by the features, of which one makes a job depend on them
+USED_WITH = {  # methods, each with the features for which it matters
     "sphere": ("sphere", "ellipsoid"),
     "triangle": ("mesh",),
     "slab": ("box",),
@@ -82,7 +82,7 @@ def hits(scene, rays):
 
 
 def unit(direction, number):
-    """The direction of a ray given: it keeps its bits where it has unit length to rounding (NUM-4)."""
+    """The unit direction of a given ray; unchanged if its length is 1 up to rounding (NUM-4)."""
     if abs(dot(direction, direction) - 1) <= 4 * number.roundoff:
         return direction
     return normalise(direction, number.sqrt)

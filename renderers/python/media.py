@@ -1,11 +1,11 @@
-"""What a ray goes through (MED-1 to MED-4).
+"""The media along a ray (MED-1 to MED-4).
 
 A set of solids is a whole number, a bit for each solid that has a rank: the highest bit is the highest rank.
 """
 
 
 class Medium:
-    """What bounds the light: n (REF-1), mu_r and attenuation, which is None where it changes nothing (MED-1, ATT-1)."""
+    """Optical properties: n (REF-1), mu_r and attenuation, which is None where it changes nothing (MED-1, ATT-1)."""
 
     def __init__(self, eps_r, mu_r, attenuation, number):
         self.n, self.mu_r = number.sqrt(eps_r * mu_r), mu_r

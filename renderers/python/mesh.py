@@ -7,7 +7,7 @@ from .vector import add, corners, cross, dot, largest, normalise, scale, subtrac
 
 
 class Triangle(Shape):
-    """One triangle; `row` is what the search reads: the three vertices and itself."""
+    """One triangle; `row` is read by the search: the three vertices and the triangle itself."""
 
     row = None
 

@@ -1,4 +1,4 @@
-"""Random numbers as a function of what they are for: Philox4x32-10 (RND-1 to RND-4)."""
+"""Random numbers as a function of their purpose: Philox4x32-10 (RND-1 to RND-4)."""
 
 WORD = 0xFFFFFFFF
 MULTIPLIER_0, MULTIPLIER_1 = 0xD2511F53, 0xCD9E8D57

@@ -1,4 +1,4 @@
-"""Where a pixel is looked at (CAM-4, SAM-1 to SAM-6).
+"""The samplers: where a pixel is sampled (CAM-4, SAM-1 to SAM-6).
 
 Each sampler is a generator of the region's pixels in C order. `look(x, y, pixel, sample)` is the colour at the place
 (x, y), in pixels from the picture's top left, with the numbers of RND-3.

@@ -35,7 +35,7 @@ class Reader:
 
 
 class Scene:
-    """Everything that rays meet. `nearest` is the search for a first hit that suits the scene.
+    """All shapes, lights and media. `nearest` is the search for a first hit that suits the scene.
 
     If `accel` is "bvh", `build` comes before the first ray.
     """
@@ -65,12 +65,12 @@ class Scene:
         if self.grown:
             self.nearest = self.by_tree
         else:
-            # for each kind of shape that the scene has, its search and the rows: what it lacks costs nothing
+            # the search and the rows of each kind of shape that the scene has; absent kinds cost nothing
             self.kinds = [(search, [shape.row for _, shape in kind]) for search, kind in groupby(items, lambda i: i[0])]
             self.nearest, self.eye = self.by_trying_all, None
 
     def look_from(self, eye):
-        """Rays that start at `eye`, that very tuple, are many: work out once what their tests share."""
+        """Precomputes the common part of the tests of all rays that start at `eye`, this very tuple."""
         if not self.grown:
             self.eye = eye
             self.seen = [

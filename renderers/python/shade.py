@@ -1,4 +1,4 @@
-"""Light at a point (LOC-1 to LOC-5, SOF-1), leaving it (OFF-1) and where to (REF, TRA, GLO)."""
+"""Light at a point (LOC-1 to LOC-5, SOF-1), and the rays that leave it (OFF-1, REF, TRA, GLO)."""
 
 import math
 
@@ -31,7 +31,7 @@ def leaving(offset, epsilon):
 
 
 def local(scene, lights, direction, point, normal, shape, shadows, counts):
-    """Colour that the lights give at `point`, seen along `direction` (LOC-1 to LOC-5)."""
+    """Returns the colour of the light at `point`, seen along `direction` (LOC-1 to LOC-5)."""
     material = shape.material
     kr, kg, kb = material.diffuse
     k_s, exponent = material.k_s, material.exponent
@@ -111,7 +111,7 @@ def fresnel(n, m, d_dot_n, sqrt):
 
 
 def unclamped_fresnel(n, m, d_dot_n, sqrt):
-    """As `fresnel`, by its formula whatever it gives (REF-2, unclamped)."""
+    """As `fresnel`, without its clamp (REF-2, unclamped)."""
     if n == 1 and m == 1:
         return 0
     c, s = abs(d_dot_n), unclamped_beyond(n, d_dot_n, sqrt)
@@ -143,12 +143,12 @@ def reflect(direction, normal, d_dot_n, sqrt):
 
 
 def unnormalised_reflect(direction, normal, d_dot_n, _sqrt):
-    """The same as long as it comes out (NUM-4)."""
+    """The same, not normalised (NUM-4)."""
     return add(direction, scale(normal, -2 * d_dot_n))
 
 
 def as_it_is(direction, _sqrt):
-    """In the place of `normalise` (NUM-4)."""
+    """Returns the vector unchanged, in place of `normalise` (NUM-4)."""
     return direction
 
 

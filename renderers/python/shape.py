@@ -1,8 +1,8 @@
-"""What all shapes have, whatever their kind."""
+"""The base class of all shapes."""
 
 
 class Shape:
-    """A thing that rays meet. A kind of shape adds:
+    """A surface that rays can hit. Each kind of shape adds:
 
     size         of OFF-1
     surface      (origin, direction, t, face) -> point and normal of a hit (HIT-3, HIT-4)
@@ -12,7 +12,7 @@ class Shape:
     """
 
     flat = False  # bounds no medium (MED-4)
-    bit = 0  # what the solid is in a set of media (media.py), 0 if it has no rank
+    bit = 0  # the solid's bit in a set of media (media.py), 0 if it has no rank
     condition = 1  # how much larger than that of its vectors the rounding of a hit can be
 
     def __init__(self, material, identity):
@@ -20,5 +20,5 @@ class Shape:
 
     @property
     def row(self):
-        """What the search reads."""
+        """The row that the search reads."""
         return self

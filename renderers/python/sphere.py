@@ -55,7 +55,7 @@ class Sphere(Shape):
 
 
 class Unnormalised(Sphere):
-    """A sphere that takes its radius for the length of what it divides by it (NUM-4, renormalise off)."""
+    """A sphere whose normals are divided by its radius, not by their length (NUM-4, renormalise off)."""
 
     def surface(self, origin, direction, t, _face):
         r = self.radius
@@ -95,7 +95,7 @@ def root(h, k, s):
 
 
 def seen_from(origin, rows, roundoff):
-    """The rows that `nearest_seen` reads, of spheres for rays that all start at `origin`: what of a test they share.
+    """Returns the rows of spheres for `nearest_seen`: the common part of the tests of all rays that start at `origin`.
 
     A hit has h² ≥ k up to rounding, less than 32 u |f|² in all: of SPH-1's Δ, of h², of k, and of the length of d. So
     where h² < k - 64 u |f|² the discriminant of `nearest` is negative as well.
@@ -131,7 +131,7 @@ def nearest_seen(seen, _origin, direction, best, sqrt):
 
 
 def wide(rows, origin, direction, best, sqrt):
-    """As `nearest`, with f, l and k in twice the digits (SPH-3)."""
+    """As `nearest`, with f, l and k computed with twice the digits (SPH-3)."""
     ox, oy, oz = origin
     dx, dy, dz = direction
     limit = best[0]
@@ -167,7 +167,7 @@ def wide(rows, origin, direction, best, sqrt):
 
 
 def along(f, e, b, d, splitter):
-    """f + e + b d, rounded once or nearly so."""
+    """f + e + b d, with hardly more than one rounding."""
     p, q = twoproduct(b, d, splitter)
     s, g = twosum(f, p)
     return s + (g + q + e)
@@ -195,7 +195,7 @@ def solving(root, rows, origin, direction, best, sqrt):
 
 
 def textbook(a, h, k, s):
-    """The smaller root above 0 by the formula as it is taught."""
+    """The smaller root above 0, by the textbook's formula."""
     near = (-h - s) / (2 * a)
     return near if near > 0 else (-h + s) / (2 * a)
 

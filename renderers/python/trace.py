@@ -1,4 +1,4 @@
-"""From a ray to its colour (REF-4 to REF-6)."""
+"""Computes the colour of a ray (REF-4 to REF-6)."""
 
 import math
 from functools import partial
@@ -18,7 +18,7 @@ class Counts:
 
 
 class Tracer:
-    """Gives eye rays their colour, by the functions that this job needs and no others.
+    """Computes the colours of eye rays, with only the functions that this job needs.
 
     `colour(origin, direction, pixel, sample)` is (red, green, blue). `dropped` grows by the weights that it cuts.
     """
@@ -55,7 +55,7 @@ class Tracer:
         self.colour = self.tree if special or self.walk.name != "chain" else self.mirrors
 
     def methods(self, job):
-        """What was chosen, for the event `used`."""
+        """The methods chosen, for the event `used`."""
         chosen = {"sampler": job.sampler, "walk": self.walk.name}
         if self.walk.rows is not None:  # WLK-2
             chosen |= {"walk_rows": self.walk.rows, "walk_bytes": self.walk.bytes}
@@ -66,7 +66,7 @@ class Tracer:
         return chosen
 
     def mirrors(self, origin, direction, _pixel, _sample):
-        """The colour of an eye ray where nothing transmits or attenuates: a loop along the one ray that there is."""
+        """The colour of an eye ray if nothing transmits or attenuates: a loop along its chain of reflected rays."""
         scene, depth, shadows, counts, lights = self.scene, self.depth, self.shadows, self.counts, self.lights
         fresnel, reflect = self.fresnel, self.reflect
         red = green = blue = 0
@@ -97,12 +97,12 @@ class Tracer:
         return red, green, blue
 
     def tree(self, origin, direction, pixel, sample):
-        """The colour of an eye ray: its tree, walked as the job says (WLK-1)."""
+        """The colour of an eye ray: walks its tree by the job's method (WLK-1)."""
         self.numbers = partial(self.random.numbers, pixel, sample)
         return self.walk.colour(self.visit, (origin, direction, self.scene.media.eye, 0))
 
     def visit(self, ray, order, weight=None):
-        """The colour that a ray brings by itself, and the rays it sends on: pairs (weight by channel, ray) (REF-4).
+        """Returns the ray's own colour and the rays that it spawns: pairs (weight by channel, ray) (REF-4).
 
         A ray is origin, direction, the set of solids that it is in, and its path (RND-4). `weight` is what it counts
         for in its sample, by channel; only a cut-off asks for it.
@@ -177,7 +177,7 @@ class Tracer:
         return children
 
     def cut(self, weight, share):
-        """Whether a ray of this share of a hit of this weight is cut off, and if so its weight noted (CUT-1, CUT-2)."""
+        """Whether to cut off a ray with this share of a hit of this weight; notes the weight if so (CUT-1, CUT-2)."""
         if not self.cuts or not weight * share <= self.cutoff:
             return False
         self.dropped += weight * share

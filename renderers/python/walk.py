@@ -1,7 +1,7 @@
 """Ways to walk the tree of rays (WLK-1, WLK-2).
 
-`visit(ray, order)` gives the colour that a ray brings by itself and the rays it sends on, as pairs (weight, ray).
-Walks that know what the ray counts for in its sample say it too: `visit(ray, order, weight)`.
+`visit(ray, order)` returns the ray's own colour and the rays that it spawns, as pairs (weight, ray).
+Walks that know the ray's weight in its sample pass it too: `visit(ray, order, weight)`.
 """
 
 import sys
@@ -10,7 +10,7 @@ LARGEST_TABLE = 2**31  # bytes
 
 
 class CannotWalk(ValueError):
-    """The job asks for a walk that is not to be had; the text says why."""
+    """The walk of the job is not possible; the text says why."""
 
 
 class Walk:
@@ -43,7 +43,7 @@ class Walk:
         self.colour = walks[name]
 
     def recurse(self, visit, ray, order=0):
-        """The rule REF-4 as it stands."""
+        """Recursion, as REF-4 is written."""
         (red, green, blue), children = visit(ray, order)
         for (wr, wg, wb), child in children:
             r, g, b = self.recurse(visit, child, order + 1)
@@ -51,7 +51,7 @@ class Walk:
         return red, green, blue
 
     def tabulate(self, visit, ray):
-        """The study's table (2.7.4), a row for every ray there could be: filled from the root, summed from the end.
+        """The study's table (2.7.4), a row for every possible ray: filled from the root, summed from the end.
 
         A row is (weight, order, ray), and (weight, colour) when the ray is traced.
         """
@@ -74,7 +74,7 @@ class Walk:
         return slots[0][1]
 
     def pile(self, visit, ray):
-        """Rays that wait, with their weights; the last one goes first, so there are few."""
+        """A stack of rays with their weights; last in, first out, so it stays short."""
         red = green = blue = 0
         waiting = [((1, 1, 1), 0, ray)]
         while waiting:
@@ -86,7 +86,7 @@ class Walk:
         return red, green, blue
 
     def follow(self, visit, ray):
-        """A loop, where no ray has more than one child."""
+        """A loop, for trees in which no ray has more than one child."""
         red = green = blue = 0
         wr = wg = wb = 1
         for order in range(self.depth + 1):
@@ -100,5 +100,5 @@ class Walk:
 
 
 def size(value):
-    """Bytes of a tuple and all that is in it."""
+    """Bytes of a tuple and its members."""
     return sys.getsizeof(value) + (sum(map(size, value)) if isinstance(value, tuple) else 0)

@@ -70,7 +70,7 @@ def reflectance(n, m, cosine):
 
 
 def kernel(needs):
-    """The kernel of a job with these needs: render(picture, counts, spheres, ..) fills what it is given first."""
+    """The kernel of a job with these needs: render(picture, counts, spheres, ..) fills its first two arguments."""
     ambient_light, diffuse_light, phong, shadows, reflection = (
         name in needs for name in ("ambient", "diffuse", "phong", "shadows", "reflection")
     )
@@ -108,7 +108,7 @@ def kernel(needs):
 
     @ti.func
     def leaving(spheres: ti.template(), i: int, point, normal, epsilon):
-        """What takes `point` off sphere `i` on the side of its normal (OFF-1, bounded)."""
+        """Moves `point` off sphere `i` on the side of its normal (OFF-1, bounded)."""
         return epsilon * (spheres[i, 3] + ti.abs(normal * point).sum() / 8) * normal
 
     @ti.kernel

@@ -33,7 +33,7 @@ class BuildError(Exception):
 
 
 def commands(variant):
-    """What compiles the sources in the current folder to MODULE."""
+    """The commands that compile the sources in the current folder to MODULE."""
     if variant == "mypyc":
         return ([sys.executable, "-c", MYPYC],)
     include = sysconfig.get_path("include")

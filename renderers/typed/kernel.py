@@ -1,7 +1,7 @@
 """One source for three compilers: Cython reads the types of C in kernel.pxd, mypyc those below, PyPy needs none.
 
 One pixel after another, the eye ray and its mirrored rays as a loop (WLK-1, chain). Tables are flat, row after row;
-vectors are three numbers, as a tuple would be an object to Cython. What has more than one answer goes into a table.
+vectors are three numbers, as a tuple would be an object to Cython. Several results go into a table.
 """
 
 from math import sqrt

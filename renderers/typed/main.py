@@ -8,7 +8,7 @@ FEATURES = ("sphere", "ambient", "diffuse", "phong", "shadows", "reflection", "r
 
 
 def tables(job, npy, sqrt):
-    """What `render` of kernel.py reads of the scene, as lists of rows."""
+    """The tables of the scene that `render` of kernel.py reads, as lists of rows."""
     camera, ambient, background, air, lights, materials, spheres, ids = (
         npy.read(job.array(name))
         for name in ("camera", "ambient", "background", "air", "lights", "materials", "spheres", "sphere_ids")

@@ -1,4 +1,4 @@
-"""Arrays of the job as lists of rows, and the picture back, by the standard library: PyPy has no NumPy.
+"""Reads arrays as lists of rows and writes the picture, with the standard library alone: PyPy has no NumPy.
 
 Source: the .npy format, version 1.0 (NumPy Enhancement Proposal 1).
 """

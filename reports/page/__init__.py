@@ -7,8 +7,8 @@ from pathlib import Path
 import orjson
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
+from harness.errors import UserError
 from reports.page import chart, comparer, sections, series
 from reports.page.embedded import Embedded
 from reports.run.results import Results
@@ -52,7 +52,7 @@ def _write(title: str, lead: str, told: list[tuple[str, str]], data: dict, pictu
 
 def _made(title: str, lead: str, found: list[sections.Section], figures: Embedded, data: dict, block: str) -> str:
     """Returns the page. figures: the embedded ones. data: of interactive charts by the name of their section."""
-    drawing, program = get_plotlyjs() if data else "", _source("page.js")
+    drawing, program = _drawing() if data else "", _source("page.js")
     made = Environment(
         loader=PackageLoader("reports.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
@@ -69,6 +69,14 @@ def _made(title: str, lead: str, found: list[sections.Section], figures: Embedde
         program=Markup(program),
         allowed=" ".join(map(_fingerprint, filter(None, (drawing, program)))),
     )
+
+
+def _drawing() -> str:
+    """Returns the script of plotly, which an installation packs (build.py). UserError where nothing is installed."""
+    try:
+        return _source("plotly.min.js")
+    except FileNotFoundError as error:
+        raise UserError(f"{error.filename}: no such file", remedy="install rayrace: pip install -e .") from None
 
 
 def _source(name: str) -> str:

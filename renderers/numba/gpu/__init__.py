@@ -1,1 +1,1 @@
-"""The kernel on a GPU: what CUDA adds to the source that it shares with the processor."""
+"""The kernel on a GPU: the CUDA parts, around the source that it shares with the processor."""

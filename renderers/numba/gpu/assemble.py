@@ -1,4 +1,4 @@
-"""Where each array of the scene is on the GPU, and the function that brings them together in a kernel.
+"""Places each array of the scene in a GPU memory, and generates the function that collects them in a kernel.
 
 Kernels take the Scene as the processor's do, and cannot tell where its arrays are: in global memory, constant memory or
 shared memory; work memory is local memory, of the thread alone. Sizes of all but the first must be known when the

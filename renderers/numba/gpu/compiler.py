@@ -1,4 +1,4 @@
-"""NVIDIA's compiler behind Numba: kept strict, and missed with a remedy."""
+"""NVIDIA's compiler behind Numba: makes it strict, and names the remedy if it is missing."""
 
 from numba.cuda.cudadrv import nvvm
 
@@ -8,7 +8,7 @@ INSTALL = "pip install 'rayrace[cuda]'"
 
 
 def forbid_contraction():
-    """NVVM joins a product and a sum into one rounding unless it is told not to (NUM-3).
+    """Stops NVVM from joining a product and a sum into one rounding (NUM-3).
 
     Numba has no option for it, but passes options on to its function `compile_ir`.
     """

@@ -1,4 +1,4 @@
-"""What the kernel of a job takes of a GPU, found by compiling it: no GPU is needed, only NVIDIA's compilers.
+"""Reports the GPU resources of a job's kernels by compiling them: needs NVIDIA's compilers, but no GPU.
 
 `python -m renderers.numba.gpu.inspect --job=.. .. --targets=sm_75,sm_90`: the flags of a job, and compute capabilities.
 Prints an event `kernel` for each kernel and target (README.md in the folder above renderers).
@@ -107,7 +107,7 @@ def capability_of(target):
 
 
 def find_ptxas():
-    """Of the package that the extra `cuda` installs, whose version goes with the compiler's; else the system's."""
+    """The ptxas that the extra `cuda` installs, whose version fits the compiler's; else the system's."""
     spec = importlib.util.find_spec("nvidia")
     for home in spec.submodule_search_locations if spec else ():
         for path in sorted(Path(home).glob("*/bin/ptxas")):
@@ -120,7 +120,7 @@ def find_ptxas():
 
 
 def assemble(ptxas, ptx, target, limit):
-    """What ptxas says of a kernel."""
+    """Assembles a kernel and returns ptxas's report."""
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "kernel.ptx"
         source.write_text(ptx)

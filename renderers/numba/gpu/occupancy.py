@@ -1,4 +1,4 @@
-"""How many threads a multiprocessor can hold at once, of what it could at most.
+"""Computes the theoretical occupancy of a multiprocessor: resident threads as a share of the maximum.
 
 CUDA C++ Programming Guide, table "Technical Specifications per Compute Capability", and the rules of NVIDIA's occupancy
 calculator: registers are given out to a warp in steps of 256, shared memory to a block in steps of `step` bytes, of
@@ -13,7 +13,7 @@ REGISTER_STEP = 256
 
 @dataclass(frozen=True)
 class Limits:
-    """Of a multiprocessor: warps and blocks at once, registers, bytes of shared memory."""
+    """Limits of a multiprocessor: resident warps and blocks, registers, bytes of shared memory."""
 
     warps: int
     blocks: int

@@ -48,7 +48,7 @@ class Launch:
         self.kernel[grid or self.grid, self.block](*self.arguments)
 
     def resources(self):
-        """What a thread and a block of the compiled kernel take, as of `used.methods`."""
+        """The resources of a thread and a block of the compiled kernel, for `used.methods`."""
         if needs.SIMULATED:
             return dict.fromkeys(("registers", "occupancy"))
         (compiled,) = self.kernel.overloads.values()

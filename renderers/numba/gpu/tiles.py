@@ -17,7 +17,7 @@ from .device import cuda
 
 @kernel
 def any_of_block(condition):
-    """Whether it holds in any thread of the block."""
+    """Returns whether the condition holds in any thread of the block."""
     return cuda.syncthreads_or(1 if condition else 0) != 0
 
 

@@ -1,6 +1,6 @@
-"""Lanes: a type for Numba of COUNT numbers side by side, which the kernel reckons with as with one.
+"""Lanes: a Numba type of COUNT numbers side by side, which the kernel computes with as with one number.
 
-It is LLVM's vector, and so what a processor has registers for. A number beside lanes is taken for each of them. A
+It is LLVM's vector type, for which a processor has registers. A number combined with lanes applies to each of them. A
 comparison gives a mask, which `&`, `|`, `~`, `select`, `any_of` and `count_of` take. Nothing is fused or reordered
 but by `fma` (NUM-3).
 """

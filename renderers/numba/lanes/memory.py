@@ -1,4 +1,4 @@
-"""Lanes from and to rows of arrays (n, m) in C order. Nothing looks at where an array ends."""
+"""Loads and stores lanes from and to rows of arrays (n, m) in C order, without bounds checks."""
 
 from llvmlite import ir
 from numba.core import cgutils, types

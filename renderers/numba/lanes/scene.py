@@ -1,4 +1,4 @@
-"""The scene as the kernel in lanes reads it."""
+"""The scene in the form that the kernel in lanes reads."""
 
 from collections import namedtuple
 
@@ -40,7 +40,7 @@ Scene = namedtuple(
 
 
 def tiles(region):
-    """How many there are."""
+    """The number of tiles."""
     x0, y0, x1, y1 = region
     return -(-(x1 - x0) // SIDE) * -(-(y1 - y0) // SIDE)
 

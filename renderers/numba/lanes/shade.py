@@ -1,4 +1,4 @@
-"""What a packet of rays finds where it hits: light (LOC), and how much is mirrored (REF)."""
+"""Shades the hits of a packet of rays: light (LOC) and mirrored share (REF)."""
 
 import math
 

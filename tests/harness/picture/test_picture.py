@@ -9,6 +9,7 @@ import pytest
 import tifffile
 from tiled import folder_of
 
+from harness.errors import UserError
 from harness.picture import picture
 from harness.store import store
 
@@ -65,10 +66,22 @@ def test_a_file_is_whole_or_not_there(suffix, tmp_path):
     assert out.read_text() == "before" and list(tmp_path.iterdir()) == [out]
 
 
+@pytest.mark.parametrize(("suffix", "remedy"), [(".tif", "rayrace[tiff]"), (".exr", "rayrace[exr]"), (".png", None)])
+def test_a_library_that_lacks_is_told_before_rendering(suffix, remedy, tmp_path, monkeypatch):
+    monkeypatch.setattr(picture, "find_spec", lambda module: None)
+    if remedy:
+        with pytest.raises(UserError, match=f"which writes {suffix}, is not installed") as told:
+            picture.check_suffix(tmp_path / f"a{suffix}")
+        assert told.value.remedy == f"pip install '{remedy}'"
+    else:
+        picture.check_suffix(tmp_path / f"a{suffix}")
+
+
 ASSEMBLE = """
 import sys
 from pathlib import Path
 import numpy as np, tifffile
+from harness.errors import UserError
 from harness.picture import picture
 from harness.single import tiles
 

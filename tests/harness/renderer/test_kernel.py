@@ -57,7 +57,7 @@ def kernel(value, **more):
 
 def test_needs_are_those_of_the_contract():
     page = (registry.folders()[0].parent / "README.md").read_text("utf-8")
-    table = page.partition("### Needs")[2].partition("## What it returns")[0]
+    table = page.partition("### Needs")[2].partition("## Output files")[0]
     rows = re.findall(r"^\| (`.*?) \|", table, re.MULTILINE)
     assert sorted(re.findall(r"`([a-z]+)`", " ".join(rows))) == sorted(NEEDS)
     assert set(SHAPES.values()) < set(NEEDS)

@@ -1,5 +1,7 @@
+import importlib.metadata
 import json
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -117,6 +119,16 @@ def test_find(known):
 def test_what_is_required(requires, reason, write, tmp_path):
     write("renderer.toml", GOOD.replace("[[variant]]", f"[requires]\n{requires}\n[[variant]]"))
     assert registry.Renderer(tmp_path, manifest.load(tmp_path)).unavailable == reason
+
+
+def test_what_a_bundled_renderer_lacks_is_in_an_extra(monkeypatch):
+    brought = [re.sub("[-_.]+", "-", line).lower() for line in importlib.metadata.requires("rayrace")]
+    for module, extra in registry.EXTRAS.items():
+        name = module.replace("_", "-").lower()
+        assert [line for line in brought if re.match(rf"{name}[>=]", line) and f"extra == '{extra}'" in line]
+    monkeypatch.setattr(registry, "_is_installed", lambda module: module in ("numba", "numpy"))
+    lacking = registry.entries()["numba-cuda"].unavailable
+    assert lacking == "no Python module numba_cuda (pip install 'rayrace[cuda]')"
 
 
 def test_version_is_of_the_content_alone(write, tmp_path):

@@ -281,7 +281,7 @@ def test_no_driver_or_device(nvml, call, kind, reason):
 
 def test_no_library(monkeypatch):
     monkeypatch.setitem(sys.modules, "pynvml", None)
-    assert Gpu().unavailable == "nvidia-ml-py is not installed (pip install nvidia-ml-py)"
+    assert Gpu().unavailable == "nvidia-ml-py is not installed (pip install 'rayrace[gpu]')"
     assert Gpu().sample(frozenset(), 0.0) == (None,) * len(SERIES)
 
 
