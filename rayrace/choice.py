@@ -11,6 +11,7 @@ from harness.judge import judge, reference, truth
 from harness.machine import environment
 from harness.picture import picture
 from harness.process import repetition
+from harness.process.session import Sessions
 from harness.renderer import registry
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
@@ -86,7 +87,8 @@ def error(array, read, arrays, entry, known, parameters: Parameters, depth: int 
     if maker is None:
         return {"unavailable": "no other renderer here can make the truth"}
     try:
-        made = truth.make(told, maker, arrays, None)
+        with Sessions() as sessions:
+            made = truth.make(told, maker, arrays, None, sessions.run)
     except LookupError as failure:
         return {"unavailable": str(failure)}
     off, noise = judge.errors(array, made.picture, None), made.uncertainty or 0.0

@@ -154,7 +154,7 @@ def test_a_report_overwrites_reports_alone(rayrace, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "machine.csv").write_text("mine")
     done = rayrace("report", run, "-o", tmp_path / "mine", code=2)
-    assert "holds files that are no report; give -o an empty folder or a new one" in done.stderr
+    assert "holds files that do not belong to a report; give -o an empty folder or a new one" in done.stderr
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["machine.csv"]
     for _ in range(2):  # the second time over the first
         rayrace("report", run, "-o", tmp_path / "new", code=0)
