@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from harness.judge import judge, reference
-from harness.process import repetition
 from harness.renderer import registry
 from harness.renderer.parameters import Parameters
 from harness.scene import load
@@ -70,7 +69,7 @@ def test_float32_is_right(bench, references, name, way, size):
         width=size[0], height=size[1], shadows=True, seed=1, precision="float32", vector=vector,
         threads=entry.threads(), kernel="general", **JOBS[name],
     )  # fmt: skip
-    result = repetition.run(entry, flatten(scene), wanted, needs(scene, wanted), cache=bench.caches / variant)
+    result = bench.run(entry, flatten(scene), wanted, needs(scene, wanted))
     if result.status == "unsupported":
         pytest.skip(result.reason)
     assert result.status == "ok", (result.status, result.reason, result.stderr)
