@@ -21,8 +21,6 @@ def parsed(content: bytes, path: Path) -> list[dict]:
     whole, _, _ = content.rpartition(b"\n")
     found = []
     for number, line in enumerate(whole.splitlines(), 1):
-        if not line:  # jobs.jsonl of tiles had blank lines in version 0.1
-            continue
         try:
             found.append(orjson.loads(line))
             if not isinstance(found[-1], dict):

@@ -205,7 +205,8 @@ def start(environment, *words):
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_the_same_command_goes_on(how, rayrace, scene, environment, tmp_path):
     out = tmp_path / "a.tif"
-    words = ("render", scene, "-r", "python", "--width", 51, "--height", 40, "--samples", 2, "-o", out, "--tiles", 9)
+    picture = "render", scene, "-r", "python", "--width", 51, "--height", 40, "--samples", 2
+    words = *picture, "-o", out, "--tiles", 9
     harness = start(environment, *words)
     until = time.monotonic() + 60
     while not (out.with_name("a.tif.tiles") / "2.npy").exists():
@@ -224,7 +225,7 @@ def test_the_same_command_goes_on(how, rayrace, scene, environment, tmp_path):
     first, *lines, last = done.stderr.splitlines()
     assert last.startswith(f"warning: {scene}:1: the eye is ")
     assert first == f"{len(kept)} of 30 tiles are already in {out}.tiles" and len(lines) == 30 - len(kept)
-    rayrace(*words[:-2], "--json", "-o", tmp_path / "one.tif", code=0)
+    rayrace(*picture, "--json", "-o", tmp_path / "one.tif", code=0)
     assert out.read_bytes() == (tmp_path / "one.tif").read_bytes()
 
 
