@@ -20,22 +20,18 @@ def _outside(cell: Cell) -> float | Missing:
     return worst
 
 
-def show(value, scale: float = 1.0) -> str:
-    return "exactly 0" if value == 0 else quantity.text(value, scale)
-
-
-def _percent(value) -> str:
-    return show(value, 100)
+def _percent(value: float | Missing) -> str:
+    return quantity.exact(value, 100)
 
 
 ERRORS = [
-    Column("RMSE", "rmse", "linear RGB", _rmse, show),
-    Column("largest error", repetition.LARGEST, UNIT, lambda cell: cell.worst(repetition.LARGEST), show),
+    Column("RMSE", "rmse", "linear RGB", _rmse, quantity.exact),
+    Column("largest error", repetition.LARGEST, UNIT, lambda cell: cell.worst(repetition.LARGEST), quantity.exact),
     Column("beyond 1/255 (%)", "bad_pixels", "1", lambda cell: cell.worst("bad_pixels"), _percent),
 ]
 
 AGREEMENT = [
-    Column("agreement: at most, outside the mask", "agreement_outside_mask", UNIT, _outside, show),
+    Column("agreement: at most, outside the mask", "agreement_outside_mask", UNIT, _outside, quantity.exact),
     Column("its tolerance", "tolerance", UNIT, lambda cell: cell.worst("tolerance")),
     Column(
         "pixels in the mask (%)", "mask_fraction", "1", lambda cell: cell.worst("mask_fraction"),

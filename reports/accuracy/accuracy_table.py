@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from reports.accuracy import accuracy_columns
-from reports.paper import table
+from reports.paper import quantity, table
 from reports.paper.table import Column
 from reports.run import repetition
 from reports.run.results import Cell, Missing, Results
@@ -31,7 +31,7 @@ def _worst(title: str, name: str, unit: str, worst=max, none: str = "the run doe
         told = cell.known(f"no_{name}", cell.timed).values() if name in repetition.SEEN else ()
         return Missing(next(iter(told), none))
 
-    return Column(title, name, unit, value, accuracy_columns.show)
+    return Column(title, name, unit, value, quantity.exact)
 
 
 COLUMNS = [
