@@ -23,6 +23,7 @@ from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import SHAPES
 from harness.scene.needs import needs as needs_of
+from harness.system import trouble
 
 SIZE = 16
 LARGE = 64
@@ -286,10 +287,12 @@ class Examination:
             job = self.entry, self.arrays, parameters, self.needs
             return repetition.start(*job, timeout=self.timeout, cache=self.cache, **more)
 
+        before = trouble.look()
         result = run(wanted, series=series)
         if result.status != "ok":
             return Check(what, False, result.reason)
-        wrong = contradiction.found(result, series, self.entry, wanted, contradiction.Blanks(), run)
+        disturbed, blanks = trouble.between(before, trouble.look()), contradiction.Blanks()
+        wrong = contradiction.found(result, series, self.entry, wanted, blanks, run, disturbed=disturbed)
         return Check(what, wrong is None, wrong or "")
 
     def _rays(self) -> Check:

@@ -101,7 +101,7 @@ class Bench:
         record["status"], record["reason"] = result.status, result.reason
         if result.status == "ok" and not cell.stressed:
             warm = kind != "cold" and _has_files(cache) == compiled
-            contradicted = self._contradiction(cell, result, series, cache, warm)
+            contradicted = self._contradiction(cell, result, series, cache, warm, disturbed)
             if contradicted and record["unranked"]:
                 record["warnings"].append(contradicted)
             else:
@@ -109,7 +109,9 @@ class Bench:
         record["took_s"] = self.host.clock() - begun
         return record
 
-    def _contradiction(self, cell: Cell, result: repetition.Result, series: Path, cache: Path, warm: bool):
+    def _contradiction(
+        self, cell: Cell, result: repetition.Result, series: Path, cache: Path, warm: bool, disturbed: dict
+    ) -> str | None:
         """None, or what its marks contradict. warm: the process found its compiled code in `cache`, if it keeps any."""
 
         def run(parameters):
@@ -117,7 +119,7 @@ class Bench:
             return self.host.run(cell.entry, arrays, parameters, cell.needs, cache=cache, **more)
 
         blanks, key = self.blanks if warm else None, (cell.entry.name, cell.scene_version)
-        return contradiction.found(result, series, cell.entry, cell.parameters, blanks, run, key)
+        return contradiction.found(result, series, cell.entry, cell.parameters, blanks, run, key, disturbed)
 
     def _build(self, cell: Cell) -> dict | None:
         try:

@@ -34,31 +34,47 @@ COLD = 10  # times as long as a later frame is the first at most, with cold cach
 BLANK_MORE = 0.5  # of the CPU time of a blank, which differs as other programs use the caches and the clock
 PER_PIXEL = 2e-6  # s that an interpreter takes to pack and write one, in the phases that do so
 WRITING = "download", "save"
+TAKEN = "steal_s", "other_cpu_s", "held_back_s"  # CPU time that others had (trouble.py)
 
 
 def found(
-    result: Result, series: Path, entry: Entry, parameters: Parameters, blanks: "Blanks | None", run: Callable, key=None
+    result: Result,
+    series: Path,
+    entry: Entry,
+    parameters: Parameters,
+    blanks: "Blanks | None",
+    run: Callable,
+    key=None,
+    disturbed: dict | None = None,
 ) -> str | None:
     """None, or what a repetition that is ok contradicts, in words that begin with CONTRADICTED.
 
     blanks: the blanks known so far; None where the process compiled what none will compile again. run(parameters): the
     same renderer and scene once more, the Result. key: on what the CPU time of a blank depends, within `blanks`.
+    disturbed: what the machine did meanwhile (trouble.between).
     """
     on_cpu = entry.variant.device == "cpu"  # what a GPU does takes no CPU time, and its driver has threads of its own
-    contradicted = marks(result, series, parameters.threads if on_cpu else None, parameters.least_frame)
+    contradicted = marks(
+        result, series, parameters.threads if on_cpu else None, parameters.least_frame, _lost(disturbed or {})
+    )
     if contradicted or not on_cpu or blanks is None or parameters.kind == "rays" or result.outcome.measurer is None:
         return contradicted
     one = blank(parameters, "region" in entry.renderer.manifest.features)
     return blanks.contradiction(key, result, parameters, lambda: run(one))
 
 
-def marks(result: Result, series: Path, threads: int | None, least_frame: float = 0.0) -> str | None:
+def _lost(disturbed: dict) -> float:
+    """Seconds for which a renderer may have stood still, also between its marks, as others had the processor."""
+    return sum(disturbed[name] for name in TAKEN if isinstance(disturbed.get(name), int | float))
+
+
+def marks(result: Result, series: Path, threads: int | None, least_frame: float = 0.0, lost: float = 0.0) -> str | None:
     """None, or what the marks contradict. threads: that the renderer may use; None: CPU time tells nothing of it.
-    least_frame: of the job, s."""
+    least_frame: of the job, s. lost: s for which it may have stood still, of which the clock tells nothing."""
     said, outcome = result.said, result.outcome
     wall = outcome.wall_s
     covered = sum(end - start for _, start, end in cover(said, outcome.spawned, outcome.exited))
-    if wall - covered > max(SHORT, UNCOVERED * wall):
+    if wall - covered > max(SHORT, UNCOVERED * wall) + lost:
         return f"{CONTRADICTED}the clock: its phases cover {covered:.3g} s of its life of {wall:.3g} s"
     if all(phase["name"] != "render" for phase in said.phases):
         return f"{CONTRADICTED}its phases: it has {len(said.frames)} frames and no phase render"
@@ -67,7 +83,7 @@ def marks(result: Result, series: Path, threads: int | None, least_frame: float 
     for what, frames, windows in _parts(said):
         framed, length = _seconds(frames), sum(end - start for start, end in windows)
         allowed = framed + _search(said, least_frame)
-        if length - allowed > max(SHORT, UNFRAMED * length):
+        if length - allowed > max(SHORT, UNFRAMED * length) + lost:
             return f"{CONTRADICTED}its phases: {what} {framed:.3g} s of {length:.3g} s of phase render"
         used = sum(_cpu_within(rows, start - outcome.spawned, end - outcome.spawned) for start, end in windows)
         if rows and used > threads * allowed * (1 + CPU_MORE) + SHORT + resolution:

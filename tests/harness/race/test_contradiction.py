@@ -14,6 +14,7 @@ from harness.renderer.events import Said
 from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
+from harness.system import trouble
 
 SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n"
 MARKS = "its marks contradict "
@@ -33,10 +34,19 @@ def found(known, tmp_path):
         entry, series = known[f"liar-{variant}"], tmp_path / "series.csv"
         threads = 2 if entry.variant.threads == "all" else 1
         wanted = Parameters(width=32, height=32, frames=2, threads=threads, **more)
+        before = trouble.look()
         result = repetition.run(entry, ARRAYS, wanted, (), series=series)
         assert result.status == "ok", result.reason
+        # Other tests run meanwhile: honest renderers wait for a core, and those that lie do so all the same.
+        disturbed = trouble.between(before, trouble.look()) if variant in liars.HONEST else None
         told = contradiction.found(
-            result, series, entry, wanted, contradiction.Blanks(), lambda one: repetition.run(entry, ARRAYS, one, ())
+            result,
+            series,
+            entry,
+            wanted,
+            contradiction.Blanks(),
+            lambda one: repetition.run(entry, ARRAYS, one, ()),
+            disturbed=disturbed,
         )
         print(variant, told)
         return told
@@ -73,10 +83,10 @@ def made_up(frames, phases, cpu=0.0, exited=None, readings=(), renders=1, resolu
 
 @pytest.fixture
 def marks(tmp_path):
-    def read(*what, threads=1, least_frame=0.0, **more):
+    def read(*what, threads=1, least_frame=0.0, lost=0.0, **more):
         result, lines = made_up(*what, **more)
         (tmp_path / "series.csv").write_text(lines)
-        return contradiction.marks(result, tmp_path / "series.csv", threads, least_frame)
+        return contradiction.marks(result, tmp_path / "series.csv", threads, least_frame, lost)
 
     return read
 
@@ -91,6 +101,13 @@ def test_frames_and_their_phase_by_hand(marks):
 def test_the_later_frames_are_looked_at_alone(marks):
     told = marks([(0, 9), (9.2, 9.201), (9.4, 9.401), (9.6, 9.601)], [("render", 0, 9.601)])
     assert told == f"{MARKS}its phases: its frames after the first cover 0.003 s of 0.601 s of phase render"
+
+
+def test_a_machine_that_others_use_tells_less(marks):
+    """A renderer that waits for a core between its frames has done nothing there."""
+    gap = [(0, 0.001), (0.4, 0.401)], [("render", 0, 0.402)]
+    assert marks(*gap) is not None
+    assert marks(*gap, lost=0.29) is not None and marks(*gap, lost=0.31) is None
 
 
 def test_what_is_short_is_not_told(marks):
