@@ -13,6 +13,7 @@ public:
     void build(const Bvh<Real>& tree, const AddToGroup& add_to_group)
     {
         nodes.clear();
+        leaves.assign(1, Leaf{});  // the empty one, for lanes of a node without a child: a ray of NaN enters all lanes
         if (!tree.empty())
             make_node(tree, 0, add_to_group);
     }
@@ -143,6 +144,7 @@ private:
         }
         const std::size_t number = nodes.size();
         nodes.emplace_back();
+        std::fill_n(nodes[number].children, width, ~0);
         for (int a = 0; a < 3; a++) {
             nodes[number].bounds[0][a] = all(std::numeric_limits<Real>::infinity());
             nodes[number].bounds[1][a] = -nodes[number].bounds[0][a];

@@ -130,7 +130,8 @@ struct Triangle {
             return area != 0 ? area > 0 : y > 0 || (y == 0 && x > 0);
         };
         const bool side = positive(s.u, 1, 2);
-        if (positive(s.v, 2, 0) != side || positive(s.w, 0, 1) != side || s.u + s.v + s.w == 0)
+        const bool same = positive(s.v, 2, 0) == side && positive(s.w, 0, 1) == side;
+        if (!same || !(std::abs(s.u + s.v + s.w) > 0))  // NUM-5: a NaN is no crossing
             return false;
         t = s.t(ray);
         return true;

@@ -230,16 +230,18 @@ private:
         bool found;
 #ifdef VECTOR_ON
         found = wide.search(probe, 0, most, look_at, [&](const auto& group) {
-            unsigned unsure = 0;
-            const Lanes<Real> t = group.distance(probe, unsure);
-            for (unsigned met = bits<Real>((t > 0) & (t <= most)) & ~unsure; met != 0; met &= met - 1) {
-                const int k = std::countr_zero(met);
-                if (visit(group.numbers[k], t[k]))
-                    return true;
+            if constexpr (std::remove_cvref_t<decltype(group)>::possible) {
+                unsigned unsure = 0;
+                const Lanes<Real> t = group.distance(probe, unsure);
+                for (unsigned met = bits<Real>((t > 0) & (t <= most)) & ~unsure; met != 0; met &= met - 1) {
+                    const int k = std::countr_zero(met);
+                    if (visit(group.numbers[k], t[k]))
+                        return true;
+                }
+                for (; unsure != 0; unsure &= unsure - 1)
+                    if (look_at(group.numbers[std::countr_zero(unsure)]))
+                        return true;
             }
-            for (; unsure != 0; unsure &= unsure - 1)
-                if (look_at(group.numbers[std::countr_zero(unsure)]))
-                    return true;
             return false;
         });
 #else

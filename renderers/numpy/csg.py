@@ -145,7 +145,7 @@ class Csg(Shapes):
         kept = self._kept(parts, changes, owners, faces, of_rays(origins, rays), directions.take(rays, axis=1), t)
         kept &= t > 0
         hit = np.flatnonzero(kept.any(axis=0))
-        at = kept[:, hit].argmax(axis=0), hit
+        at = kept[:, hit].argmax(axis=0) if len(hit) else hit, hit  # of meshes that no line crosses there are no rows
         return Hits(rays[hit], t[at], owners[at], faces[at], value[at], failed)
 
     def _kept(self, parts, changes, owners, faces, origins, directions, t):

@@ -124,7 +124,7 @@ def crossings(rows, origin, direction):
         if side != positive(v, ax - cx, ay - cy) or side != positive(w, bx - ax, by - ay):
             continue
         det = u + v + w
-        if det != 0:
+        if abs(det) > 0:  # NUM-5: a NaN is no crossing
             found.append(((u * (sz * az) + v * (sz * bz) + w * (sz * cz)) / det, triangle, None))
     return found
 

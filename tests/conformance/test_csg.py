@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from random_scenes import random_rays, words
 from stage import turned
-from tessellate import block, obj
+from tessellate import ball, block, obj
 
 MATTE = "(0.7,0.5,0.3) 0.3 20 (0,0,0) 9 1"
 GLASS = "(0,0,0) 1 20 (1,1,1) 2.25 1"
@@ -173,6 +173,54 @@ def test_a_mesh_is_a_part_like_a_box(bench, serial, tmp_path):
     hit = np.isfinite(mesh[::7, 0])
     points = mesh[::7, 1:4][hit]
     assert ((points > -1e-9) & (points < 1 + 1e-9)).all(), "a ray through a corner went on inside for ever"
+
+
+def test_rays_past_a_solid_of_meshes_alone(bench, serial, tmp_path):
+    """No line crosses any triangle: there are no boundaries at all."""
+    path = tmp_path / "block.obj"
+    path.write_text(obj(*block()))
+    scene = STAGE + f'AND MESH "{path}" (0,0,0) (0,0,0) 1 MESH "{path}" (0.5,0.5,0.5) (0,0,0) 1 END {MATTE}\n'
+    hits = bench.hits(serial, scene, [[5, 5, 5, 0, 0, 1], [-3, 0, 9, 0, 1, 0]])
+    assert np.isinf(hits[:, 0]).all()
+
+
+def test_a_ray_that_is_no_number_crosses_no_mesh(bench, serial, tmp_path):
+    """NUM-5 in CSG-2: beyond the critical angle the bare formula sends rays of NaN, which hit nothing (REF-6)."""
+    path = tmp_path / "ball.obj"
+    path.write_text(obj(*ball(2)))
+    glass = "(0,0,0) 1 20 (1,1,1) 2.25 1"
+    scene = STAGE + f'AND MESH "{path}" (0,0,0) (10,20,30) 1 NOT SPHERE (0.7,0.6,0.8) 0.8 END END {glass}\n'
+    jobs = {"width": 16, "height": 12, "depth": 3, "fresnel": "unclamped"}
+    if "unclamped" not in bench.entry(serial).methods.get("fresnel", ()):
+        pytest.skip(f"{serial} has no fresnel unclamped")
+    result, right = (bench.result(name, scene, **jobs) for name in (serial, "python"))
+    assert right.said.rays["non_finite"] > 0 and result.said.rays == right.said.rays
+
+
+@pytest.mark.parametrize("accel", ["none", "bvh"])
+def test_faces_of_a_mesh_at_one_distance_are_in_its_order(bench, serial, tmp_path, accel):
+    """Rays through edges between a face that is entered and one that is left there: of equal t, the first counts.
+
+    The faces meet at odd angles, so that the normal tells which it was. Python keeps the order that the mesh has.
+    """
+    path = tmp_path / "block.obj"
+    rng = np.random.default_rng(81)
+    print("seed 81")
+    vertices, triangles = block()
+    path.write_text(obj(vertices, triangles[rng.permutation(len(triangles))]))
+    along = rng.integers(1, 16, (300, 1)) / 16
+    ends = vertices[[[0, 4], [1, 5], [0, 1], [4, 5]]][rng.integers(0, 4, 300)]
+    targets = (1 - along) * ends[:, 0] + along * ends[:, 1]
+    rays = np.hstack([targets + rng.integers(-8, 9, (300, 3)) / 4, np.zeros((300, 3))])
+    rays[:, 3:] = targets - rays[:, :3]
+    rays = rays[np.abs(rays[:, 3:]).max(axis=1) > 0]
+    rays[:, 3:] /= np.linalg.norm(rays[:, 3:], axis=1, keepdims=True)  # which all take as it is (NUM-4)
+    solid = f'AND MESH "{path}" (0,0,0) (0,0,0) 1 BOX (-9,-9,-9) (18,0,0) (0,18,0) (0,0,18) END {MATTE}\n'
+    methods = {"merge": "none", "accel": accel}
+    if "none" not in bench.entry(serial).methods.get("merge", ()):
+        pytest.skip(f"{serial} has no merge none")
+    hits, right = (bench.hits(name, STAGE + solid, rays, **methods) for name in (serial, "python"))
+    np.testing.assert_array_equal(hits, right)
 
 
 def test_pictures_of_solids_agree_with_their_parts(bench, serial):

@@ -16,7 +16,8 @@ SIZE = {"width": 26, "height": 22}
 if cuda.simulated():
     SIZE = {"width": 13, "height": 10}  # a millisecond a ray
 NAMES = [
-    *("transmission", "attenuation", "air", "media", "mesh", "open mesh", "csg", "csg mesh", "uniform", "jittered"),
+    *("spheres", "transmission", "attenuation", "air", "media", "mesh", "open mesh", "csg", "csg mesh"),
+    *("uniform", "jittered"),
     *("adaptive", "lens", "soft", "glossy", "glossy, the study's weight", "mix: glass, mirrors, shadows"),
     *("mix: glass mesh and solid in water", "mix: soft shadows and gloss through a lens", "mix: adaptive glass"),
     *("mix: jittered glass, soft shadows", "mix: all of it"),

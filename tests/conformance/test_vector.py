@@ -209,6 +209,27 @@ def test_a_hierarchy_in_lanes_changes_no_byte(bench, laned, tmp_path, name, prec
     assert result.array.tobytes() == plain.array.tobytes() and result.said.rays == plain.said.rays
 
 
+@pytest.mark.parametrize(
+    ("name", "methods"),
+    [
+        ("mix: glass mesh and solid in water", {"fresnel": "unclamped"}),
+        ("mesh", {"triangle": "moller-trumbore"}),
+    ],
+    ids=["rays that are no numbers", "triangles without a sheared frame"],
+)
+def test_a_hierarchy_in_lanes_with_other_methods(bench, laned, tmp_path, name, methods):
+    """VEC-3; beyond the critical angle the bare formula sends rays of NaN into every lane of every node (NUM-5)."""
+    source, job = features(tmp_path)[name]
+    job = {**job, **SIZE, "accel": "bvh", **methods}
+    result = attempt(bench, laned, source, **job)
+    if result.status == "unsupported":
+        pytest.skip(result.reason)
+    assert result.status == "ok", (result.status, result.reason, result.stderr)
+    plain = bench.result(laned, source, **job)
+    assert (plain.said.rays["non_finite"] > 0) == ("fresnel" in methods)
+    assert result.array.tobytes() == plain.array.tobytes() and result.said.rays == plain.said.rays
+
+
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_hits_of_a_hierarchy_in_lanes_change_no_byte(bench, laned, tmp_path, precision):
     """VEC-3, first hits: many spheres of all sizes, a fine mesh, boxes; rays at edges and vertices among them."""

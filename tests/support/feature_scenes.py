@@ -55,6 +55,7 @@ def features(folder):
     )
     full = {"shadows": True, "depth": 5}
     return {
+        "spheres": (random_scene(rng, 7, material=lambda _: MIRROR, rest=lights(rng)), full),
         "transmission": (crowd(lambda _: GLASS), {"depth": 5}),
         "attenuation": (crowd(lambda _: TINTED) + "", {"depth": 4}),
         "air": (crowd(random_material).replace("AIR 1.21 1.1 (1,1,1)", "AIR 1.21 1.1 (0.9,0.95,0.8)"), {"depth": 3}),

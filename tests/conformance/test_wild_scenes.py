@@ -1,0 +1,181 @@
+"""All renderers agree on random scenes of any size, place and content.
+
+The scenes differ from commit to commit (seeds.py). A scene with a disagreement is reduced and kept as a file.
+"""
+
+import itertools
+import os
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import seeds
+import wild_scenes
+from judged import Court
+
+from harness.process import repetition
+from harness.renderer.parameters import Parameters
+from harness.scene import text
+from harness.scene.flatten import flatten
+from harness.scene.needs import needs
+
+COUNT, BY_NIGHT = 60, 2000
+PARTS = {"none": 0, "bvh": 1}  # accel (each is a kernel of Numba), and the number of its scenes modulo 2
+MAKER = "cpp"
+JUDGED = ("numba", "numpy", "python")
+THREADED = {"cpp-threads": "cpp", "numba-parallel": "numba"}
+SHARE = 5  # every fifth scene is rendered by several threads too
+THREADS = 3
+SCENE = "RAYRACE_SCENE"  # environment variable: the number of a scene, which then is the only one
+KEPT = Path(__file__).parents[2] / "build" / "disagreements"
+
+
+pytestmark = pytest.mark.nightly("some twenty minutes on two cores")
+
+
+@pytest.fixture(scope="module")
+def court(bench):
+    return Court(bench)
+
+
+def drawn(number):
+    return wild_scenes.draw(seeds.numbers("wild", number))
+
+
+def result_of(bench, variant, wild, accel, **more):
+    """The Result of a variant with its general kernel; or text, why it failed."""
+    entry = bench.known[variant]
+    chosen = {"kernel": "general"} if "general" in entry.methods.get("kernel", ()) else {}
+    if accel in entry.methods.get("accel", ()):
+        chosen["accel"] = accel
+    wanted = replace(wild.parameters, **chosen, **more)
+    needed = needs(wild.scene, wanted)
+    reason = repetition.unsupported(entry, wanted, needed)
+    assert reason is None, reason
+    result = bench.run(entry, flatten(wild.scene), wanted, needed)
+    return result if result.status == "ok" else f"{result.status}: {result.reason}\n{result.stderr[-500:]}"
+
+
+def disagreement(bench, court, variant, wild, accel):
+    """None, or how the picture of `variant` differs from the reference."""
+    result = result_of(bench, variant, wild, accel)
+    if isinstance(result, str):
+        return result
+    return court.wrong((MAKER,), wild.scene, wild.parameters, result)
+
+
+def differs_by_threads(bench, variant, twin, wild, accel):
+    """None, or that the picture of several threads is not that of `twin`, byte for byte."""
+    found = [result_of(bench, variant, wild, accel, threads=THREADS), result_of(bench, twin, wild, accel)]
+    if not all(hasattr(result, "array") for result in found):
+        return str(found)
+    if found[0].array.tobytes() != found[1].array.tobytes() or found[0].said.rays != found[1].said.rays:
+        return f"not the bytes of {twin}"
+    return None
+
+
+def command(wild, file, variant):
+    """The command that renders a kept scene."""
+    usual = Parameters()
+    options = {name: value for name, value in wild.job.items() if value != getattr(usual, name)}
+    options.setdefault("depth", 10)
+    told = [f"--{name.replace('_', '-')} {value}" for name, value in options.items() if name != "shadows"]
+    told.append("--shadows" if wild.job["shadows"] else "--no-shadows")
+    return f"rayrace render {shlex.quote(str(file))} -r {variant} {' '.join(told)} -o {variant}.npy"
+
+
+def report(wild, number, variant, wrong, shows, folder):
+    """Reduces and keeps a scene with a disagreement; returns the text about it."""
+    small = wild_scenes.shrink(wild, shows)
+    file = small.keep(folder / f"{seeds.seed()}-{number}-{variant}.txt".replace("/", "-"))
+    other = THREADED.get(variant, MAKER)
+    return (
+        f"scene {number}: {variant}: {wrong}\n{small.source}{small.job}\nkept as {file}; see it by\n"
+        f"  {command(small, file, variant)}\n  {command(small, file, other)}"
+    )
+
+
+def try_scenes(bench, court, numbers, accel, test, folder=KEPT):
+    faults, judged = [], 0
+    only = os.environ.get(SCENE)
+    print(f"seed {seeds.seed()}: scenes {numbers[0]} to {numbers[-1]}, accel {accel}")
+    for number in numbers if only is None else {int(only)} & set(numbers):
+        wild = drawn(number)
+        checks = [(name, disagreement, (court, name)) for name in JUDGED]
+        if number % SHARE == 0:
+            checks += [(name, differs_by_threads, (name, twin)) for name, twin in THREADED.items()]
+        for variant, check, given in checks:
+            bench.entry(variant)
+            wrong = check(bench, *given, wild, accel)
+            judged += 1
+            if wrong and not faults:  # only the first is reduced
+
+                def shows(less, check=check, given=given):
+                    return bool(check(bench, *given, less, accel))
+
+                again = seeds.again(test, **{SCENE: number})
+                faults.append(f"{report(wild, number, variant, wrong, shows, folder)}\n  again: {again}")
+            elif wrong:
+                faults.append(f"scene {number}: {variant}: {wrong}")
+    assert not faults, f"{len(faults)} of {judged}\n" + "\n".join(faults)
+    assert judged
+
+
+@pytest.mark.whole
+@pytest.mark.slow
+@pytest.mark.parametrize("accel", PARTS)
+def test_all_renderers_agree(bench, court, request, accel):
+    try_scenes(bench, court, range(PARTS[accel], COUNT, 2), accel, request.node.nodeid)
+
+
+@pytest.mark.nightly("2,000 scenes: CI has 60")
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(COUNT, BY_NIGHT, 97))
+def test_many_scenes(bench, court, request, part):
+    accel = list(PARTS)[part % 2]
+    try_scenes(bench, court, range(part, min(part + 97, BY_NIGHT)), accel, request.node.nodeid)
+
+
+def test_scenes_have_everything():
+    """Each feature occurs in several of 60 scenes."""
+    scenes = [drawn(number) for number in range(COUNT)]
+    used = [needs(wild.scene, wild.parameters) for wild in scenes]
+    for feature in ("sphere", "box", "polygon", "ellipsoid", "mesh", "csg", "shadows", "soft", "reflection", "glossy",
+                    "transmission", "attenuation", "media", "supersampling", "adaptive", "lens"):  # fmt: skip
+        assert sum(feature in needed for needed in used) >= 4, feature
+    assert sum(wild.away > 0 for wild in scenes) > 10 and sum("NOT" in wild.source for wild in scenes) > 10
+
+
+class Broken:
+    """A bench whose NumPy is off by a millionth if a solid has the complement of an ellipsoid."""
+
+    def __init__(self, bench):
+        self.bench = bench
+
+    def __getattr__(self, name):
+        return getattr(self.bench, name)
+
+    def run(self, entry, arrays, parameters, needs):
+        result = self.bench.run(entry, arrays, parameters, needs)
+        code = arrays["csg_code"][:, 0].tolist()
+        if entry.name == "numpy" and (2, 6) in itertools.pairwise(code):
+            result.array = result.array * (1 + 1e-6)
+        return result
+
+
+@pytest.mark.whole
+@pytest.mark.slow
+def test_a_disagreement_is_made_small_and_kept(bench, tmp_path):
+    """An artificial error: only the solid that shows it and some light remain of the scene."""
+    broken = Broken(bench)
+    numbers = [n for n in range(200) if "NOT ELLIPSOID" in drawn(n).source and len(drawn(n).parts) > 8][:1]
+    with pytest.raises(AssertionError) as told:
+        try_scenes(broken, Court(broken), numbers, "none", "this test", tmp_path)
+    print(told.value)
+    files = list(tmp_path.glob("*-numpy.txt"))
+    assert len(files) == 1 and str(files[0]) in str(told.value) and "rayrace render" in str(told.value)
+    words = [line.split()[0] for line in files[0].read_text().splitlines()]
+    assert "NOT ELLIPSOID" in files[0].read_text() and len(words) <= 4, words
+    small = text.read(files[0].read_text(), files[0])
+    assert len(small.objects) == 1

@@ -1,0 +1,195 @@
+"""The factors of the covering arrays of conformance, from the manifests, and the combinations that are refused."""
+
+import functools
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from covering import Case, Space
+from feature_scenes import features
+
+from harness.renderer import registry
+from harness.renderer.parameters import Parameters
+from harness.scene import text
+from harness.scene.model import Scene
+from harness.scene.needs import needs
+
+DEPTH = 3
+THREADS = 3  # of a variant with threads
+LANES = {"sphere", "ambient", "diffuse", "phong", "shadows", "reflection"}  # needs that rays in lanes can have (VEC-1)
+USUAL = ("sphere", "offset", "fresnel", "phong", "renormalise")  # methods of which rays in lanes have only the default
+MANY = 64  # shapes from which Numba uses a tree if accel is auto
+THREADED = {"cpp": "cpp-threads", "numba": "numba-parallel"}
+RENDERERS = ("cpp", "numba", "python", "numpy", "numba-cuda")
+# Scenes that equal others here, since samplers and weights are factors of their own.
+SAME = {"jittered", "adaptive", "glossy, the study's weight", "mix: adaptive glass"}
+METHODS = (
+    *("precision", "walk", "accel", "kernel", "vector", "floating_point", "sphere", "triangle", "slab", "merge"),
+    *("offset", "fresnel", "phong", "renormalise", "glossy_weight"),
+)
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A scene of feature_scenes.py, the parameters that its feature needs, and facts about its rays."""
+
+    scene: Scene
+    job: dict
+    single: bool  # no ray has two children
+    clear: bool  # some rays are transmitted
+    broken: bool  # some exponent of Phong is not a whole number
+    lanes: bool  # rays in lanes can do it (VEC-1)
+    many: bool  # MANY shapes or more
+
+
+@functools.cache
+def scenes() -> dict[str, Feature]:
+    with tempfile.TemporaryDirectory() as folder:
+        found = {name: value for name, value in features(Path(folder)).items() if name not in SAME}
+        return {name: _feature(text.read(source, name), job) for name, (source, job) in found.items()}
+
+
+def _feature(scene: Scene, job: dict) -> Feature:
+    job = {key: value for key, value in job.items() if key not in ("depth", "shadows", "sampler", "samples")}
+    job.pop("adaptive_depth", None)
+    needed = set(needs(scene, Parameters(**job, depth=DEPTH, shadows=True)))
+    exponents = [thing.material.exponent for thing in scene.objects if thing.material.k_s > 0]
+    count = len(scene.objects) + sum(len(getattr(thing, "triangles", ())) for thing in scene.objects)
+    return Feature(
+        scene,
+        job,
+        single="transmission" not in needed and job.get("glossy_rays", 0) < 2,
+        clear="transmission" in needed,
+        broken=any(exponent != int(exponent) for exponent in exponents),
+        lanes=needed <= LANES,
+        many=count >= MANY,
+    )
+
+
+def parameters(case: Case, size: tuple[int, int]) -> Parameters:
+    """The parameters of the job of a case."""
+    values = {name: value for name, value in case.items() if name != "scene"}
+    job = {"adaptive_depth": 2, "samples": 2, **scenes()[case["scene"]].job}
+    return Parameters(width=size[0], height=size[1], **job, **values)
+
+
+def variant(renderer: str, case: Case) -> str:
+    """The variant that renders a case."""
+    return THREADED[renderer] if case.get("threads", 1) > 1 else renderer
+
+
+def refusal(case: Case) -> str | None:
+    """None, or why renderers refuse a case, or why its right picture is not defined."""
+    found = scenes()[case["scene"]]
+    if case.get("walk") == "chain" and not found.single:
+        return "a chain follows one child of each ray (WLK-1)"
+    if case["offset"] == "none" and (case["depth"] or case["shadows"]):
+        return "rounding decides whether a ray hits the surface that it leaves (OFF-1): tests/stability/test_acne.py"
+    if case["renormalise"] == "off" and (case["depth"] or case["shadows"]):
+        return "a hit is not moved onto its sphere (HIT-4), so rays may meet it again: tests/stability/test_drift.py"
+    critical = case["fresnel"] == "unclamped" and found.clear and case["depth"]
+    if critical or (case["phong"] == "unclamped" and found.broken):  # then some pixels are not finite
+        if case["floating_point"] == "fast":
+            return "fast-math does not define what becomes of a NaN (NUM-3): tests/stability/test_nan.py"
+        if case["sampler"] == "adaptive":
+            return "SAM-4 does not define whether a square with a NaN is quartered"
+    return None
+
+
+def of_cpp(case: Case) -> str | None:
+    """None, or why C++ refuses a case."""
+    usual = all(case[name] == default(name) for name in USUAL)
+    if case["vector"] == "on" and case["accel"] == "none" and not (usual and _in_lanes(case)):
+        return "not in lanes but in a hierarchy (VEC-1, VEC-3)"
+    return refusal(case)
+
+
+def of_numba(case: Case) -> str | None:
+    """None, or why Numba refuses a case."""
+    names = (*USUAL, "triangle", "slab", "merge", "floating_point", "glossy_weight")
+    usual = all(case[name] == default(name) for name in names)
+    if case["vector"] == "on" and not (usual and _in_lanes(case) and case["accel"] != "bvh"):
+        return "not in lanes (VEC-1)"
+    return refusal(case)
+
+
+def _in_lanes(case: Case) -> bool:
+    lanes = scenes()[case["scene"]].lanes and case["sampler"] == "one" and case["walk"] in ("least", "chain")
+    return lanes and case["kernel"] == "needed"
+
+
+REFUSALS = {"cpp": of_cpp, "numba": of_numba}  # of others: `refusal`
+
+
+def default(name: str):
+    return getattr(Parameters, name)
+
+
+def factors(renderer: str) -> dict[str, tuple]:
+    """Factors and their values, the default first: the methods of the manifest, and parameters of a job."""
+    entry, threaded = registry.entries()[renderer], renderer in THREADED
+    methods = {name: (default(name), *entry.methods.get(name, ())) for name in METHODS}
+    without = left_out(renderer)
+    methods = {
+        name: tuple(value for value in dict.fromkeys(values) if (name, value) not in without)
+        for name, values in methods.items()
+    }
+    return {
+        **methods,
+        "scene": tuple(scenes()),
+        "sampler": ("one", "uniform", "jittered", "adaptive"),
+        "depth": (0, 1, DEPTH),
+        "shadows": (False, True),
+        "threads": (1, THREADS) if threaded else (1,),
+    }
+
+
+def left_out(renderer: str) -> set[tuple[str, str]]:
+    """Methods and values of a manifest that no case has.
+
+    mp60 takes minutes for a picture; the oracle has tests of its own. The simulator of a GPU is strict and compiles
+    nothing; the memory of a GPU has tests of its own (test_cuda.py).
+    """
+    of_gpu = [("floating_point", "contract"), ("floating_point", "fast"), ("kernel", "general")]
+    of_gpu += [("scene_memory", value) for value in ("auto", "global", "constant", "shared")]
+    return {"python": {("precision", "mp60")}, "numba-cuda": set(of_gpu)}.get(renderer, set())
+
+
+OF_A_JOB = ("sampler", "depth", "shadows")  # with the scene they decide what a kernel of `needed` has
+OF_A_REFERENCE = ("offset", "fresnel", "phong")  # of a picture; C++, which makes its reference, is built for them
+
+
+@functools.cache
+def space(renderer: str) -> Space:
+    """The space of the cases of a renderer and its threaded variant."""
+    told = factors(renderer)
+    why = REFUSALS.get(renderer, refusal)
+    at_run_time = {"cpp": ("walk", "accel", "glossy_weight", "threads")}.get(renderer, ())
+    compiled = [name for name in (*METHODS, "threads") if name not in at_run_time]
+
+    def allowed(case: Case) -> bool:
+        return why(case) is None
+
+    def of_reference(case: Case) -> tuple:
+        return tuple(case[name] for name in OF_A_REFERENCE)
+
+    def of_cpp(case: Case) -> tuple:
+        more = ("scene", *OF_A_JOB) if case["kernel"] == "needed" else ()
+        return tuple(case[name] for name in (*compiled, *more))
+
+    def of_numba(case: Case) -> tuple:
+        if case["kernel"] == "needed":
+            return of_cpp(case)
+        tree = {"auto": "bvh" if scenes()[case["scene"]].many else "none"}.get(case["accel"], case["accel"])
+        return of_cpp({**case, "walk": case["walk"].replace("least", "stack"), "accel": tree})
+
+    if renderer not in THREADED:
+        begin = {name: told[name] for name in OF_A_REFERENCE if len(told[name]) > 1}
+        return Space(told, allowed, of_reference, lambda _: 60, begin if len(begin) > 1 else {})
+    begin = {name: told[name] for name in compiled} | {"kernel": ("general",), "vector": ("off",)}
+    if renderer == "cpp":
+        return Space(told, allowed, of_cpp, lambda _: 60, begin)
+    begin |= {"accel": ("none", "bvh"), "walk": tuple(value for value in told["walk"] if value != "least")}
+    alike = {"walk": {"stack": ("least",)}, "accel": {"none": ("auto",), "bvh": ("auto",)}}
+    # Numba compiles a general kernel ten times as long as one for a scene.
+    return Space(told, allowed, of_numba, lambda case: 300 * (case["kernel"] == "general"), begin, 1, alike)
