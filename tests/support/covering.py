@@ -105,7 +105,7 @@ def _alike(space: Space, made: Case) -> Iterator[Case]:
 
 
 def _candidates(space: Space, wanted: Case, ready: list[Case], rng: random.Random) -> Iterator[Case]:
-    """Random allowed cases with the values `wanted` and, if one fits, a kernel of `ready`; and that with all defaults."""
+    """Random allowed cases with the values `wanted`, of a kernel of `ready` if one fits; and that with all defaults."""
     fits = [made for made in ready if all(made.get(name, value) == value for name, value in wanted.items())]
     yield space.defaults | wanted
     for share in (1, 1, 0.3):  # of the values that are drawn; the others are defaults
