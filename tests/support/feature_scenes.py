@@ -54,8 +54,9 @@ def features(folder):
         f"SPHERE (-0.6,0.5,0.9) 0.3 {MIRROR}\nSPHERE (1.6,0.3,0.1) 0.8 {TINTED}\n"
     )
     full = {"shadows": True, "depth": 5}
+    own = np.random.default_rng(71)
     return {
-        "spheres": (random_scene(rng, 7, material=lambda _: MIRROR, rest=lights(rng)), full),
+        "spheres": (random_scene(own, 7, material=lambda _: MIRROR, rest=lights(own)), full),
         "transmission": (crowd(lambda _: GLASS), {"depth": 5}),
         "attenuation": (crowd(lambda _: TINTED) + "", {"depth": 4}),
         "air": (crowd(random_material).replace("AIR 1.21 1.1 (1,1,1)", "AIR 1.21 1.1 (0.9,0.95,0.8)"), {"depth": 3}),
