@@ -17,11 +17,11 @@ quick: .venv/installed  ## only the fast tests
 	$(BIN)/pytest -q -m "not slow and not alone and not nightly" $(SHARED) loadfile
 
 # The kernel's source is that of numba and is tested there; these tests check how a GPU runs it.
-SIMULATED = $(addprefix tests/conformance/test_,features.py hits.py meshes.py samples.py)
+SIMULATED = $(addprefix tests/conformance/test_,covering.py hits.py)
 SIMULATOR = RAYRACE_CUDASIM=1 $(BIN)/pytest -q -n auto -k numba-cuda
 
-cudasim: .venv/installed  ## part of the conformance suite for numba-cuda in Numba's simulator of a GPU
-	$(SIMULATOR) -m "not slow and not nightly" $(SIMULATED)
+cudasim: .venv/installed  ## pairs of methods and first hits for numba-cuda in Numba's simulator of a GPU
+	$(SIMULATOR) -m "not nightly" $(SIMULATED)
 
 nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
 	-$(BIN)/pip install -q -c constraints.txt -e '.[fuzz]'
@@ -29,7 +29,7 @@ nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
 	$(BIN)/pytest -q -m "nightly and alone"
 	RAYRACE_FUZZ_CASES=100000 $(BIN)/pytest -q -k "test_cases or test_guided" $(SHARED) load tests/hostile
 	$(SIMULATOR) -m "not slow" $(filter-out $(SIMULATED),$(wildcard tests/conformance/test_*.py))
-	$(SIMULATOR) -m "not slow and nightly" $(SIMULATED)
+	$(SIMULATOR) -m nightly $(SIMULATED)
 
 gallery: .venv/installed  ## the study's figures, with scenes of our own
 	$(BIN)/rayrace run experiments/gallery.toml --report

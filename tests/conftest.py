@@ -2,7 +2,6 @@
 
 import os
 import time
-import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -30,22 +29,17 @@ VARIANTS = tuple(
 )
 
 
-# CI runs a part of the cases of some tests, the same each time; by night all of them run. Of tests of conformance and
-# stability one in so many with these variants, and at least one of each file with ALWAYS: starting, building and
-# compiling is most of their time. EVERYTHING, the scene that has every feature, is tried with all but Numba. Of tests
-# that are slow, or in one of FIRST, the first case, and none with Numba; none that must run alone.
-ONE_IN = {
-    "numba": 320,
-    "numba-parallel": 320,
-    "numba-cuda": 16,
-    "numpy": 16,
-    "cpp": 320,
-    "cpp-threads": 320,
-    "python": 12,
-}
-ALWAYS = "python", "numpy"
-EVERYTHING = "test_pictures_and_counts_agree", "mix: all of it"
+# Which tests CI leaves to `make nightly`, and why. A single test says so by its mark `nightly`; these are the rules for
+# many. Of a slow test, or one in a file of FIRST, CI runs the first case, unless it is marked `whole`.
 FIRST = "test_cuda.py", "test_cuda_compile.py", "test_peers.py"
+ANOTHER = "it is slow, and CI runs the first case of this test"
+COMPILES = "Numba compiles 3 to 100 s for each case; CI runs its pairs (test_covering.py), and this test with others"
+SIMULATES = "the simulator of a GPU takes a millisecond for a ray; CI runs its pairs (test_covering.py)"
+OF_NUMBA = "numba", "numba-parallel"
+OWN_KERNELS = "test_agreement.py", "test_features.py", "test_masks.py", "test_precision.py", "test_vector.py"
+SIMULATED = "test_covering.py", "test_hits.py"
+# Variants that compile for each of many cases: their tests of conformance and stability are too slow for `make quick`.
+COMPILED = *OF_NUMBA, "cpp", "cpp-threads"
 
 
 # Tests that measure are run again if they fail, but only where meanwhile this machine was not wholly ours. If it never
@@ -77,27 +71,38 @@ def pytest_runtest_makereport(item, call):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Marks what only runs by night, and what may be run again."""
+    """Marks the tests that CI leaves out, those that are too slow for `make quick`, and those that may run again."""
     seen = set()
     for item in items:
         if item.get_closest_marker("alone"):
             item.add_marker(pytest.mark.flaky(reruns=AGAIN, reruns_delay=5, condition=disturbed))
-        told = item.callspec.params if hasattr(item, "callspec") else {}
-        variant = next((value for value in told.values() if isinstance(value, str) and value in ONE_IN), None)
-        if item.get_closest_marker("slow") or item.path.name in FIRST:
-            test = item.path, item.originalname
-            late = test in seen or "numba" in item.nodeid.rpartition("[")[2] or item.get_closest_marker("alone")
-        elif variant and item.path.parent.name in ("conformance", "stability"):
-            test = item.path, variant
-            whole = all(part in item.nodeid for part in EVERYTHING) and "numba" not in variant
-            first = variant in ALWAYS and test not in seen
-            late = not (whole or first) and zlib.crc32(item.nodeid.encode()) % ONE_IN[variant]
-        else:
-            continue
-        if late:
-            item.add_marker(pytest.mark.nightly)
-        else:
-            seen.add(test)
+        told = item.callspec.params.values() if hasattr(item, "callspec") else ()
+        variant = next((value for value in told if isinstance(value, str) and value in VARIANTS), None)
+        product = variant if item.path.parent.name in ("conformance", "stability") else None
+        if reason := left_to_the_night(item, product, seen):
+            item.add_marker(pytest.mark.nightly(reason))
+        if product in COMPILED:
+            item.add_marker(pytest.mark.slow)
+
+
+def left_to_the_night(item, variant, seen):
+    """None, or why CI leaves out a test.
+
+    variant: of a test of conformance or stability; else None. seen: slow tests of which CI runs a case already.
+    """
+    file, marked = item.path.name, item.get_closest_marker
+    if marked("whole") or marked("nightly"):
+        return None
+    if marked("slow") or file in FIRST:
+        test = item.path, item.originalname
+        if test in seen or "numba" in item.nodeid.rpartition("[")[2] or marked("alone"):
+            return ANOTHER
+        seen.add(test)
+    elif variant in OF_NUMBA and (item.path.parent.name == "stability" or file in OWN_KERNELS):
+        return COMPILES
+    elif variant == "numba-cuda" and file not in SIMULATED:
+        return SIMULATES
+    return None
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -21,7 +21,6 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs
 from harness.system import cuda
 
-pytestmark = pytest.mark.nightly("some twenty minutes on two cores")
 SIZE = 16, 12
 if cuda.simulated():
     SIZE = 6, 5  # a millisecond a ray

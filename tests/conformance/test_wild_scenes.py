@@ -31,9 +31,6 @@ SCENE = "RAYRACE_SCENE"  # environment variable: the number of a scene, which th
 KEPT = Path(__file__).parents[2] / "build" / "disagreements"
 
 
-pytestmark = pytest.mark.nightly("some twenty minutes on two cores")
-
-
 @pytest.fixture(scope="module")
 def court(bench):
     return Court(bench)
