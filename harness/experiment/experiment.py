@@ -76,14 +76,17 @@ class Measure(Strict):
 
 
 class Reference(Strict):
-    """What errors are measured against: the truth that the methods of an experiment approximate.
+    """What errors are distances from (ERR-1).
 
-    depth: the truth's; without it, each picture's own. times: as many samples as the largest picture under test has
-    the truth of a sampled scene, in pictures with other seeds. spots: pixels of the truth of a scene
-    without samples that are worked out in 60 digits. spot_seconds: after which no more of them are begun.
+    against: the truth of the scene; or "centres", the limit of each picture's own samples: of one sample a pixel the
+    colours at the centres of pixels, of several those over their areas. depth: of the truth's rays: so many, "own",
+    as many as the picture has, or "enough", until nothing changes. times: as many samples as the largest picture under
+    test the truth has, at least. spots: its pixels that are worked out again in 60 digits. spot_seconds: after which no
+    more of them are begun.
     """
 
-    depth: Count | None = None
+    against: Literal["scene", "centres"] = "scene"
+    depth: Count | Literal["own", "enough"] = "enough"
     times: Annotated[int, Field(ge=8, le=10**4)] = 64
     spots: Annotated[int, Field(ge=0, le=10**5)] = 100
     spot_seconds: Seconds = 60.0

@@ -1,4 +1,4 @@
-"""Judges a picture: compares it with a reference, outside the ill-conditioned pixels and inside them.
+"""Judges a picture: its agreement with a reference made the same way, and its errors, from the truth of the scene.
 
 Order of checks: all finite, then shape, then numbers in linear float64. A NaN makes every image metric meaningless,
 and some hide it.
@@ -51,7 +51,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How far a picture is from its reference. Differences are of linear RGB, over all channels.
+    """The agreement of a picture with its reference (ERR-2). Differences are of linear RGB, over all channels.
 
     max_outside, max_inside: largest absolute difference outside and inside the mask (None: no such pixels).
     rmse: root of the mean squared difference, all pixels. relative_mse: mean of squared differences, each divided by
@@ -145,28 +145,27 @@ def _inside(pixels: np.ndarray, found: Reference, allowed: np.ndarray) -> str | 
     )
 
 
-def errors(picture: np.ndarray, truth: np.ndarray, mask: np.ndarray | None) -> dict:
-    """How far a finite picture (height, width, 3) is from the truth: over all pixels, and by the mask, if there is one.
+def errors(picture: np.ndarray, truth: np.ndarray, noise: np.ndarray | None, mask: np.ndarray | None) -> dict:
+    """The errors of a finite picture (height, width, 3): its distance from the truth, over all pixels (ERR-1).
 
-    Keys and measures as in Verdict; a value is None where no pixel is on its side of the mask.
+    noise: standard error of the truth, likewise; None: it has none. mask: of ill-conditioned pixels; None: not known.
+    Keys: rmse, free of the noise's share; rmse_standard_error, what the noise leaves uncertain in it; max and
+    bad_pixels, to which noise adds; relative_mse, as in Verdict; mask_fraction.
     """
     squares = (picture.astype(np.float64) - truth) ** 2
     difference = np.sqrt(squares.max(axis=-1))
-    told = {
-        "rmse": float(np.sqrt(squares.mean())),
+    variance = np.zeros(1) if noise is None else noise**2
+    mean = max(0.0, float(np.mean(squares) - np.mean(variance)))
+    # Of a square (d + n)^2, the noise n normal: 4 d^2 var + 2 var^2, and of var, from few pictures, somewhat more.
+    doubt = float(np.sqrt(np.sum(4 * squares * variance + 2 * variance**2))) / squares.size
+    rmse = float(np.sqrt(mean))
+    return {
+        "rmse": rmse,
+        "rmse_standard_error": min(np.sqrt(doubt), doubt / (2 * rmse)) if rmse else float(np.sqrt(doubt)),
         "max": float(difference.max()),
         "bad_pixels": float(np.mean(difference > STEP)),
-        "relative_mse": float(np.mean(squares / (truth**2 + DARK))),
-    }
-    if mask is None:
-        return {**told, **dict.fromkeys(("rmse_outside", "max_outside", "max_inside", "mask_fraction"))}
-    outside = ~mask
-    return {
-        **told,
-        "rmse_outside": float(np.sqrt(squares[outside].mean())) if outside.any() else None,
-        "max_outside": float(difference[outside].max()) if outside.any() else None,
-        "max_inside": float(difference[mask].max()) if mask.any() else None,
-        "mask_fraction": float(mask.mean()),
+        "relative_mse": max(0.0, float(np.mean((squares - variance) / (truth**2 + DARK)))),
+        "mask_fraction": None if mask is None else float(mask.mean()),
     }
 
 

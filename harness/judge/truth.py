@@ -1,109 +1,156 @@
-"""The truth that a picture is an approximation of: which job makes it, and what is known of it.
+"""The truth of a scene, from which errors are distances (ERR-1): which job makes it, and how well it is known.
 
-Of a scene without samples it is one picture in float64, strict, at the same depth. Of a sampled scene it is the mean of
-many pictures with other seeds, each with as many samples as the largest one under test, and has a standard error.
+It is the mean of several pictures by the quickest renderer that can make them: independent samples over the area of
+each pixel, lens, light and lobe, in float64, strict, and so deep that nothing changes any more.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from harness.experiment.experiment import Reference as Wanted
 from harness.judge import judge
 from harness.judge.reference import job_of
+from harness.process import repetition
+from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 
 SAMPLED = {"supersampling", "adaptive", "lens", "soft", "glossy"}  # needs: a picture that has one is an estimate
-ENLARGED = 2  # times as many samples a side as the largest picture under test has
+MAKERS = ("cpp-threads", "numba-parallel", "cpp", "numba", "numpy", "python")  # the quickest first
+PICTURES = 4  # at least, of which a truth is the mean; few and large, as many samples of a pixel are better in one
 FAMILY = 0x9E3779B9  # the golden ratio: seeds of truths are multiples of it, far from those that people choose
+# Depth and cut-off, doubled and divided by 16 until the picture changes by less than UNCHANGED (RMS, linear RGB).
+DEPTHS = (8, 16, 32, 64)
+CUTOFFS = tuple(2.0**-power for power in (12, 16, 20, 24))
+UNCHANGED = 1e-4
 
 
 @dataclass(frozen=True)
 class Job:
-    """The job that makes a truth. seeds: one for each of its pictures; none if there is no truth, for this reason."""
+    """The job that makes a truth.
+
+    against: what the truth is of: "scene", or where that was asked for "areas" or "centres" of pixels alone. deepen:
+    depth and cut-off are still to be found. seeds: one for each of its pictures; none if there is no truth, for this
+    reason.
+    """
 
     parameters: Parameters
     needs: tuple[str, ...]
     seeds: tuple[int, ...]
+    against: str = "scene"
+    deepen: bool = False
     reason: str = ""
 
 
 @dataclass(frozen=True)
 class Truth:
-    """A truth (height, width, 3), who made it, of how many pictures, and if of several its standard error, likewise."""
+    """A truth (height, width, 3), who made it, of how many pictures, and if of several its standard error, likewise.
+
+    depth, cutoff: of its rays. change: RMS, linear RGB, by which half the depth and 16 times the cut-off change it;
+    None where the depth was given.
+    """
 
     maker: str
     picture: np.ndarray
     pictures: int
     standard_error: np.ndarray | None
+    depth: int
+    cutoff: float = 0.0
+    change: float | None = None
+
+    @property
+    def way(self) -> dict:
+        return {"depth": self.depth, "cutoff": self.cutoff}
 
     @property
     def uncertainty(self) -> float | None:
-        """Root mean square of the standard error, linear RGB."""
-        return None if self.standard_error is None else float(np.sqrt(np.mean(self.standard_error**2)))
+        """Root mean square of its standard error and its change, linear RGB; None for one picture of a given depth."""
+        if self.standard_error is None:
+            return self.change
+        return float(np.hypot(np.sqrt(np.mean(self.standard_error**2)), self.change or 0.0))
+
+    def stored(self) -> tuple[dict, dict[str, np.ndarray]]:
+        """Converts it to facts for JSON and arrays, for the cache."""
+        arrays = {"truth": self.picture, "standard_error": self.standard_error}
+        facts = {name: getattr(self, name) for name in ("maker", "pictures", "depth", "cutoff", "change")}
+        return facts, {name: array for name, array in arrays.items() if array is not None}
+
+    @classmethod
+    def restored(cls, facts: dict, arrays: dict[str, np.ndarray]) -> "Truth":
+        return cls(picture=arrays["truth"], standard_error=arrays.get("standard_error"), **facts)
 
 
-def view(parameters: Parameters, depth: int | None = None) -> Parameters:
-    """What a picture is of, every choice of how to make it taken away but the epsilon of its precision (OFF-1).
+def view(parameters: Parameters, wanted: Wanted) -> Parameters:
+    """What a picture is held against: pictures with equal views share a truth.
 
-    A picture of one sample a pixel is of the centres of pixels, any other of their areas.
+    Of the scene, every choice of how to make the picture is taken away. With wanted.against = "centres" only those
+    that do not say where the samples are: a picture of one sample a pixel is then held against the centres of pixels,
+    any other against their areas, and one without feelers or glossy rays against one without.
     """
     default = Parameters()
+    plain = {name: getattr(default, name) for name in ("samples", "adaptive_depth", "adaptive_threshold")}
+    plain |= {name: getattr(default, name) for name in ("glossy_weight", "seed", "sliver")}
+    shown = replace(job_of(parameters), depth=_depth(parameters, wanted), **plain)
+    if wanted.against == "scene":
+        plain = {name: getattr(default, name) for name in ("offset", "epsilon", "sample_x", "sample_y")}
+        return replace(shown, feelers=1, glossy_rays=1, sampler="jittered", **plain)
+    sampler = "one" if parameters.sampler == "one" else "jittered"
     return replace(
-        job_of(parameters),
-        depth=parameters.depth if depth is None else depth,
-        feelers=min(parameters.feelers, 1),
-        glossy_rays=min(parameters.glossy_rays, 1),
-        sampler="one" if parameters.sampler == "one" else "jittered",
-        sliver=None,
-        **{name: getattr(default, name) for name in ("samples", "adaptive_depth", "adaptive_threshold")},
-        **{name: getattr(default, name) for name in ("glossy_weight", "seed")},
+        shown, feelers=min(parameters.feelers, 1), glossy_rays=min(parameters.glossy_rays, 1), sampler=sampler
     )
 
 
-def jobs(
-    pictures: Iterable[Parameters],
-    depth: int | None,
-    times: int | None,
-    needs_of: Callable[[Parameters], tuple[str, ...]],
-) -> dict[Parameters, Job]:
-    """The job of each view of one scene. pictures: of all that are under test.
+def _depth(parameters: Parameters, wanted: Wanted) -> int:
+    """The depth of the truth of a picture; 0 where it is still to be found."""
+    return {"own": parameters.depth, "enough": 0}.get(wanted.depth, wanted.depth)
 
-    times: as many samples as the largest of them has a sampled truth; None: it is not to be made. needs_of: the needs
-    of a job with this scene.
+
+def jobs(
+    pictures: Iterable[Parameters], wanted: Wanted, needs_of: Callable[[Parameters], tuple[str, ...]]
+) -> dict[Parameters, Job]:
+    """The job of each view of one scene. pictures: of all that are under test; needs_of: the needs of a job with this
+    scene.
     """
     groups: dict[Parameters, list[Parameters]] = {}
     for parameters in pictures:
-        groups.setdefault(replace(view(parameters, depth), epsilon=None), []).append(parameters)
+        groups.setdefault(replace(view(parameters, wanted), epsilon=None), []).append(parameters)
     found = {}
     for shown, members in groups.items():
-        made = _job(shown, members, times, needs_of)
-        for mine in {view(parameters, depth) for parameters in members}:
+        made = _job(shown, members, wanted, needs_of)
+        for mine in {view(parameters, wanted) for parameters in members}:
             exact = not SAMPLED & set(made.needs)  # else its noise hides what epsilon does
-            found[mine] = replace(made, parameters=mine) if exact else made
+            found[mine] = replace(made, parameters=replace(made.parameters, epsilon=mine.epsilon)) if exact else made
     return found
 
 
-def _job(shown: Parameters, under_test: list[Parameters], times: int | None, needs_of) -> Job:
-    pictures = times
+def _job(shown: Parameters, under_test: list[Parameters], wanted: Wanted, needs_of) -> Job:
+    against = {"scene": "scene", "centres": "centres" if shown.sampler == "one" else "areas"}[wanted.against]
+    deepen = wanted.depth == "enough"
+    if deepen:
+        shown = replace(shown, depth=DEPTHS[0], cutoff=CUTOFFS[0])
+    pictures = wanted.times
     if shown.sampler == "jittered":
-        # One feeler and one glossy ray of each sample; and fewer, larger pictures, as each takes a process.
-        side = int(np.ceil(np.sqrt(max(map(_samples, under_test)))))
-        shown = replace(shown, samples=ENLARGED * side)
-        pictures = times and max(2, -(-times // ENLARGED**2))
+        # One feeler and one glossy ray of each sample.
+        count, pictures = max(map(_samples, under_test)), PICTURES
+        shown = replace(shown, samples=int(np.ceil(np.sqrt(wanted.times / pictures * count))))
     else:
         feelers, glossy = (max(getattr(p, name) for p in under_test) for name in ("feelers", "glossy_rays"))
         shown = replace(shown, feelers=feelers, glossy_rays=glossy)
     needs = needs_of(shown)
+    if against == "scene":  # a scene without soft lights, or glossy surfaces, has no need of their rays
+        shown = replace(shown, feelers=int("soft" in needs), glossy_rays=int("glossy" in needs))
+    if deepen and not {"reflection", "transmission"} & set(needs):
+        deepen, shown = False, replace(shown, depth=0, cutoff=0.0)
+        needs = needs_of(shown)
     if not SAMPLED & set(needs):
-        return Job(shown, needs, (0,))
-    if pictures is None:
-        return Job(shown, needs, (), "its truth takes many pictures, and the experiment has no [reference]")
+        return Job(shown, needs, (0,), against, deepen)
     used = {parameters.seed for parameters in under_test}
     family = (FAMILY * k % 2**32 for k in range(1, pictures + len(used) + 1))
-    return Job(shown, needs, tuple(seed for seed in family if seed not in used)[:pictures])
+    seeds = tuple(seed for seed in family if seed not in used)[:pictures]
+    return Job(shown, needs, seeds, against, deepen)
 
 
 def _samples(parameters: Parameters) -> int:
@@ -112,21 +159,62 @@ def _samples(parameters: Parameters) -> int:
     return side**2 * max(parameters.feelers, 1) * max(parameters.glossy_rays, 1)
 
 
+def few(told: Job, found: Truth) -> Parameters:
+    """The job of a picture with a few samples of a sampled truth, that 60 digits can certify."""
+    return replace(told.parameters, samples=min(told.parameters.samples, 2), seed=told.seeds[0], **found.way)
+
+
+def key(told: Job, maker: Entry, scene_version: str) -> str:
+    """By what a truth is kept."""
+    settings = (DEPTHS, CUTOFFS, UNCHANGED) if told.deepen else ()
+    made_by = maker.name, maker.renderer.version
+    return fingerprint({}, "truth", scene_version, told.parameters, told.seeds, told.deepen, settings, *made_by)
+
+
+def choose(known: dict[str, Entry], told: Job) -> Entry | None:
+    """The first of MAKERS that is here and can do the job."""
+    for name in MAKERS:
+        entry = known.get(name)
+        if entry and not entry.unavailable and repetition.unsupported(entry, told.parameters, told.needs) is None:
+            return entry
+    return None
+
+
 def make(told: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | None, run: Callable) -> Truth:
     """The truth of a job with seeds, made by `maker`, whose compiled code goes to `cache`. LookupError with the reason
     if it fails. `run` starts it.
     """
 
-    def pictures() -> Iterator[np.ndarray]:
-        for seed in told.seeds:
-            result = run(maker, arrays, replace(told.parameters, seed=seed), told.needs, cache=cache)
-            if result.status != "ok":
-                raise LookupError(f"{maker.name} could not make the truth: {result.status}: {result.reason}")
-            if judge.not_finite(result.array):
-                raise LookupError(f"the truth of {maker.name} has pixels that are not finite")
-            yield result.array
+    def picture(parameters: Parameters) -> np.ndarray:
+        asked = replace(parameters, threads=maker.threads())
+        result = run(maker, arrays, asked, told.needs, cache=cache)
+        if result.status != "ok":
+            raise LookupError(f"{maker.name} could not make the truth: {result.status}: {result.reason}")
+        if judge.not_finite(result.array):
+            raise LookupError(f"the truth of {maker.name} has pixels that are not finite")
+        return result.array
 
-    return mean(maker.name, pictures())
+    wanted, change = told.parameters, None
+    if told.deepen:
+        wanted, change = deep_enough(wanted, picture)
+    found = mean(maker.name, (picture(replace(wanted, seed=seed)) for seed in told.seeds))
+    return replace(found, depth=wanted.depth, cutoff=wanted.cutoff, change=change)
+
+
+def deep_enough(wanted: Parameters, picture: Callable[[Parameters], np.ndarray]) -> tuple[Parameters, float]:
+    """`wanted` with the first depth and cut-off at which the picture no longer changes, and the last change, RMS.
+
+    It looks at one sample a pixel. At the last of DEPTHS it stops, whatever still changes.
+    """
+    one = replace(wanted, sampler="one", samples=1)
+    shallow = picture(replace(one, depth=DEPTHS[0], cutoff=CUTOFFS[0]))
+    for depth, cutoff in zip(DEPTHS[1:], CUTOFFS[1:], strict=True):
+        deeper = picture(replace(one, depth=depth, cutoff=cutoff))
+        change = float(np.sqrt(np.mean((deeper - shallow) ** 2)))
+        if change <= UNCHANGED:
+            break
+        shallow = deeper
+    return replace(wanted, depth=depth, cutoff=cutoff), change
 
 
 def mean(maker: str, pictures: Iterable[np.ndarray]) -> Truth:
@@ -141,4 +229,4 @@ def mean(maker: str, pictures: Iterable[np.ndarray]) -> Truth:
         centre = centre + away / count
         squares += away * (picture - centre)
     error = np.sqrt(squares / (count - 1) / count) if count > 1 else None
-    return Truth(maker, centre, count, error)
+    return Truth(maker, centre, count, error, 0)

@@ -181,8 +181,8 @@ class Truths:
     """The truth jobs of all cells, made on first use, as a plan can have many cells."""
 
     def __init__(self, cells: tuple[Cell, ...], sources: dict[str, Source], wanted: Reference | None):
-        self.cells, self.sources, self.wanted = cells, sources, wanted
-        self.depth, self.times = (wanted.depth, wanted.times) if wanted else (None, None)
+        self.cells, self.sources = cells, sources
+        self.wanted = wanted or Reference(spots=0)
         self.jobs: dict[str, dict] = {}  # by scene_version, then by view
 
     def of(self, cell: Cell) -> truth.Job:
@@ -190,8 +190,8 @@ class Truths:
         version = cell.scene_version
         if version not in self.jobs:
             shown = [other.parameters for other in self.cells if other.scene_version == version]
-            self.jobs[version] = truth.jobs(shown, self.depth, self.times, self.sources[version].needs)
-        return self.jobs[version][truth.view(cell.parameters, self.depth)]
+            self.jobs[version] = truth.jobs(shown, self.wanted, self.sources[version].needs)
+        return self.jobs[version][truth.view(cell.parameters, self.wanted)]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Judges the pictures of one run: against a reference by another renderer, and against the truth.
+"""Judges the pictures of one run: their agreement with a reference by another renderer, and their errors.
 
 References and truths are made when first asked for, stored in the run, and kept for other runs (kept.py).
 """
@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.experiment.experiment import Reference as Wanted
 from harness.judge import bound, certificate, hits, judge, reference, truth
 from harness.judge.cache import Kept
 from harness.judge.reference import NoReference, Reference
@@ -22,8 +21,6 @@ from harness.renderer import job
 from harness.renderer.registry import Entry
 from harness.store import store
 
-OFF = Wanted(spots=0)
-
 
 class Judging:
     """Judges the pictures of a run. caches: folder for compiled code. untimed: runs what they are judged by."""
@@ -31,7 +28,7 @@ class Judging:
     def __init__(self, plan: Plan, known: dict[str, Entry], folder: Path, caches: Path, host: Host, untimed: Sessions):
         self.plan, self.known, self.folder, self.caches, self.untimed = plan, known, folder, caches, untimed
         self.kept = Kept(host.references)
-        self.wanted = plan.truths.wanted or OFF
+        self.wanted = plan.truths.wanted
         self.made: dict[str, tuple] = {}  # what was made, and its files, by content
         self.seen: dict[tuple[str, str], dict] = {}  # perception by picture and what it is beside
         self.compared: dict[tuple, dict] = {}
@@ -102,11 +99,12 @@ class Judging:
             return {"unavailable": found.reason}
         if picture.shape != found.picture.shape:
             return {"unavailable": f"its shape is {picture.shape}, the truth's {found.picture.shape}"}
-        key = kept["sha256"], files["truth_file"], cell.entry.renderer.manifest.name
+        key = kept["sha256"], files["truth_file"]
         if key not in self.compared:
-            self.compared[key] = judge.errors(picture, found.picture, mask)
+            self.compared[key] = judge.errors(picture, found.picture, found.standard_error, mask)
         seen = self._perceive(cell, picture, kept, found.picture, files["truth_file"], "error.flip")
-        known = {"truth": found.maker, **files, "pictures": found.pictures, "standard_error": found.uncertainty}
+        known = {"truth": found.maker, "against": self.plan.truths.of(cell).against, "depth": found.depth, **files}
+        known |= {"pictures": found.pictures, "change": found.change, "uncertainty": found.uncertainty}
         return {**known, **self.compared[key], **seen}
 
     def _perceive(self, cell: Cell, picture: np.ndarray, kept: dict, right: np.ndarray, file: str, suffix: str) -> dict:
@@ -139,15 +137,11 @@ class Judging:
         return self._once(key, make, Reference.stored, Reference.restored)
 
     def _truth(self, cell: Cell, mask: np.ndarray | None) -> tuple[Truth | NoReference, dict]:
-        """The truth that a cell's picture approximates, with its files and certificate."""
+        """The truth that a cell's picture is held against, with its files and certificate."""
         told = self.plan.truths.of(cell)
-        if not told.seeds:
-            return NoReference(told.reason), {}
-        arrays = self.plan.arrays[cell.scene_version]
-        judges = reference.JUDGES_OF_MANY if len(told.seeds) > 1 else reference.judges_of(arrays)
-        maker = reference.choose(cell.entry, self.known, told.parameters, told.needs, judges)
+        maker = truth.choose(self.known, told)
         if maker is None:
-            return NoReference("no other renderer here can make its truth"), {}
+            return NoReference("no renderer here can make its truth"), {}
 
         def make():
             try:
@@ -155,44 +149,40 @@ class Judging:
             except LookupError as error:
                 return NoReference(str(error))
 
-        def unpack(facts, stored):
-            return Truth(facts["maker"], stored["truth"], facts["pictures"], stored.get("standard_error"))
-
-        def pack(found):
-            stored = {"truth": found.picture}
-            if found.standard_error is not None:
-                stored["standard_error"] = found.standard_error
-            return {"maker": found.maker, "pictures": found.pictures}, stored
-
-        made_by = maker.name, maker.renderer.version
-        key = job.fingerprint({}, "truth", cell.scene_version, told.parameters, told.seeds, *made_by)
-        found, files = self._once(key, make, pack, unpack)
+        arrays = self.plan.arrays[cell.scene_version]
+        key = truth.key(told, maker, cell.scene_version)
+        found, files = self._once(key, make, Truth.stored, Truth.restored)
         if isinstance(found, Truth):
             files = {"truth_file": files["truth_file"], "standard_error_file": files.get("standard_error_file")}
-            certified = self._certificate(key, cell, found, mask)
+            certified = self._certificate(key, cell, maker, found, mask)
             if certified.get("wrong"):
                 told = f"{certified['wrong']} of {certified['spots']} spots, by {certified['largest']:.2g} at the most"
                 return NoReference(f"the truth by {maker.name} is not what 60 digits make in {told}"), {}
             files["certificate"] = certified
         return found, files
 
-    def _certificate(self, key: str, cell: Cell, found: Truth, mask: np.ndarray | None) -> dict:
-        """Certifies single pixels of a truth in 60 digits (certificate.py)."""
-        told, spots = self.plan.truths.of(cell), self.wanted.spots
-        if found.standard_error is not None:
-            return {"unavailable": "the truth is sampled; its standard error says how well it is known"}
+    def _certificate(self, key: str, cell: Cell, maker: Entry, found: Truth, mask: np.ndarray | None) -> dict:
+        """Certifies single pixels of a truth in 60 digits (certificate.py); of one that is a mean, of a picture with
+        few of its samples."""
+        told, spots, seconds = self.plan.truths.of(cell), self.wanted.spots, self.wanted.spot_seconds
         if spots == 0:
             return {"unavailable": "not asked for: reference.spots is 0, or the experiment has no [reference]"}
-        if mask is None:
+        sampled = found.standard_error is not None
+        if not sampled and mask is None:
             return {"unavailable": "there is no mask"}
+        mask = None if sampled else mask
 
         def make():
-            arrays, seconds = self.plan.arrays[cell.scene_version], self.wanted.spot_seconds
-            return certificate.certify(
-                found.picture, mask, self.known, arrays, told.parameters, told.needs, spots, seconds
-            )
+            arrays, cache = self.plan.arrays[cell.scene_version], self.caches / f"{maker.name}.reference"
+            picture, parameters = found.picture, truth.few(told, found) if sampled else told.parameters
+            if sampled:
+                result = self.untimed.run(maker, arrays, parameters, told.needs, cache=cache)
+                if result.status != "ok":
+                    return {"unavailable": f"{maker.name}: {result.status}: {result.reason}"}
+                picture = result.array
+            return certificate.certify(picture, mask, self.known, arrays, parameters, told.needs, spots, seconds)
 
-        key = job.fingerprint({"mask": mask}, key, spots, self.wanted.spot_seconds)
+        key = job.fingerprint({} if mask is None else {"mask": mask}, key, spots, seconds)
         certified, _ = self._once(key, make, lambda made: (made, {}), lambda facts, _: facts)
         return certified
 
