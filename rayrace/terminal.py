@@ -178,12 +178,10 @@ def _line(cell, record, done, total, left_s) -> str:
         return f"{place}: {record['stability']['failures']} of {record['stability']['count']} answers are wrong"
     frames = record["frames_s"]
     steady = f"{statistics.median(frames[1:]):.4g} s a frame" if len(frames) > 1 else "no steady frame"
-    accuracy, off = record["accuracy"] or {}, (record["error"] or {}).get("rmse")
-    error = rows.errors(accuracy.get("rmse"), rows.largest(accuracy), accuracy.get("bad_pixels"))
-    error += "" if off is None else f", RMSE to the truth {off:.2g}"
+    told = f"{rows.error_of(record['error'])}, {rows.agreement_of(record['agreement'])}"
     unranked = ", unranked" if record["unranked"] else ""
     turn = {"load": ", load pass", "pair": ", for the noise floor", "cold": ", cold"}.get(record["pass"], "")
-    return f"{place}{turn}: first {frames[0]:.4g} s, {steady}, {error}{unranked}"
+    return f"{place}{turn}: first {frames[0]:.4g} s, {steady}, {told}{unranked}"
 
 
 def _verdict(record) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from harness.experiment.experiment import Reference as Wanted
 from harness.judge import judge
+from harness.judge.cache import Kept
 from harness.judge.reference import job_of
 from harness.process import repetition
 from harness.renderer.job import fingerprint
@@ -32,22 +33,29 @@ UNCHANGED = 1e-4
 class Job:
     """The job that makes a truth.
 
-    against: what the truth is of: "scene", or where that was asked for "areas" or "centres" of pixels alone. deepen:
-    depth and cut-off are still to be found. seeds: one for each of its pictures; none if there is no truth, for this
-    reason.
+    seeds: one for each of its pictures. against: what the truth is of: "scene", or where that was asked for "areas" or
+    "centres" of pixels. deepen: depth and cut-off are still to be found. shown: the view (see `view`). taken: seeds of
+    pictures under test.
     """
 
     parameters: Parameters
     needs: tuple[str, ...]
     seeds: tuple[int, ...]
-    against: str = "scene"
-    deepen: bool = False
-    reason: str = ""
+    against: str
+    deepen: bool
+    shown: Parameters
+    taken: frozenset[int] = frozenset()
+
+    @property
+    def samples(self) -> int:
+        """Samples of a pixel, of all pictures."""
+        return len(self.seeds) * _samples(self.parameters)
 
 
 @dataclass(frozen=True)
 class Truth:
-    """A truth (height, width, 3), who made it, of how many pictures, and if of several its standard error, likewise.
+    """A truth (height, width, 3), who made it, of how many samples of a pixel, in pictures with which seeds, and if of
+    several its standard error, likewise.
 
     depth, cutoff: of its rays. change: RMS, linear RGB, by which half the depth and 16 times the cut-off change it;
     None where the depth was given.
@@ -55,15 +63,12 @@ class Truth:
 
     maker: str
     picture: np.ndarray
-    pictures: int
+    samples: int
+    seeds: tuple[int, ...]
     standard_error: np.ndarray | None
     depth: int
     cutoff: float = 0.0
     change: float | None = None
-
-    @property
-    def way(self) -> dict:
-        return {"depth": self.depth, "cutoff": self.cutoff}
 
     @property
     def uncertainty(self) -> float | None:
@@ -72,15 +77,25 @@ class Truth:
             return self.change
         return float(np.hypot(np.sqrt(np.mean(self.standard_error**2)), self.change or 0.0))
 
+    def facts(self) -> dict:
+        """What is known of it, as `error` of a record has it."""
+        known = {"samples": self.samples, "depth": self.depth, "change": self.change}
+        return {**known, "uncertainty": self.uncertainty}
+
     def stored(self) -> tuple[dict, dict[str, np.ndarray]]:
         """Converts it to facts for JSON and arrays, for the cache."""
         arrays = {"truth": self.picture, "standard_error": self.standard_error}
-        facts = {name: getattr(self, name) for name in ("maker", "pictures", "depth", "cutoff", "change")}
+        facts = {name: getattr(self, name) for name in ("maker", "samples", "seeds", "depth", "cutoff", "change")}
         return facts, {name: array for name, array in arrays.items() if array is not None}
 
     @classmethod
     def restored(cls, facts: dict, arrays: dict[str, np.ndarray]) -> "Truth":
+        facts = {**facts, "seeds": tuple(facts["seeds"])}
         return cls(picture=arrays["truth"], standard_error=arrays.get("standard_error"), **facts)
+
+    def serves(self, told: Job) -> bool:
+        """Whether it is as good as that of a job with the same view, and independent of the pictures under test."""
+        return self.samples >= told.samples and not told.taken & set(self.seeds)
 
 
 def view(parameters: Parameters, wanted: Wanted) -> Parameters:
@@ -121,16 +136,16 @@ def jobs(
     for shown, members in groups.items():
         made = _job(shown, members, wanted, needs_of)
         for mine in {view(parameters, wanted) for parameters in members}:
-            exact = not SAMPLED & set(made.needs)  # else its noise hides what epsilon does
-            found[mine] = replace(made, parameters=replace(made.parameters, epsilon=mine.epsilon)) if exact else made
+            if not SAMPLED & set(made.needs):  # else its noise hides what epsilon does
+                made = replace(made, parameters=replace(made.parameters, epsilon=mine.epsilon), shown=mine)
+            found[mine] = made
     return found
 
 
-def _job(shown: Parameters, under_test: list[Parameters], wanted: Wanted, needs_of) -> Job:
-    against = {"scene": "scene", "centres": "centres" if shown.sampler == "one" else "areas"}[wanted.against]
+def _job(seen: Parameters, under_test: list[Parameters], wanted: Wanted, needs_of) -> Job:
+    against = {"scene": "scene", "centres": "centres" if seen.sampler == "one" else "areas"}[wanted.against]
     deepen = wanted.depth == "enough"
-    if deepen:
-        shown = replace(shown, depth=DEPTHS[0], cutoff=CUTOFFS[0])
+    shown = replace(seen, depth=DEPTHS[0], cutoff=CUTOFFS[0]) if deepen else seen
     pictures = wanted.times
     if shown.sampler == "jittered":
         # One feeler and one glossy ray of each sample.
@@ -142,15 +157,13 @@ def _job(shown: Parameters, under_test: list[Parameters], wanted: Wanted, needs_
     needs = needs_of(shown)
     if against == "scene":  # a scene without soft lights, or glossy surfaces, has no need of their rays
         shown = replace(shown, feelers=int("soft" in needs), glossy_rays=int("glossy" in needs))
-    if deepen and not {"reflection", "transmission"} & set(needs):
-        deepen, shown = False, replace(shown, depth=0, cutoff=0.0)
+    if deepen and not {"reflection", "transmission"} & set(needs):  # no ray has children
+        shown = replace(shown, depth=0, cutoff=0.0)
         needs = needs_of(shown)
-    if not SAMPLED & set(needs):
-        return Job(shown, needs, (0,), against, deepen)
-    used = {parameters.seed for parameters in under_test}
-    family = (FAMILY * k % 2**32 for k in range(1, pictures + len(used) + 1))
-    seeds = tuple(seed for seed in family if seed not in used)[:pictures]
-    return Job(shown, needs, seeds, against, deepen)
+    taken = frozenset(parameters.seed for parameters in under_test)
+    family = (FAMILY * k % 2**32 for k in range(1, pictures + len(taken) + 1))
+    seeds = tuple(seed for seed in family if seed not in taken)[:pictures] if SAMPLED & set(needs) else (0,)
+    return Job(shown, needs, seeds, against, deepen, seen, taken)
 
 
 def _samples(parameters: Parameters) -> int:
@@ -161,14 +174,24 @@ def _samples(parameters: Parameters) -> int:
 
 def few(told: Job, found: Truth) -> Parameters:
     """The job of a picture with a few samples of a sampled truth, that 60 digits can certify."""
-    return replace(told.parameters, samples=min(told.parameters.samples, 2), seed=told.seeds[0], **found.way)
+    way = {"depth": found.depth, "cutoff": found.cutoff}
+    return replace(told.parameters, samples=min(told.parameters.samples, 2), seed=found.seeds[0], **way)
 
 
-def key(told: Job, maker: Entry, scene_version: str) -> str:
-    """By what a truth is kept."""
-    settings = (DEPTHS, CUTOFFS, UNCHANGED) if told.deepen else ()
-    made_by = maker.name, maker.renderer.version
-    return fingerprint({}, "truth", scene_version, told.parameters, told.seeds, told.deepen, settings, *made_by)
+def key(shown: Parameters, wanted: Wanted, maker: Entry, scene_version: str) -> str:
+    """By what the truth of a view is kept."""
+    settings = (DEPTHS, CUTOFFS, UNCHANGED) if wanted.depth == "enough" else ()
+    return fingerprint({}, "truth", scene_version, shown, settings, maker.name, maker.renderer.version)
+
+
+def find(kept: Kept, known: dict[str, Entry], scene_version: str, parameters: Parameters) -> Truth | None:
+    """The truth of the scene for a picture that an earlier run made and kept; None if there is none."""
+    wanted = Wanted()
+    for maker in (known[name] for name in MAKERS if name in known):
+        stored = kept.get(key(view(parameters, wanted), wanted, maker, scene_version))
+        if stored and parameters.seed not in (found := Truth.restored(*stored)).seeds:
+            return found
+    return None
 
 
 def choose(known: dict[str, Entry], told: Job) -> Entry | None:
@@ -196,9 +219,9 @@ def make(told: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | N
 
     wanted, change = told.parameters, None
     if told.deepen:
-        wanted, change = deep_enough(wanted, picture)
-    found = mean(maker.name, (picture(replace(wanted, seed=seed)) for seed in told.seeds))
-    return replace(found, depth=wanted.depth, cutoff=wanted.cutoff, change=change)
+        wanted, change = deep_enough(wanted, picture) if wanted.depth else (wanted, 0.0)
+    centre, error = mean(picture(replace(wanted, seed=seed)) for seed in told.seeds)
+    return Truth(maker.name, centre, told.samples, told.seeds, error, wanted.depth, wanted.cutoff, change)
 
 
 def deep_enough(wanted: Parameters, picture: Callable[[Parameters], np.ndarray]) -> tuple[Parameters, float]:
@@ -217,8 +240,11 @@ def deep_enough(wanted: Parameters, picture: Callable[[Parameters], np.ndarray])
     return replace(wanted, depth=depth, cutoff=cutoff), change
 
 
-def mean(maker: str, pictures: Iterable[np.ndarray]) -> Truth:
-    """The truth that pictures (height, width, 3) with independent samples tell, one after the other (Welford 1962)."""
+def mean(pictures: Iterable[np.ndarray]) -> tuple[np.ndarray, np.ndarray | None]:
+    """The mean of pictures (height, width, 3) with independent samples, and if there are several its standard error.
+
+    One after the other (Welford 1962), as all of them may not fit into memory.
+    """
     count, centre, squares = 0, None, None
     for picture in pictures:
         picture, count = picture.astype(np.float64), count + 1
@@ -228,5 +254,4 @@ def mean(maker: str, pictures: Iterable[np.ndarray]) -> Truth:
         away = picture - centre
         centre = centre + away / count
         squares += away * (picture - centre)
-    error = np.sqrt(squares / (count - 1) / count) if count > 1 else None
-    return Truth(maker, centre, count, error, 0)
+    return centre, np.sqrt(squares / (count - 1) / count) if count > 1 else None

@@ -76,7 +76,7 @@ class Bench:
             "gpu": _gpu(cell.entry, result, series),
             "build": self._build(cell),
             "picture": None,
-            "accuracy": None,
+            "agreement": None,
             "error": None,
             "bound": None,
             "stability": None,
@@ -95,7 +95,7 @@ class Bench:
                 record["rays"] = {**dict.fromkeys(RAYS, 0), "primary": len(result.array)}
             record["picture"] = self._keep(cell, result.array, record["warnings"])
             told = self.judging.judge(cell, result, record["picture"])
-            record["accuracy"], record["error"], record["bound"], wrong = told
+            record["agreement"], record["error"], record["bound"], wrong = told
             if wrong:
                 result.status, result.reason = "wrong picture", wrong
         record["status"], record["reason"] = result.status, result.reason

@@ -19,7 +19,7 @@ from harness.process.session import Sessions
 from harness.race.host import Host
 from harness.renderer import job
 from harness.renderer.registry import Entry
-from harness.store import store
+from harness.store import record, store
 
 
 class Judging:
@@ -37,7 +37,7 @@ class Judging:
     def judge(
         self, cell: Cell, result: repetition.Result, picture: dict | None
     ) -> tuple[dict, dict | None, dict | None, str | None]:
-        """`accuracy`, `error` and `bound` of a record (store.py), and why the picture is wrong, or None.
+        """`agreement`, `error` and `bound` of a record (store.py), and why the picture is wrong, or None.
 
         picture: where the array of `result` is stored; None for hits.
         """
@@ -47,23 +47,23 @@ class Judging:
         broken = judge.broken(result)
         found, files = self._reference(cell)
         if isinstance(found, NoReference):
-            accuracy, wrong, mask = {"unavailable": found.reason}, broken, None
+            agreement, wrong, mask = {"unavailable": found.reason}, broken, None
         else:
             verdict, wrong = self._verdict(cell, result, found, limit)
-            seen = self._perceive(cell, result.array, picture, found.picture, files["reference_file"], "flip")
-            accuracy, mask = {"reference": found.maker, **files, **verdict.record(), **seen}, found.mask
+            agreement, mask = {"reference": found.maker, **files, **verdict.record()}, found.mask
             wrong = wrong or broken
-        return accuracy, self._error(cell, result.array, picture, mask, broken), bounded, wrong
+        return agreement, self._error(cell, result.array, picture, mask, broken), bounded, wrong
 
     def _hits(self, cell: Cell, result: repetition.Result):
-        """`judge` of a list of hits, of which there is no other truth than the reference."""
+        """`judge` of a list of hits, whose truth is the reference."""
         found, files = self._reference(cell)
         if isinstance(found, NoReference):
             return {"unavailable": found.reason}, None, None, None
         verdict = hits.judge(result.array, found, cell.parameters.precision)
-        unseen = {key: {"unavailable": "hits are no picture"} for key in ("psnr_db", "ssim", "flip")}
-        told = {"reference": found.maker, **files, **verdict.record(), **unseen, "flip_file": None}
-        return told, None, None, verdict.wrong
+        told = {"reference": found.maker, **files, **verdict.record()}
+        error = {"truth": found.maker, "against": "hits", "max": record.largest(told)}
+        error |= {"bad_pixels": verdict.bad_pixels, "mask_fraction": verdict.mask_fraction}
+        return told, error, None, verdict.wrong
 
     def _verdict(self, cell: Cell, result: repetition.Result, found: Reference, limit):
         precision, external = cell.parameters.precision, cell.entry.renderer.manifest.external
@@ -102,20 +102,16 @@ class Judging:
         key = kept["sha256"], files["truth_file"]
         if key not in self.compared:
             self.compared[key] = judge.errors(picture, found.picture, found.standard_error, mask)
-        seen = self._perceive(cell, picture, kept, found.picture, files["truth_file"], "error.flip")
-        known = {"truth": found.maker, "against": self.plan.truths.of(cell).against, "depth": found.depth, **files}
-        known |= {"pictures": found.pictures, "change": found.change, "uncertainty": found.uncertainty}
+        seen = self._perceive(cell, picture, kept, found.picture, files["truth_file"])
+        known = {"truth": found.maker, "against": self.plan.truths.of(cell).against, **files, **found.facts()}
         return {**known, **self.compared[key], **seen}
 
-    def _perceive(self, cell: Cell, picture: np.ndarray, kept: dict, right: np.ndarray, file: str, suffix: str) -> dict:
+    def _perceive(self, cell: Cell, picture: np.ndarray, kept: dict, right: np.ndarray, file: str) -> dict:
         """Computes the perceptual difference once for each picture; its map is stored beside the picture."""
-        if judge.not_finite(picture) or picture.shape != right.shape:
-            reason = {"unavailable": "the picture is not finite, or of another shape"}
-            return {"psnr_db": reason, "ssim": reason, "flip": reason, "flip_file": None}
         key = kept["sha256"], file
         if key not in self.seen:
             found = perception.perceive(picture, right, cell.parameters.arithmetic)
-            name = kept["file"].removesuffix(".npy") + f".{suffix}.npy"
+            name = kept["file"].removesuffix(".npy") + ".flip.npy"
             store.save_whole(self.folder / name, found.flip_map)
             self.seen[key] = {**found.record(), "flip_file": name}
         return self.seen[key]
@@ -150,8 +146,8 @@ class Judging:
                 return NoReference(str(error))
 
         arrays = self.plan.arrays[cell.scene_version]
-        key = truth.key(told, maker, cell.scene_version)
-        found, files = self._once(key, make, Truth.stored, Truth.restored)
+        key = truth.key(told.shown, self.wanted, maker, cell.scene_version)
+        found, files = self._once(key, make, Truth.stored, Truth.restored, lambda kept: kept.serves(told))
         if isinstance(found, Truth):
             files = {"truth_file": files["truth_file"], "standard_error_file": files.get("standard_error_file")}
             certified = self._certificate(key, cell, maker, found, mask)
@@ -182,29 +178,32 @@ class Judging:
                 picture = result.array
             return certificate.certify(picture, mask, self.known, arrays, parameters, told.needs, spots, seconds)
 
-        key = job.fingerprint({} if mask is None else {"mask": mask}, key, spots, seconds)
+        key = job.fingerprint({} if mask is None else {"mask": mask}, key, found.depth, found.seeds[0], spots, seconds)
         certified, _ = self._once(key, make, lambda made: (made, {}), lambda facts, _: facts)
         return certified
 
-    def _once(self, key: str, make: Callable, pack: Callable, unpack: Callable) -> tuple:
-        """Returns the result of `make` and its files in the run; reuses one of this run or, if it was good, of another.
+    def _once(self, key: str, make: Callable, pack: Callable, unpack: Callable, good=lambda kept: True) -> tuple:
+        """Returns the result of `make` and its files in the run; reuses one of this run or a good one of another.
 
         pack: it as facts for JSON and arrays, which become files; unpack: the other way.
         """
         if key in self.made:
             return self.made[key]
         kept = self.kept.get(key)
+        found = unpack(*kept) if kept else None
+        reused = found is not None and good(found)
         try:
-            found = unpack(*kept) if kept else make()
+            found = found if reused else make()
         finally:
             self.untimed.close()  # nothing is there while others are measured
         files = {}
         if not isinstance(found, NoReference):
             facts, arrays = pack(found)
-            if kept is None and "unavailable" not in facts:
+            if not reused and "unavailable" not in facts:
                 self.kept.put(key, facts, arrays)
+            content = job.fingerprint(arrays)  # a resumed run may find another truth, or reference, than before
             for name, array in arrays.items():
-                files[f"{name}_file"] = f"pictures/{key}.{name}.npy"
+                files[f"{name}_file"] = f"pictures/{content}.{name}.npy"
                 store.save_whole(self.folder / files[f"{name}_file"], array)
         self.made[key] = found, files
         return self.made[key]

@@ -194,7 +194,8 @@ def facts(out: Path, place: tiles.Folder, name: str, kept: int) -> dict:
         "rays": rays,
         "rays_note": SHARED if rays and is_adaptive and grid.count > 1 else None,
         "bound": None if mean is None else {"max": max(limit["max"] for limit in limits), "mean": mean},
-        "accuracy": {"unavailable": NOT_JUDGED},
+        "agreement": {"unavailable": NOT_JUDGED},
+        "error": {"unavailable": NOT_JUDGED},
         "device": found[0]["device"],
         "unranked": found[0]["unranked"],
         "hosts": sorted({told["host"] for told in found}),
@@ -217,4 +218,4 @@ def tell_people(found: dict, parameters: Parameters) -> None:
     single.tell_doubts(found)
     if found["processors"] > 1:
         print("note: rendered by hosts with different processors: last digits may differ", file=sys.stderr)
-    print(f"error: {NOT_JUDGED}")
+    print(f"error and agreement unavailable: {NOT_JUDGED}")

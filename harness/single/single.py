@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from harness.errors import UserError
 from harness.experiment.image import Image
-from harness.judge import bound, judge, rays, reference
+from harness.judge import bound, judge, rays, reference, truth
 from harness.judge.cache import Kept
 from harness.picture import picture
 from harness.process import repetition
@@ -79,16 +79,19 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     arrays = flatten(read, parameters.arithmetic)
     result, facts = make(entry, arrays, parameters, needs, out, timeout)
     facts["warnings"] = warn(warnings(read))
-    facts["accuracy"] = _accuracy(entry, registry.entries(folders), arrays, parameters, result)
+    known = registry.entries(folders)
+    facts["agreement"] = _agreement(entry, known, arrays, parameters, result)
+    facts["error"] = _error(known, arrays, parameters, result)
     if as_json:
         print(json.dumps(facts))
     else:
         tell(facts, parameters)
-        print(_told(facts["accuracy"]))
+        print(record.error_of(facts["error"]))
+        print(record.agreement_of(facts["agreement"]))
 
 
-def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
-    """The error against a reference that a run has made: judge.Verdict and "reference"; or {unavailable: reason}."""
+def _agreement(entry, known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
+    """The agreement with a reference that a run has made: judge.Verdict and "reference"; or {unavailable: reason}."""
     kept = Kept(cache_folder("references"))
     found = reference.find(kept, entry, known, fingerprint(arrays), parameters)
     if found is None:
@@ -99,17 +102,15 @@ def _accuracy(entry, known, arrays, parameters: Parameters, result: repetition.R
     return {"reference": found.maker, **verdict.record()}
 
 
-def _told(accuracy: dict) -> str:
-    """The error for people."""
-    if "unavailable" in accuracy:
-        return f"error: {accuracy['unavailable']}"
-    if accuracy["rmse"] is None:
-        return f"wrong: {accuracy['wrong']}"
-    outside, share = accuracy["max_outside"], accuracy["mask_fraction"]
-    errors = record.errors(accuracy["rmse"], record.largest(accuracy), accuracy["bad_pixels"])
-    most = "every pixel is in the mask" if outside is None else f"at most {outside:.2g} outside the mask"
-    told = f"against the reference by {accuracy['reference']}: {errors}; agreement: {most} ({share:.2%} of pixels)"
-    return told + (f"; wrong: {accuracy['wrong']}" if accuracy["wrong"] else "")
+def _error(known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
+    """The error against a truth of the scene that a run has made: `error` of a record; or {unavailable: reason}."""
+    found = truth.find(Kept(cache_folder("references")), known, fingerprint(arrays), parameters)
+    if found is None:
+        return {"unavailable": NOT_MEASURED}
+    if broken := judge.broken(result):
+        return {"unavailable": broken}
+    told = judge.errors(result.array, found.picture, found.standard_error, None)
+    return {"truth": found.maker, "against": "scene", **found.facts(), **told}
 
 
 def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Result, dict]:

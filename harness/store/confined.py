@@ -14,7 +14,7 @@ FOLDERS = "", "pictures", "series", "logs", "parts", "report"  # report: an olde
 
 def files(record: dict) -> Iterator[tuple[dict, str]]:
     """Yields (table, key) for each file name in a record: table[key] is the name."""
-    for table in (record, *(record.get(name) for name in ("picture", "accuracy", "error", "bound"))):
+    for table in (record, *(record.get(name) for name in ("picture", "agreement", "error", "bound"))):
         if isinstance(table, dict):
             for key in ("file", "series", *(key for key in table if key.endswith("_file"))):
                 if isinstance(table.get(key), str):

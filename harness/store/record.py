@@ -7,7 +7,8 @@ MEASURED = (
     *("wall_s", "phases", "frames_s", "frame_renders", "frame_parts", "cpu", "memory", "rays"),
     *("used", "versions", "device", "measurer", "series"),
 )
-JUDGED = "picture", "accuracy", "error", "bound", "stability"
+JUDGED = "picture", "agreement", "error", "bound", "stability"
+MASK = 0.01  # share of ill-conditioned pixels from which on it is told
 CONTRADICTED = (
     "its marks contradict "  # begins why a row is unranked whose times cannot be (harness/race/contradiction.py)
 )
@@ -31,9 +32,9 @@ def lost(cell: dict, number: int, kind: str, status: str, reason: str, started: 
     return {**cell, **nothing, **told, "lost": True}
 
 
-def largest(accuracy: dict) -> float | None:
-    """Returns the largest error of a judged picture over all pixels, inside the mask and outside; None if unknown."""
-    sides = accuracy.get("max_outside"), accuracy.get("max_inside")
+def largest(agreement: dict) -> float | None:
+    """Returns the largest difference of a judged picture, inside the mask and outside; None if unknown."""
+    sides = agreement.get("max_outside"), agreement.get("max_inside")
     return max((side for side in sides if side is not None), default=None)
 
 
@@ -53,6 +54,35 @@ def errors(rmse: float | None, worst: float | None, beyond: float | None) -> str
     if beyond is not None:
         share = f"{percent(beyond)} of pixels beyond 1/255" if beyond else "no pixel beyond 1/255"
     return f"RMSE {rmse:.2g}, largest error {worst:.3g}, {share}"
+
+
+def error_of(told: dict | None) -> str:
+    """`error` of a record in words, with what it is held against where that is not the truth of the scene."""
+    told = told or {"unavailable": "not judged"}
+    if "unavailable" in told:
+        return f"error unavailable: {told['unavailable']}"
+    where = basis(told)
+    return errors(told.get("rmse"), told.get("max"), told.get("bad_pixels")) + (where and f", {where}")
+
+
+def basis(told: dict) -> str:
+    """What `error` of a record is held against, in words; "" for the truth of the scene (ERR-1), and for hits."""
+    against = told.get("against")
+    place = {"centres": "at the centres of pixels", "areas": "over the areas of pixels"}.get(against, "")
+    if against is None:  # of a version before 0.2
+        place = "against a picture with the same depth and places of samples"
+    deep = f"at depth {told['depth']}" if told.get("depth") is not None and told.get("change") is None else ""
+    return " ".join(filter(None, [place, deep]))
+
+
+def agreement_of(told: dict | None) -> str:
+    """`agreement` of a record in words: "agrees", or why not, and the share of the mask where it is more than 1 %."""
+    told = told or {"unavailable": "not judged"}
+    if "unavailable" in told:
+        return f"agreement unavailable: {told['unavailable']}"
+    share = told.get("mask_fraction") or 0.0
+    mask = f" outside a mask of {percent(share)} of the pixels" if share > MASK else ""
+    return f"agreement ✗: {told['wrong']}" if told.get("wrong") else f"agreement ✓{mask}"
 
 
 def percent(share: float) -> str:

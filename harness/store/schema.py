@@ -38,12 +38,13 @@ Named = Annotated[tuple[str, str, str], Strict(False)]  # a cell, as record.iden
 _KINDS = {int: Count | None, bool: Count | bool, float: Real, str: str}
 _ALL = {field.name: _KINDS.get(field.type, Value) for field in dataclasses.fields(Parameters)}
 _REGION = Annotated[str, Field(pattern=r"^[0-9]{1,9}(,[0-9]{1,9}){3}$")]
-_JUDGED = dict.fromkeys(("reference", "truth", "wrong", "unavailable"), Text)
+_JUDGED = dict.fromkeys(("reference", "truth", "against", "wrong", "unavailable"), Text)
 _JUDGED |= dict.fromkeys(("reference_file", "mask_file", "span_file", "flip_file"), Text)
 _JUDGED |= dict.fromkeys(("truth_file", "standard_error_file"), Text)
 _NUMBERS = (
     *("max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance", "psnr_db"),
-    *("ssim", "flip", "pictures", "standard_error", "max", "rmse_outside"),
+    *("ssim", "flip", "samples", "depth", "change", "uncertainty", "rmse_standard_error", "max"),
+    *("pictures", "standard_error", "rmse_outside"),  # of versions before 0.2
 )
 _TICKS = ("ticks", "missed", "interval_s", "interval_p50_s", "interval_p99_s", "cpu_s", "integral_s", "wait4_s")
 _CELL = {
@@ -88,7 +89,7 @@ Row = _some(
     peaks=dict[str, Any] | None,
     build=_some("Build", seconds=Seconds, compiler=Text, command=list[str]) | None,
     picture=_some("Picture", file=Required[str], sha256=str) | None,
-    accuracy=_some("Accuracy", **_JUDGED, **dict.fromkeys(_NUMBERS, Known)) | None,
+    agreement=_some("Agreement", **_JUDGED, **dict.fromkeys(_NUMBERS, Known)) | None,
     error=_some("Error", **_JUDGED, **dict.fromkeys(_NUMBERS, Known), certificate=dict[str, Any] | None) | None,
     bound=_some("Bound", radiance=Known, max=Known, mean=Known, dropped_file=Text) | None,
     stability=_some(
@@ -162,7 +163,7 @@ OF_RUN = "title", "experiment", "started", "command", "environment", "cells"
 OF_CELL = "cell", "variant", "scene", "point", "parameters"
 OF_ROW = (
     *(*OF_CELL, "technology", "repetition", "status", "reason", "started", "wall_s", "phases", "frames_s", "cpu"),
-    *("memory", "rays", "used", "versions", "build", "picture", "accuracy", "measurer", "series", "warnings"),
+    *("memory", "rays", "used", "versions", "build", "picture", "agreement", "measurer", "series", "warnings"),
 )
 NEVER_NONE = "environment", "point"
 OF_FRONT = "experiment", "environment", "cells", "executor"  # of a run on a cluster

@@ -5,8 +5,8 @@
                         cells by constraint; `warnings` of its scenes; `resumed`: the times at which it was resumed;
                         `ended`: when the harness had done all it could, and the state of the machine then
     repetitions.jsonl   one line per repetition, appended and synced when it ends, so nothing finished is lost
-    pictures/KEY.npy    the picture of each cell, linear float; KEY.flip.npy and KEY.error.flip.npy, its FLIP maps
-                        beside its reference and the truth; KEY.dropped.npy, weights that were cut off (CUT-2);
+    pictures/KEY.npy    the picture of each cell, linear float; KEY.flip.npy, its FLIP map beside the truth;
+                        KEY.dropped.npy, weights that were cut off (CUT-2);
                         KEY.reference.npy, KEY.mask.npy and KEY.span.npy of each reference, KEY.truth.npy and
                         KEY.standard_error.npy of each truth
     series/KEY-N.csv    the measurer's samples (columns in measurer.py); of other passes KEY-pair-N and so on
@@ -61,15 +61,14 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
                 threads, or {unavailable: reason}: calibration.py
     build       {seconds, compiler, command} of the renderer's build
     picture     {file, sha256}; null for first hits, which are not stored
-    accuracy    the judge's verdict with `reference`, `reference_file`, `mask_file`, `span_file` (values of perturbed
-                references inside the mask: judge.py), and psnr_db, ssim, flip (each a number or
-                {unavailable: reason}: perception.py) with `flip_file`; or {unavailable: reason}. For first hits
-                max_outside and max_inside are errors of distances, bad_pixels is the share that hits something else
-                (hits.py), and keys of pictures are null
-    error       the distance from the truth (truth.py): {truth, truth_file, pictures, standard_error,
-                standard_error_file, certificate, rmse, max, bad_pixels, relative_mse, rmse_outside, max_outside,
-                max_inside, mask_fraction, psnr_db, ssim, flip, flip_file}; or {unavailable: reason}; null without a
-                picture
+    agreement   the judge's verdict (ERR-2) with `reference`, `reference_file`, `mask_file`, `span_file` (values of
+                perturbed references inside the mask: judge.py); or {unavailable: reason}. For first hits max_outside
+                and max_inside are of distances, bad_pixels is the share that hits something else (hits.py), and keys
+                of pictures are null
+    error       the distance from the truth (ERR-1, truth.py): {truth (its maker), against, depth, truth_file,
+                standard_error_file, samples (of a pixel), change, uncertainty (of the truth, RMS), certificate, rmse,
+                rmse_standard_error, max, bad_pixels, relative_mse, mask_fraction, psnr_db, ssim, flip, flip_file}; of
+                first hits {truth, against, max, bad_pixels, mask_fraction}; or {unavailable: reason}
     bound       null, or with a cut-off {radiance, max, mean, dropped_file}: bounds of its error in a channel of a
                 pixel, the largest and the mean over all pixels (bound.py)
     stability   null, or for a cell of [[stress]] {row, level, count, failures, error_median, error_p99, error_max,
@@ -100,7 +99,7 @@ from harness.store import alone, confined, jobs, lines, merge, schema
 
 FORMAT = 1
 # Keys whose values are mostly equal in all rows of a cell.
-REPEATED = {"used", "versions", "build", "device", "shapes", "accuracy", "error", "bound", "stability"}
+REPEATED = {"used", "versions", "build", "device", "shapes", "agreement", "error", "bound", "stability"}
 
 
 class Run:
@@ -257,6 +256,8 @@ def _read(folder: Path, prefix: str = "") -> tuple[dict, list[dict]]:
     cells = _by_key(facts)
     records, alike = [], {}
     for number, row in enumerate(rows, 1):
+        if isinstance(row, dict) and "accuracy" in row:  # its name before version 0.2
+            row["agreement"] = row.pop("accuracy")
         schema.row(row, file, number)
         record = {**host, **cells.get(row.get("cell"), {}), **row}
         if (outside := confined.stray(record)) is not None:

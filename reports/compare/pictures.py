@@ -57,7 +57,7 @@ def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Difference | 
         return Difference(same=False, changed=True, unavailable=str(error))
     off = np.abs(ours.astype(np.float64) - theirs)
     trusted = ~np.logical_or.reduce(masks) if masks else np.ones(off.shape[:2], dtype=bool)
-    tolerances = [(one["accuracy"] or {}).get("tolerance") for one in (record_a, record_b)]
+    tolerances = [(one["agreement"] or {}).get("tolerance") for one in (record_a, record_b)]
     beyond = off.max(axis=-1) > STEP
     return Difference(
         same=False,
@@ -72,7 +72,7 @@ def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Difference | 
 
 
 def _mask(record: dict) -> str | None:
-    return (record["accuracy"] or {}).get("mask_file")
+    return (record["agreement"] or {}).get("mask_file")
 
 
 def _read(results: Results, name: str) -> np.ndarray:

@@ -41,21 +41,21 @@ def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
     key = pictures.add_pixels(seen, exact=True)
     if key is None:
         return None
-    accuracy = results.record(cell)["accuracy"] or {}
+    agreement = results.record(cell)["agreement"] or {}
     return {
         "label": cell.label,
         "verdict": cell.verdict,
-        "told": pictures_figure.verdict(accuracy).split("\n"),
+        "told": pictures_figure.verdict(agreement).split("\n"),
         "size": [seen.shape[1], seen.shape[0]],
         "picture": key,
-        "error": _error(results, picture, accuracy, pictures),
-        "flip": _flip(results, accuracy, pictures),
+        "error": _error(results, picture, agreement, pictures),
+        "flip": _flip(results, agreement, pictures),
     }
 
 
-def _error(results: Results, picture: np.ndarray, accuracy: dict, pictures: Embedded) -> str | None:
+def _error(results: Results, picture: np.ndarray, agreement: dict, pictures: Embedded) -> str | None:
     """Adds the picture's largest channel difference from the reference, coloured as in figure 4.1; returns its key."""
-    reference = stored.reference(results, accuracy)
+    reference = stored.reference(results, agreement)
     if isinstance(reference, Missing) or reference.shape != picture.shape:
         return None
     difference = np.abs(picture - reference).max(axis=-1)
@@ -67,9 +67,9 @@ def _error(results: Results, picture: np.ndarray, accuracy: dict, pictures: Embe
     return pictures.add_pixels(smaller(pixels, LONGEST))
 
 
-def _flip(results: Results, accuracy: dict, pictures: Embedded) -> str | None:
+def _flip(results: Results, agreement: dict, pictures: Embedded) -> str | None:
     """Adds the FLIP map, 0 to 1, in its usual colours; returns its key."""
-    found = stored.array(results, accuracy.get("flip_file"))
+    found = stored.array(results, agreement.get("flip_file"))
     if isinstance(found, Missing):
         return None
     return pictures.add_pixels(smaller(colormaps["magma"](np.clip(found, 0, 1), bytes=True)[..., :3], LONGEST))

@@ -79,12 +79,12 @@ def _renderers(results: Results) -> list[list[str]]:
         if record is None:
             rows.append([variant, *["unavailable: no process reported it"] * 5])
             continue
-        build, accuracy = record["build"], record["accuracy"] or {}
+        build, agreement = record["build"], record["agreement"] or {}
         rows.append(
             [
                 variant,
                 record["renderer_version"],
-                accuracy.get("reference") or f"unavailable: {accuracy.get('unavailable', record['reason'])}",
+                agreement.get("reference") or f"unavailable: {agreement.get('unavailable', record['reason'])}",
                 f"{build['compiler']}: {shlex.join(build['command'])}" if build else "nothing is built",
                 _pairs(record["versions"]),
                 _pairs((record["used"] or {}).get("methods")),

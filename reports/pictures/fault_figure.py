@@ -81,8 +81,8 @@ def draw(results: Results, group: Group):
 
 def _right(results: Results, cells: list[Cell], axes) -> None:
     cell = next((cell for cell in cells if _has_picture(results, cell)), None)
-    accuracy = cell and results.record(cell)["accuracy"]
-    found = stored.reference(results, accuracy or {}) if cell else Missing("no reference")
+    agreement = cell and results.record(cell)["agreement"]
+    found = stored.reference(results, agreement or {}) if cell else Missing("no reference")
     if isinstance(found, Missing):
         say(axes, str(found))
         return
@@ -105,7 +105,7 @@ def _wrong(results: Results, cell: Cell | None, axes, block: tuple[int, int], zo
 
 def _said(results: Results, cell: Cell) -> str:
     """Returns the verdict on the picture, in two lines at most."""
-    wrong = (results.record(cell)["accuracy"] or {}).get("bad_pixels")
+    wrong = (results.record(cell)["agreement"] or {}).get("bad_pixels")
     if wrong is None:
         return "not judged"
     if cell.status == "ok":

@@ -47,17 +47,17 @@ def panel(figure, left: float, top: float, height: float, width: float):
     return axes
 
 
-def verdict(accuracy: dict) -> str:
+def verdict(agreement: dict) -> str:
     """Returns the four lines of numbers below a panel: errors over all pixels, agreement outside the mask, inside."""
-    if accuracy.get("bad_pixels") is None:
+    if agreement.get("bad_pixels") is None:
         return "error unavailable"
-    outside, inside = accuracy["max_outside"], accuracy["max_inside"]
+    outside, inside = agreement["max_outside"], agreement["max_inside"]
     agreement = "every pixel is in it" if outside is None else f"at most {outside:.2g}"
     return "\n".join(
         [
-            *errors(accuracy["rmse"], largest(accuracy), accuracy["bad_pixels"]).rsplit(", ", 1),
+            *errors(agreement["rmse"], largest(agreement), agreement["bad_pixels"]).rsplit(", ", 1),
             f"agreement outside the mask: {agreement}",
-            f"inside ({accuracy['mask_fraction']:.2%}): {'no pixel' if inside is None else f'at most {inside:.2g}'}",
+            f"inside ({agreement['mask_fraction']:.2%}): {'no pixel' if inside is None else f'at most {inside:.2g}'}",
         ]
     )
 
@@ -99,10 +99,10 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
     if isinstance(picture, Missing):
         say(above, picture.reason if cell.status != "ok" else str(picture))
         return
-    accuracy = results.record(cell)["accuracy"] or {}
+    agreement = results.record(cell)["agreement"] or {}
     above.imshow(stored.displayed(picture, cell), interpolation="nearest", aspect="auto")
-    reference = stored.reference(results, accuracy)
-    text = verdict(accuracy)
+    reference = stored.reference(results, agreement)
+    text = verdict(agreement)
     if cell.status != "ok":
         text = textwrap.fill(cell.verdict, 48)
     below.text(0.5, -0.02, text, transform=below.transAxes, ha="center", va="top", fontsize=7,

@@ -6,7 +6,7 @@ from harness.statistics import statistics, steady
 from harness.store import record as rows
 
 MEMORY = "peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"
-ACCURACY = "reference", "max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance"
+AGREEMENT = "reference", "max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance"
 LARGEST = "largest_error"  # of all pixels, inside the mask and outside
 ERRORS = "rmse", LARGEST, "bad_pixels"  # of all pixels
 SEEN = "psnr_db", "ssim", "flip"  # harness/picture/perception.py; no_ssim, say, is the reason why ssim is missing
@@ -31,7 +31,7 @@ OF_STEADY = "steady_s", "rays_per_s", "search_s", "kernel_s", "download_s", "end
 COLUMNS = (
     "host", "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked",
     "wall_s", "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
-    "rays", "rays_per_s", "search_s", *GPU, *MEMORY, "memory_method", *ACCURACY, LARGEST, *SEEN, *NOT_SEEN,
+    "rays", "rays_per_s", "search_s", *GPU, *MEMORY, "memory_method", *AGREEMENT, LARGEST, *SEEN, *NOT_SEEN,
     "not_judged", *ERROR.values(), "no_error", "no_error_flip", *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
 )  # fmt: skip
 CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time is off by too much (harness/race/row.py)
@@ -51,7 +51,7 @@ def row(record: dict) -> dict:
     rays = record["rays"] and sum(record["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
     compile_s, upload_s = (_phase(record, name) for name in ("compile", "upload"))
     methods = (record["used"] or {}).get("methods") or {}
-    cpu, memory, accuracy = record["cpu"] or {}, record["memory"] or {}, record["accuracy"] or {}
+    cpu, memory, agreement = record["cpu"] or {}, record["memory"] or {}, record["agreement"] or {}
     audit = record["measurer"] or {}
     error, bound = record.get("error") or {}, record.get("bound") or {}  # which runs of older versions lack
     return {
@@ -63,10 +63,10 @@ def row(record: dict) -> dict:
         **{name: cpu.get(name) for name in ("user_s", "system_s")},
         "cpu_s": cpu["user_s"] + cpu["system_s"] if cpu else None,
         **{name: memory.get(name) for name in MEMORY},
-        **{name: accuracy.get(name) for name in ACCURACY},
-        LARGEST: rows.largest(accuracy),
-        **_known(accuracy, SEEN),
-        **{f"no_{name}": _reason(accuracy.get(name)) for name in SEEN},
+        **{name: agreement.get(name) for name in AGREEMENT},
+        LARGEST: rows.largest(agreement),
+        **_known(agreement, SEEN),
+        **{f"no_{name}": _reason(agreement.get(name)) for name in SEEN},
         **{column: _number(error.get(name)) for name, column in ERROR.items()},
         "no_error": error.get("unavailable"),
         "no_error_flip": _reason(error.get("flip")),
@@ -125,6 +125,6 @@ def _reason(value) -> str | None:
 
 def _not_judged(record: dict) -> str | None:
     """Returns why the judge gave no verdict on a picture; None if it gave one, or if there is no picture."""
-    if record["accuracy"] is None:
+    if record["agreement"] is None:
         return "the judge was not asked" if record["status"] == "ok" else None
-    return record["accuracy"].get("unavailable")
+    return record["agreement"].get("unavailable")

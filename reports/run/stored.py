@@ -52,8 +52,8 @@ def array(results: Results, file: str | None) -> np.ndarray | Missing:
         return Missing(LEFT_OUT if left_out(results) else f"{file} does not exist")
 
 
-def reference(results: Results, accuracy: dict) -> np.ndarray | Missing:
+def reference(results: Results, agreement: dict) -> np.ndarray | Missing:
     """Returns the reference that a record was judged against, float64, or why it is unavailable."""
-    if accuracy.get("reference_file") is None:
-        return Missing(accuracy.get("unavailable") or "not judged")
-    return array(results, accuracy["reference_file"])
+    if agreement.get("reference_file") is None:
+        return Missing(agreement.get("unavailable") or "not judged")
+    return array(results, agreement["reference_file"])
