@@ -16,7 +16,7 @@ from harness.renderer.registry import Entry, usable_cores
 DIGITS = 60
 TOLERANCE = 1e-10  # between float64 and 60 digits, in a pixel outside the mask
 # Of samples at random places, deep enough for chaos, there is no mask: some may differ by more than LOOSE.
-LOOSE, STRAY = 1e-6, 0.05
+LOOSE, STRAY = 1e-9, 0.05
 GRACE = 600.0  # s: a single pixel may take long
 
 

@@ -147,7 +147,7 @@ def test_a_read_only_cache(rayrace, tmp_path, injected):
     finally:
         subprocess.run(["umount", "-l", place], check=True)
     for name in ("second", "third"):
-        assert all("max_outside" in record["accuracy"] for record in store.read(tmp_path / name)[1])
+        assert all("max_outside" in record["agreement"] for record in store.read(tmp_path / name)[1])
     injected("read-only cache", 2)
 
 

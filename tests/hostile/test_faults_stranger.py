@@ -18,12 +18,11 @@ REPOSITORY = Path(__file__).parents[2]
 NAMES = {  # where a row names a file
     "picture": ("picture", "file"),
     "series": (None, "series"),
-    "reference": ("accuracy", "reference_file"),
-    "mask": ("accuracy", "mask_file"),
-    "flip": ("accuracy", "flip_file"),
+    "reference": ("agreement", "reference_file"),
+    "mask": ("agreement", "mask_file"),
     "truth": ("error", "truth_file"),
     "standard error": ("error", "standard_error_file"),
-    "error's flip": ("error", "flip_file"),
+    "flip": ("error", "flip_file"),
     "dropped": ("bound", "dropped_file"),
 }
 PATHS = (

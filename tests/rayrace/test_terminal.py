@@ -9,10 +9,11 @@ import pytest
 from rayrace import terminal
 
 CELL = SimpleNamespace(label="cpp, [comparison]")
-ACCURACY = {"max_outside": 2e-4, "max_inside": 1.25, "rmse": 0.011, "bad_pixels": 0.0033}
+AGREEMENT = {"reference": "numpy", "max_outside": 2e-14, "max_inside": 1e-3, "mask_fraction": 0.02, "wrong": None}
+ERROR = {"against": "scene", "depth": 16, "change": 1e-6, "max": 1.25, "rmse": 0.011, "bad_pixels": 0.0033}
 RECORD = {
     "status": "ok", "reason": "", "repetition": 0, "pass": "timed", "unranked": None, "wall_s": 2.0,
-    "frames_s": [0.5, 0.25, 0.25], "accuracy": ACCURACY, "error": None, "stability": None,
+    "frames_s": [0.5, 0.25, 0.25], "agreement": AGREEMENT, "error": ERROR, "stability": None,
     "cpu": {"user_s": 1.5, "system_s": 0.4}, "memory": {"peak_bytes": 10_200_000},
 }  # fmt: skip
 
@@ -57,5 +58,5 @@ def test_what_is_not_known_is_left_out(shown):
 def test_elsewhere_each_is_a_line(shown):
     assert shown(False, (CELL, RECORD, 3, 12, 90.0)) == (
         "[3/12, 90 s left] cpp, [comparison]: first 0.5 s, 0.25 s a frame, RMSE 0.011, largest error 1.25, "
-        "0.33 % of pixels beyond 1/255\n"
+        "0.33 % of pixels beyond 1/255, agreement ✓ outside a mask of 2 % of the pixels\n"
     )

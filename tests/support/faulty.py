@@ -128,7 +128,7 @@ def timeless(record, folder):
     """What two runs of the same must agree in: not in their times, nor in which of two equal maps a row names."""
     names = "cell", "repetition", "pass", "variant", "scene", "parameters", "needs", "status", "reason", "rays"
     found = {**{name: record[name] for name in names}, "frames": len(record["frames_s"] or [])}
-    for name in ("picture", "accuracy", "error"):
+    for name in ("picture", "agreement", "error"):
         found[name] = {
             key: hashlib.sha256((folder / value).read_bytes()).hexdigest() if "file" in key and value else value
             for key, value in (record[name] or {}).items()

@@ -78,7 +78,7 @@ def rows(number=None):
     told[1]["pass"] = "pair"
     none = dict.fromkeys((
         "wall_s", "phases", "frames_s", "frame_renders", "frame_parts", "cpu", "memory", "rays", "used", "versions",
-        "device", "measurer", "series", "picture", "accuracy", "error", "bound", "stability",
+        "device", "measurer", "series", "picture", "agreement", "error", "bound", "stability",
     ))  # fmt: skip
     failed = {**_row("python", 0, ()), **none, "status": "failed", "reason": "exit 1: no"}
     return _copy([*told, failed])
@@ -114,17 +114,17 @@ def _row(variant, number, frames):
         "gpu": {"utilisation_percent": 98.0, "power_w": {"unavailable": "x"}, "throttled": ["heat"]},
         "build": {"seconds": 6.5, "compiler": "g++ 12", "command": ["c++", "-O3"]},
         "picture": {"file": f"pictures/{variant}.npy", "sha256": "0"},
-        "accuracy": {
+        "agreement": {
             "reference": "judge", "reference_file": "pictures/r.reference.npy", "mask_file": None, "wrong": None,
             "max_outside": 2e-15, "max_inside": None, "rmse": 1e-16, "relative_mse": 1e-30, "bad_pixels": 0.0,
-            "mask_fraction": 0.25, "tolerance": 1e-9, "psnr_db": {"unavailable": "small"}, "ssim": 1.0, "flip": 0.1,
-            "flip_file": "pictures/x.flip.npy",
+            "mask_fraction": 0.25, "tolerance": 1e-9,
         },
         "error": {
-            "truth": "judge", "truth_file": "pictures/t.truth.npy", "pictures": 1, "standard_error": None,
-            "standard_error_file": None, "certificate": {"unavailable": "not asked for"}, "rmse": 1e-16, "max": 1e-15,
-            "bad_pixels": 0.0, "relative_mse": 1e-30, "rmse_outside": 1e-16, "max_outside": 1e-15, "max_inside": None,
-            "mask_fraction": 0.25, "psnr_db": 300.0, "ssim": 1.0, "flip": 0.0, "flip_file": None,
+            "truth": "judge", "against": "scene", "depth": 16, "truth_file": "pictures/t.truth.npy", "samples": 64,
+            "change": 1e-6, "uncertainty": 1e-3, "standard_error_file": "pictures/t.standard_error.npy",
+            "certificate": {"unavailable": "not asked for"}, "rmse": 0.02, "rmse_standard_error": 1e-5, "max": 0.5,
+            "bad_pixels": 0.125, "relative_mse": 1e-3, "mask_fraction": 0.25, "psnr_db": 30.0,
+            "ssim": {"unavailable": "small"}, "flip": 0.1, "flip_file": "pictures/x.flip.npy",
         },
         "bound": {"radiance": 2.0, "max": 0.1, "mean": 0.01, "dropped_file": "pictures/x.dropped.npy"},
         "stability": None,

@@ -108,8 +108,8 @@ def test_a_run_of_jobs_is_the_same_run(front, file, known):
     for mine, other in zip(sorted(rows, key=key), sorted(here, key=key), strict=True):
         assert mine["picture"]["sha256"] == other["picture"]["sha256"] and mine["cell"] == other["cell"]
         assert (front.folder / mine["picture"]["file"]).exists()
-        assert {name: mine["accuracy"][name] for name in ("rmse", "max_outside", "wrong")} == {
-            name: other["accuracy"][name] for name in ("rmse", "max_outside", "wrong")
+        assert {name: mine["agreement"][name] for name in ("rmse", "max_outside", "wrong")} == {
+            name: other["agreement"][name] for name in ("rmse", "max_outside", "wrong")
         }
     facts, _ = store.read(front.folder)
     assert [cell["cell"] for cell in facts["cells"]] == [

@@ -183,9 +183,10 @@ def test_a_race_of_rays(rayrace, write, tmp_path):
     assert {row["status"] for row in rows} == {"ok"} and len(rows) == 2
     for row in rows:
         assert row["rays"] == {"primary": 7000, "reflected": 0, "transmitted": 0, "shadow": 0, "non_finite": 0}
-        assert row["picture"] is None and row["error"] is None
-        assert row["accuracy"]["max_outside"] < 1e-12 and row["accuracy"]["tolerance"] == 1e-9
-        assert row["accuracy"]["reference"] not in (row["variant"], None)
+        assert row["picture"] is None and row["error"]["against"] == "hits"
+        assert row["error"]["max"] < 1e-12 and row["error"]["bad_pixels"] == 0
+        assert row["agreement"]["max_outside"] < 1e-12 and row["agreement"]["tolerance"] == 1e-9
+        assert row["agreement"]["reference"] not in (row["variant"], None)
         assert row["needs"] == ["sphere"] and row["parameters"]["kind"] == "rays"
     assert len({row["scene_version"] for row in rows}) == 1
     report = (tmp_path / "run" / "report" / "report.md").read_text()

@@ -46,13 +46,13 @@ def test_it_is_rejected(rayrace, experiment, rows, tmp_path, wrong):
     rayrace("run", file, "--out", tmp_path / "run", env={"PYTHONPATH": str(copy.parent)}, code=1 if wrong else 0)
     (row,) = rows(tmp_path / "run")["python"]
     if not wrong:
-        assert row["status"] == "ok" and row["accuracy"]["max_outside"] < 1e-12 and row["accuracy"]["flip"] < 1e-6
+        assert row["status"] == "ok" and row["agreement"]["max_outside"] < 1e-12
         return
-    assert row["status"] == "wrong picture" and row["accuracy"]["reference"] != "python"
-    print(wrong, row["reason"], row["accuracy"])
+    assert row["status"] == "wrong picture" and row["agreement"]["reference"] != "python"
+    print(wrong, row["reason"], row["agreement"])
     if "NaN" in wrong:
-        assert row["reason"] == "1 pixels are not finite" and "not finite" in row["accuracy"]["flip"]["unavailable"]
+        assert row["reason"] == "1 pixels are not finite" and "not finite" in row["error"]["unavailable"]
         assert not list((tmp_path / "run" / "pictures").glob("*.flip.npy"))
     else:
-        assert row["accuracy"]["max_outside"] > 1e-3 and row["accuracy"]["flip"] > 0
-        assert (tmp_path / "run" / row["accuracy"]["flip_file"]).exists()
+        assert row["agreement"]["max_outside"] > 1e-3 and row["error"]["flip"] > 0
+        assert (tmp_path / "run" / row["error"]["flip_file"]).exists()

@@ -117,7 +117,7 @@ def test_row(run, rows, variant):
     assert (row["status"], reason in row["reason"]) == (status, True), row["reason"]
     assert len(row["reason"]) < 1000 and "\n" not in row["reason"]
     assert (row["picture"] is not None) == (status in ("ok", "wrong picture"))
-    assert (row["accuracy"] is not None) == (status in ("ok", "wrong picture"))
+    assert (row["agreement"] is not None) == (status in ("ok", "wrong picture"))
 
 
 @pytest.mark.nightly
@@ -130,7 +130,7 @@ def test_run_goes_on_and_says_what_failed(run, rows):
 
 @pytest.mark.nightly
 def test_good_with_one_thing_wrong_was_judged(run, rows):
-    accuracy = rows(run[1])["bad-nothing"][0]["accuracy"]
+    accuracy = rows(run[1])["bad-nothing"][0]["agreement"]
     assert accuracy["reference"] and accuracy["max_outside"] < 1e-15 and accuracy["mask_fraction"] == 0
 
 

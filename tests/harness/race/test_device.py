@@ -169,7 +169,7 @@ def test_rows_of_the_simulator_are_ranked_with_none(race):
     (row,), (other,) = found["device"], found["python"]
     assert row["status"] == "ok" and row["unranked"] == UNRANKED and row["device"]["simulated"] is True
     assert row["device"]["compute_capability"] == [9, 0] and row["device"]["driver"] is None
-    assert row["frame_parts"] == [{"kernel": 0, "download": 1e-6}] * 2 and row["accuracy"]["max_outside"] == 0
+    assert row["frame_parts"] == [{"kernel": 0, "download": 1e-6}] * 2 and row["agreement"]["max_outside"] == 0
     assert (other["unranked"], other["device"], other["frame_parts"]) == (None, None, [None, None])
     for each in (row, other):
         assert each["pass"] == "timed"

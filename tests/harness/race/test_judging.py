@@ -59,73 +59,84 @@ def run(experiment, known, tmp_path):
     return go
 
 
-@pytest.mark.nightly
-def test_without_samples_the_truth_is_the_reference(run):
-    (row,), host = run("[reference]\nspots = 7\n")
+AT_CENTRES = "[reference]\nagainst = 'centres'\ndepth = 'own'\n"
+
+
+def test_at_the_centres_the_truth_is_the_reference(run):
+    (row,), host = run(AT_CENTRES + "spots = 7\n")
     error = row["error"]
-    assert row["status"] == "ok" and error["pictures"] == 1 and error["standard_error"] is None
-    assert error["truth"] != "python" and error["max"] < 1e-12 == error["bad_pixels"] + 1e-12
+    assert row["status"] == "ok" and error["samples"] == 1 and error["uncertainty"] is None
+    assert (error["against"], error["depth"], error["change"]) == ("centres", row["parameters"]["depth"], None)
+    assert error["max"] < 1e-12 == error["bad_pixels"] + 1e-12
     certificate = error["certificate"]
     assert (certificate["spots"], certificate["wrong"]) == (7, 0) and certificate["largest"] < 1e-12
-    assert len(host.jobs) == 1 + 8 + 1  # the reference, its mask, the truth
+    assert len(host.jobs) == 1 + 8 + 1  # the reference, its mask, which is empty, the truth
 
 
-def test_a_truth_that_60_digits_refute_is_none(run):
-    (row,), _ = run("[reference]\n", spoil=lambda result: replace(result, array=result.array + 1e-9))
+@pytest.mark.parametrize("more", ["[reference]\nspots = 20\n", AT_CENTRES + "spots = 20\n"])
+def test_a_truth_that_60_digits_refute_is_none(run, more):
+    (row,), _ = run(more, spoil=lambda result: replace(result, array=result.array + 1e-8))
     assert "is not what 60 digits make in" in row["error"]["unavailable"]
 
 
-@pytest.mark.nightly
 def test_a_run_takes_what_another_has_made(run, tmp_path):
-    more = "[reference]\n[sweep]\nsampler = ['one', 'jittered']\n"
+    more = "[reference]\nspots = 5\n[sweep]\nsampler = ['one', 'jittered']\n"
     first, _ = run(more)
     again, host = run(more, name="again")
     assert host.jobs == []
     for before, now in zip(first, again, strict=True):
-        assert now["error"] == before["error"] and now["accuracy"] == before["accuracy"]
-        for name in (now["error"]["truth_file"], now["accuracy"]["mask_file"]):
+        assert now["error"] == before["error"] and now["agreement"] == before["agreement"]
+        for name in (now["error"]["truth_file"], now["agreement"]["mask_file"]):
             np.testing.assert_array_equal(np.load(tmp_path / "again" / name), np.load(tmp_path / "run" / name))
 
 
-@pytest.mark.nightly
-def test_a_sampled_picture_is_compared_with_the_mean_of_many(run, tmp_path):
-    rows, host = run("[reference]\n[sweep]\nsampler = ['jittered']\nsamples = [1, 2, 4]\n")
-    errors = {row["parameters"]["samples"]: row["error"] for row in rows}
-    assert errors[1]["rmse"] > errors[2]["rmse"] > errors[4]["rmse"] > 2 * errors[4]["standard_error"] > 0
-    assert {error["truth_file"] for error in errors.values()} == {errors[1]["truth_file"]}
-    made = [parameters for _, parameters in host.jobs if parameters.samples == 8]
-    assert len(made) == errors[1]["pictures"] == 16 and len({parameters.seed for parameters in made}) == 16
-    assert rows[0]["parameters"]["seed"] not in {parameters.seed for parameters in made}
-    told = np.load(tmp_path / "run" / errors[1]["standard_error_file"])
-    assert np.sqrt(np.mean(told**2)) == pytest.approx(errors[1]["standard_error"])
+def test_a_better_truth_is_made_where_the_kept_one_has_too_few_samples(run):
+    first, _ = run("")
+    more, host = run("[sweep]\nsampler = ['jittered']\nsamples = [2]\n", name="more")
+    assert more[0]["error"]["samples"] == 4 * first[0]["error"]["samples"] and host.jobs
+    again, host = run("", name="again")
+    assert again[0]["error"]["samples"] == more[0]["error"]["samples"] and not host.jobs
 
 
-@pytest.mark.nightly
-def test_without_a_table_no_sampled_truth_is_made(run):
-    (row,), _ = run("[sweep]\nsampler = ['jittered']\nsamples = [2]\n")
-    assert row["status"] == "ok" and "[reference]" in row["error"]["unavailable"]
+def test_all_pictures_of_a_scene_share_its_truth(run, tmp_path):
+    """One sample a pixel, at two depths, and jittered ones: errors fall with samples, and depth 0 lacks all mirrors."""
+    rows, host = run(
+        "[reference]\nspots = 0\n"
+        "[[points]]\ndepth = [0]\n[[points]]\nsampler = ['jittered']\nsamples = [1, 2, 4]\n[[points]]\ndepth = [5]\n"
+    )
+    errors = {(row["parameters"]["samples"], row["parameters"]["depth"]): row["error"] for row in rows}
+    assert len({error["truth_file"] for error in errors.values()}) == 1
+    told = errors[4, 1]  # of the experiment: depth 1
+    assert told["against"] == "scene" and told["samples"] >= 64 * 16 and told["change"] <= 1e-4 and told["depth"] >= 16
+    jittered = {r["parameters"]["samples"]: r["error"]["rmse"] for r in rows if r["parameters"]["sampler"] != "one"}
+    assert jittered[1] > jittered[2] > jittered[4] > 4 * told["uncertainty"] > 0
+    assert errors[1, 0]["rmse"] > 2 * errors[1, 5]["rmse"]
+    file = np.load(tmp_path / "run" / told["standard_error_file"])
+    assert np.hypot(np.sqrt(np.mean(file**2)), told["change"]) == pytest.approx(told["uncertainty"])
+    seeds = {parameters.seed for _, parameters in host.jobs if parameters.samples > 4}
+    assert len(seeds) == 4 and rows[0]["parameters"]["seed"] not in seeds
 
 
 def test_a_picture_that_is_wrong_in_ill_conditioned_pixels_alone_is_wrong(run, monkeypatch, tmp_path):
     """All of them off by 0.3; the mask is made large by a move of the samples that is."""
     monkeypatch.setattr(reference, "ULPS", 2.0**18)
     (right,), _ = run("")
-    mask = np.load(tmp_path / "run" / right["accuracy"]["mask_file"])
-    low, high = np.load(tmp_path / "run" / right["accuracy"]["span_file"])
+    mask = np.load(tmp_path / "run" / right["agreement"]["mask_file"])
+    low, high = np.load(tmp_path / "run" / right["agreement"]["span_file"])
     assert right["status"] == "ok" and 13 < mask.sum() < mask.size and low.shape == high.shape == (mask.sum(), 3)
     # As far off as two spans are wide: spans are as wide as edges are here.
     off = np.zeros((*mask.shape, 3))
     off[mask] = 0.3 + 2 * (high - low)
     (row,), _ = run("", name="wrong", change=lambda result: replace(result, array=result.array + off))
     assert row["status"] == "wrong picture" and "inside the mask" in row["reason"], row["reason"]
-    assert row["accuracy"]["max_outside"] < 1e-9
+    assert row["agreement"]["max_outside"] < 1e-9
 
 
 CUT = "[sweep]\ncutoff = ['1/8']\n"
 
 
 def test_a_cut_off_is_judged_within_its_bound(run, tmp_path):
-    (row,), _ = run(CUT)
+    (row,), _ = run(AT_CENTRES + CUT)
     assert row["status"] == "ok"
     assert 1e-3 < row["error"]["max"] <= row["bound"]["max"] * (1 + 1e-12)
     dropped = np.load(tmp_path / "run" / row["bound"]["dropped_file"])

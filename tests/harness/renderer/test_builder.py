@@ -205,4 +205,4 @@ def test_run_without_a_compiler(rayrace, experiment, rows, tmp_path):
         assert (found[name]["status"], found[name]["reason"]) == ("unavailable", "no C++ compiler (apt install g++)")
         assert found[name]["wall_s"] is None and found[name]["frames_s"] is None
     for name in ("python", "numpy"):
-        assert found[name]["status"] == "ok" and found[name]["accuracy"]["max_outside"] < 1e-9
+        assert found[name]["status"] == "ok" and found[name]["agreement"]["max_outside"] < 1e-9

@@ -40,7 +40,7 @@ def test_run(way, rayrace, experiment, rows, folder, tmp_path):
     found = rows(tmp_path / "run")
     for row in found["flat"]:
         assert row["status"] == "ok" and row["technology"] == "C99" and row["build"]["command"][0] == "{compiler}"
-        assert row["accuracy"]["max_outside"] < 1e-9 and row["accuracy"]["reference"] != "flat"
+        assert row["agreement"]["max_outside"] < 1e-9 and row["agreement"]["reference"] != "flat"
         assert len(row["frames_s"]) == 2
     assert len(found["flat"]) == len(found["python"]) == 2
 

@@ -51,21 +51,29 @@ def test_render_tells_its_error_once_a_run_has_made_a_reference(rayrace, experim
     words += ("--no-shadows", "-o", tmp_path / "a.npy")
     mine = {"RAYRACE_CACHE": str(tmp_path / "cache")}
     before = rayrace(*words, env=mine, code=0).stdout
-    assert before.splitlines()[-1].startswith("error: not measured; `rayrace run` measures it, ")
-    before = json.loads(rayrace(*words, "--json", env=mine, code=0).stdout)["accuracy"]
-    assert list(before) == ["unavailable"] and before["unavailable"].startswith("not measured; ")
+    unknown = "not measured; `rayrace run` measures it, "
+    assert f"error unavailable: {unknown}" in before and f"agreement unavailable: {unknown}" in before
+    before = json.loads(rayrace(*words, "--json", env=mine, code=0).stdout)
+    assert all(before[name]["unavailable"].startswith(unknown) for name in ("error", "agreement"))
     rayrace("run", file, "--out", tmp_path / "run", env=mine, code=0)
-    told = json.loads(rayrace(*words, "--json", env=mine, code=0).stdout)["accuracy"]
-    (right,) = (tmp_path / "run" / "pictures").glob("*.reference.npy")
-    off = np.abs(np.load(tmp_path / "a.npy") - np.load(right))
-    assert told["reference"] != "python" and told["wrong"] is None
-    assert told["rmse"] == pytest.approx(np.sqrt((off**2).mean())) and told["max_outside"] <= off.max()
-    assert told["max_inside"] is None or told["max_inside"] <= off.max()
+    told = json.loads(rayrace(*words, "--json", env=mine, code=0).stdout)
+    agreement, error = told["agreement"], told["error"]
+    (reference,), (truth,), (noise,) = (
+        [np.load(path) for path in (tmp_path / "run" / "pictures").glob(f"*.{name}.npy")]
+        for name in ("reference", "truth", "standard_error")
+    )
+    made = np.load(tmp_path / "a.npy")
+    assert agreement["reference"] != "python" and agreement["wrong"] is None
+    assert agreement["max_outside"] <= np.abs(made - reference).max()
+    assert error["rmse"] == pytest.approx(np.sqrt(((made - truth) ** 2).mean() - (noise**2).mean()))
+    assert error["max"] == pytest.approx(np.abs(made - truth).max()) and error["against"] == "scene"
     said = rayrace(*words, env=mine, code=0).stdout
-    errors = f"RMSE {told['rmse']:.2g}, largest error {off.max():.3g}"
-    assert f"against the reference by {told['reference']}: {errors}" in said
+    assert f"RMSE {error['rmse']:.2g}, largest error {error['max']:.3g}" in said and "agreement ✓" in said
     other = [2 if before == "--depth" else word for before, word in pairwise(("", *words))]
-    assert "error: not measured" in rayrace(*other, env=mine, code=0).stdout
+    again = rayrace(*other, env=mine, code=0).stdout  # the truth is that of the scene, whatever the depth
+    assert "RMSE" in again and f"agreement unavailable: {unknown}" in again
+    other = [9 if before == "--height" else word for before, word in pairwise(("", *words))]
+    assert f"error unavailable: {unknown}" in rayrace(*other, env=mine, code=0).stdout
 
 
 def test_render_a_region(rayrace, scene, tmp_path):

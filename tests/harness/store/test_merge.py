@@ -88,7 +88,7 @@ def test_rows_of_all_parts(made):
     ]  # fmt: skip
     assert records[0]["picture"]["file"] == "parts/0000-7/pictures/a.npy"
     assert records[0]["series"] == "parts/0000-7/series/a-0.csv"
-    assert records[0]["accuracy"] == {"reference_file": "parts/0000-7/pictures/r.npy", "mask_file": None}
+    assert records[0]["agreement"] == {"reference_file": "parts/0000-7/pictures/r.npy", "mask_file": None}
     assert facts["environment"]["host"] == "h" and list(facts["hosts"]) == [fingerprint.of(environment("h"))]
 
 

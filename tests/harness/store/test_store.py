@@ -127,7 +127,7 @@ def test_every_row_of_the_docstring_is_in_a_record(rayrace, experiment, tmp_path
         "used",
         "versions",
         "picture",
-        "accuracy",
+        "agreement",
         "measurer",
     ):
         assert record[name], name

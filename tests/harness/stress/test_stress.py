@@ -82,7 +82,7 @@ def test_a_run_stores_what_each_answer_is_worth(rayrace, write, tmp_path, known)
     assert facts["stability"]["far-picture"]["code"] == "S1"
     rows = [json.loads(line) for line in (tmp_path / "run" / "repetitions.jsonl").read_text().splitlines()]
     assert len(rows) == 4 and all(row["status"] == "ok" for row in rows)
-    assert all(row["unranked"].startswith("exhibit: put under stress") and row["accuracy"] is None for row in rows)
+    assert all(row["unranked"].startswith("exhibit: put under stress") and row["agreement"] is None for row in rows)
     points = {cell["cell"]: cell["point"] for cell in facts["cells"]}
     failures = {
         (points[row["cell"]]["sphere"], points[row["cell"]]["level"]): row["stability"]["failures"] for row in rows
