@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harness.judge import judge as judges
-from harness.judge.judge import Reference, compare_rays
+from harness.judge.judge import Reference, compare_rays, errors
 
 RNG = np.random.default_rng(8)
 REFERENCE = RNG.uniform(0, 1, (5, 6, 3))
@@ -145,3 +145,45 @@ def test_relative_mse_by_hand():
     picture[1, 1, 0] -= 0.1
     found = judge(picture, reference, CLEAR, "float64")
     assert found.relative_mse == pytest.approx((1 + 0.01 / 1.01) / 90)
+
+
+def test_errors_by_hand():
+    truth = np.zeros((1, 4, 3))
+    picture = truth.copy()
+    picture[0, 0, 1], picture[0, 1] = 0.3, 1 / 300
+    found = errors(picture, truth, None, None)
+    assert found["rmse"] == pytest.approx(np.sqrt((0.09 + 3 / 90000) / 12)) and found["rmse_standard_error"] == 0
+    assert found["max"] == pytest.approx(0.3) and found["bad_pixels"] == 0.25 and found["mask_fraction"] is None
+    assert found["relative_mse"] == pytest.approx((0.09 + 3 / 90000) / 12 / 0.01)
+    assert errors(picture, truth, None, np.array([[True, False, False, False]]))["mask_fraction"] == 0.25
+
+
+def test_the_noise_of_the_truth_is_taken_off():
+    """Of many noisy truths the mean square is that of the right one, and it scatters as its standard error says."""
+    seed = np.random.SeedSequence().entropy % 2**32
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    right = rng.uniform(0, 1, (20, 30, 3))
+    picture = right + rng.normal(0, 0.01, right.shape)
+    wanted = np.sqrt(np.mean((picture - right) ** 2))
+    noise, told = rng.uniform(0.01, 0.04, right.shape), []
+    for _ in range(200):
+        pictures = right + 2 * noise * rng.normal(size=(4, *right.shape))
+        told.append(errors(picture, pictures.mean(axis=0), pictures.std(axis=0, ddof=1) / 2, None))
+    squares = np.array([one["rmse"] ** 2 for one in told])
+    spread = squares.std(ddof=1)
+    assert abs(squares.mean() - wanted**2) < 4.5 * spread / np.sqrt(200)
+    assert np.mean(noise**2) > 2 * wanted**2  # what would be added were it not taken off
+    said = np.mean([2 * one["rmse"] * one["rmse_standard_error"] for one in told if one["rmse"]])
+    assert 0.8 < said / spread < 1.25
+
+
+def test_where_noise_hides_an_error_it_is_told_so():
+    """A right picture beside a noisy truth: an error of 0 or little, and a standard error that is no smaller."""
+    rng = np.random.default_rng(62)
+    print("seed 62")
+    right = rng.uniform(0, 1, (16, 16, 3))
+    for _ in range(20):
+        pictures = right + 0.05 * rng.normal(size=(4, *right.shape))
+        found = errors(right, pictures.mean(axis=0), pictures.std(axis=0, ddof=1) / 2, None)
+        assert found["rmse"] < 3.5 * found["rmse_standard_error"] + 1e-12
