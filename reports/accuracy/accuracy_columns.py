@@ -1,58 +1,90 @@
 """The columns of the error of a picture, which stand beside every time, and of its agreement with its reference."""
 
+from harness.statistics.statistics import Estimate
 from harness.store import record
 from reports.paper import quantity
-from reports.paper.table import Column
+from reports.paper.table import AGAINST, Column
 from reports.run import repetition
 from reports.run.results import Cell, Missing
 
 UNIT = "linear RGB; of first hits 1"
+NORMAL = 1.96  # standard errors on either side of a 95 % interval
+SURE = 0.01  # of the value: a narrower interval, on either side, is not shown
+OF_SCENE = "the truth of the scene"
 
 
-def _rmse(cell: Cell) -> float | Missing:
-    return Missing("first hits have none") if cell.parameters.get("kind") == "rays" else cell.worst("rmse")
+def rmse(cell: Cell) -> Estimate | float | Missing:
+    """Returns the RMSE of a cell, with the interval that the noise of its truth leaves, 95 %, if it has some."""
+    value, doubt = cell.error(repetition.RMSE), cell.error("error_rmse_standard_error")
+    if isinstance(value, Missing) or isinstance(doubt, Missing) or doubt == 0:
+        return value
+    samples = cell.error("truth_samples")
+    samples = int(samples) if isinstance(samples, float) else 1
+    ends = max(0.0, value - NORMAL * doubt), value + NORMAL * doubt
+    return Estimate(value, *ends, samples, "95 %, of the noise of the truth")
 
 
-def _outside(cell: Cell) -> float | Missing:
-    worst = cell.worst("max_outside")
-    if isinstance(worst, Missing) and not isinstance(cell.worst("mask_fraction"), Missing):
-        return Missing("every pixel is in the mask")
-    return worst
+def shown(value: Estimate | float | Missing) -> str:
+    """Returns an RMSE as text: with its interval where that is wide, or "below" where the truth cannot tell it from "
+    "0."""
+    if not isinstance(value, Estimate):
+        return quantity.exact(value)
+    if value.low == 0:
+        return f"below {value.high:.2g}"
+    return f"{value.value:.3g}" if value.high - value.value < SURE * value.value else quantity.text(value)
+
+
+def shown_rmse(cell: Cell) -> str:
+    """Returns the RMSE of a cell as text."""
+    return shown(rmse(cell))
 
 
 def _percent(value: float | Missing) -> str:
     return quantity.exact(value, 100)
 
 
+def _against(cell: Cell) -> str | Missing:
+    found = cell.error(repetition.LARGEST)
+    return found if isinstance(found, Missing) else cell.against or OF_SCENE
+
+
 ERRORS = [
-    Column("RMSE", "rmse", "linear RGB", _rmse, quantity.exact),
-    Column("largest error", repetition.LARGEST, UNIT, lambda cell: cell.worst(repetition.LARGEST), quantity.exact),
-    Column("beyond 1/255 (%)", "bad_pixels", "1", lambda cell: cell.worst("bad_pixels"), _percent),
+    Column("RMSE", repetition.RMSE, "linear RGB", rmse, shown),
+    Column("largest error", repetition.LARGEST, UNIT, lambda cell: cell.error(repetition.LARGEST), quantity.exact),
+    Column("beyond 1/255 (%)", repetition.BEYOND, "1", lambda cell: cell.error(repetition.BEYOND), _percent),
+    Column("error against", AGAINST, "", _against),
 ]
 
 AGREEMENT = [
-    Column("agreement: at most, outside the mask", "agreement_outside_mask", UNIT, _outside, quantity.exact),
-    Column("its tolerance", "tolerance", UNIT, lambda cell: cell.worst("tolerance")),
-    Column(
-        "pixels in the mask (%)", "mask_fraction", "1", lambda cell: cell.worst("mask_fraction"),
-        lambda value: quantity.text(value) if isinstance(value, Missing) else f"{100 * value:.2f}",
-    ),
-]  # fmt: skip
+    Column("agrees", "agrees", "", lambda cell: cell.agrees if isinstance(cell.agrees, Missing) else cell.agreement)
+]
 
 CAPTION = (
-    "Errors are differences in linear RGB from the reference, which another renderer made in float64, over all pixels: "
-    "their root mean square, the largest of any channel, and the share of pixels with a channel off by more than a "
-    "step of an 8-bit picture. Agreement is what the judge goes by: the largest difference outside the mask of "
-    "ill-conditioned pixels, with the tolerance above which a picture is wrong; it is no error of the picture. The "
-    "mask marks the pixels whose colour in float64 changes visibly when the sample moves by 4 float32 steps. Where "
-    "first hits of rays are asked for in place of a picture, the largest error is that of the distance of a hit, as a "
-    "share of it, among rays that hit what the reference says; the share is of rays that hit something else; outside "
-    "the mask, which is of rays, none may."
+    "The error of a picture is its distance from the truth of the scene, whatever its method: RMSE, largest error of a "
+    "channel, and share of pixels with a channel off by more than a step of an 8-bit picture, in linear RGB over all "
+    "pixels. The truth is float64, the mean of many pictures over the areas of pixels, lens, lights and lobes, so deep "
+    "that nothing changes; the share of its own noise is taken off the RMSE. An interval of an RMSE (95 %) is of that "
+    "noise, and is left out if it is within 1 %; below: the truth cannot tell it from 0. Where an experiment asks for "
+    "errors from something else, or the run is of an earlier version, a column says from what. Of first hits the error "
+    "is that of the distance of a hit, as a share of it, and the share is of rays that hit something else. Agreement "
+    "is a gate and no error: ✓, in float64 another renderer makes the same picture with the same samples and depth; ✗, "
+    "it does not. Mask: the share of pixels whose colour changes visibly when a sample moves by 4 float32 steps, which "
+    "are judged all together; told above 1 %."
 )
 
 
-def brief(cell: Cell) -> tuple[str, str, str]:
-    """RMSE, largest error and share beyond 1/255 as short as can be, for the margin of a figure."""
-    rmse, largest, beyond = (column.value(cell) for column in ERRORS)
-    found = ((rmse, "{:.2g}".format), (largest, "{:.3g}".format), (beyond, record.percent))
+def brief(cell: Cell) -> tuple[str, str, str, str]:
+    """RMSE, largest error, share beyond 1/255 and agreement as short as can be, for the margin of a figure."""
+    found = (
+        (rmse(cell), _short),
+        (cell.error(repetition.LARGEST), "{:.3g}".format),
+        (cell.error(repetition.BEYOND), record.percent),
+        (cell.agrees, "✗✓".__getitem__),
+    )
     return tuple("unavailable" if isinstance(value, Missing) else show(value) for value, show in found)
+
+
+def _short(value: Estimate | float) -> str:
+    if not isinstance(value, Estimate):
+        return f"{value:.2g}"
+    return f"< {value.high:.2g}" if value.low == 0 else f"{value.value:.2g}"

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from reports.accuracy import pareto, pareto_table
+from reports.accuracy import accuracy_columns, pareto, pareto_table
 from reports.accuracy.pareto import BUDGETS, Chart
 from reports.paper import markdown, quantity, table, thinning
 from reports.run import command, method
@@ -13,7 +13,7 @@ TITLE = "The fastest method within an error budget"
 HEADER = ("error at most", "fastest", "steady frame (s)", "RMSE", "not resolved from", "command")
 CSV_HEADER = (
     "view", "scene", "budget", "variant", "method", "time_s", "time_low_s", "time_high_s", "error_rmse",
-    "not_resolved_from", "note", "command",
+    "error_against", "not_resolved_from", "note", "command",
 )  # fmt: skip
 CAPTION = (
     "Errors and times as in the charts. Not resolved: the next methods in time whose ratio to the fastest may be 1 by "
@@ -45,7 +45,7 @@ def _row(results: Results, chart: Chart, budget: float) -> list[str]:
     if isinstance(found, Missing):
         return [name, str(found), *["unavailable"] * 4]
     point, rivals = found
-    numbers = quantity.text(point.time), quantity.exact(point.error)
+    numbers = quantity.text(point.time), accuracy_columns.shown_rmse(point.cell)
     return [name, point.name, *numbers, _names(rivals) or "none", pareto_table.shown_command(results, point.cell)]
 
 
@@ -54,11 +54,12 @@ def _fields(results: Results, chart: Chart, budget: float) -> list:
     view = chart.view
     head = [view.label, view.cells[0].scene, budget]
     if isinstance(found, Missing):
-        return [*head, *[None] * 6, "", str(found), ""]
+        return [*head, *[None] * 6, chart.against or accuracy_columns.OF_SCENE, "", str(found), ""]
     (point, rivals), cell = found, found[0].cell
     return [
         *head, cell.variant, chart.names.method(cell) or method.PLAIN, point.time.value, point.time.low,
-        point.time.high, point.error, _names(rivals), "", str(command.of(results, cell)),
+        point.time.high, point.error, cell.against or accuracy_columns.OF_SCENE, _names(rivals), "",
+        str(command.of(results, cell)),
     ]  # fmt: skip
 
 

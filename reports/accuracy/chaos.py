@@ -1,4 +1,4 @@
-"""Measures how rounding errors of mirrored rays grow with each bounce, from pictures of depth 0, 1, 2, ..
+"""Measures how rounding of mirrored rays grows with each bounce, from pictures of depth 0, 1, 2, ..
 
 The picture of depth k minus that of depth k - 1 is the light of bounce k. Its difference between two arithmetics grows
 by a factor g with each bounce, since a curved mirror spreads rays, until the two have nothing in common.
@@ -20,7 +20,7 @@ from reports.run.stored import STEP
 from reports.run.view import View
 
 UNITS = {"float64": 2.0**-53, "float32": 2.0**-24}
-SMALL = 24  # u: the usual error of the first ray's angle
+SMALL = 24  # u: how far off the first ray's angle usually is
 LEAST_PIXELS = 30  # that a bounce reaches, for its median to count
 LEAST_BOUNCES = 3  # for the fit of a growth
 LEAST_DEPTHS = 4  # of a sweep
@@ -32,8 +32,8 @@ ALIKE = 0.1  # of the difference between two random pixels: the growth ends ther
 class Bounce:
     """The light of bounce `number` at the `pixels` that it reaches.
 
-    median: of its error over these pixels. random: the median difference between two of these pixels chosen at random.
-    floor: the error that rounding of sums makes, see FLOOR.
+    median: of its difference over these pixels. random: that between two of these pixels chosen at random.
+    floor: the difference that rounding of sums makes, see FLOOR.
     """
 
     number: int
@@ -44,7 +44,7 @@ class Bounce:
 
     @property
     def fits(self) -> bool:
-        """Is the error between rounding and saturation, where it grows?"""
+        """Is the difference between rounding and saturation, where it grows?"""
         return self.pixels >= LEAST_PIXELS and self.floor < self.median < ALIKE * self.random
 
 

@@ -1,4 +1,4 @@
-"""Draws the growth of rounding errors with each bounce between mirrors, and the depth where pictures lose meaning."""
+"""Draws the growth of rounding with each bounce between mirrors, and the depth where pictures lose meaning."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,15 +13,15 @@ from reports.paper import markdown, quantity, style, table
 from reports.run.cell import Missing
 from reports.run.results import Results
 
-TITLE = "Mirror chaos: growth of rounding errors per bounce"
+TITLE = "Mirror chaos: growth of rounding per bounce"
 CAPTION = (
-    "Light of bounce k: the picture of depth k minus that of depth k - 1. Its error: the largest difference of a "
+    "Light of bounce k: the picture of depth k minus that of depth k - 1. Its difference: the largest difference of a "
     "channel, linear RGB, from the same variant in strict float64, all else equal (for strict float64: from another "
     "variant's); the median is over the pixels that bounce k reaches. Growth g: least squares of the log of the median "
     f"on k, over at least {LEAST_BOUNCES} successive bounces that reach {LEAST_PIXELS} pixels, with the median above "
     f"{FLOOR} u of the picture's, the rounding of sums, and below {ALIKE:g} of the difference between two random "
     f"pixels, where growth ends. [low, high]: 95 % interval from {RESAMPLES} resamples of blocks of pixels. Useful "
-    f"bounces: ln(1/{SMALL}u) / ln g, after which a first error of {SMALL} u has grown to 1; u is 2^-24 or 2^-53; "
+    f"bounces: ln(1/{SMALL}u) / ln g, after which a first {SMALL} u has grown to 1; u is 2^-24 or 2^-53; "
     "dashed in the figure. Crosses: bounces that are not fitted."
 )
 CSV_HEADER = (
@@ -84,7 +84,7 @@ def draw(one: Chaos):
     style.visible_step(axes, right=False)
     random = {bounce.number: bounce.random for growth in one.growths for bounce in growth.bounces}
     axes.plot(list(random), list(random.values()), color="#AAAAAA", lw=1, zorder=1, label="two pixels at random")
-    axes.set(yscale="log", xlabel="bounce", ylabel="median error of a bounce's light (linear RGB)")
+    axes.set(yscale="log", xlabel="bounce", ylabel="median difference of a bounce's light (linear RGB)")
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.yaxis.minorticks_off()

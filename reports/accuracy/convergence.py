@@ -8,6 +8,7 @@ import numpy as np
 
 from harness.statistics.statistics import Estimate
 from reports.accuracy import resampling
+from reports.accuracy.pareto import DOUBT
 from reports.accuracy.resampling import Blocks
 from reports.run import method, stored, view
 from reports.run.cell import Cell, Missing
@@ -19,7 +20,7 @@ DIALS = {"samples": lambda n: n * n, "feelers": lambda n: max(n, 1), "glossy_ray
 METHODS = "sampler", "precision", "epsilon", "floating_point", *method.STEPS, "cutoff", "glossy_weight"
 POOLED = ("seed",)  # pictures that differ only in it make one point with their mean squared error
 OCTAVES = 4  # for a slope
-NEAR = 3  # standard errors of the truth: a smaller error is partly the truth's
+NEAR = DOUBT  # times the uncertainty of the truth: a smaller error is partly the truth's
 CLOSE = 0.1  # largest difference of a slope that agrees with theory
 EQUAL = 1e-6  # relative difference of errors that are drawn as one line
 
@@ -28,23 +29,23 @@ EQUAL = 1e-6  # relative difference of errors that are drawn as one line
 class Point:
     """The error of the pictures with a number of draws per pixel.
 
-    squares: mean over pictures and channels of the squared error, (height, width). standard_error: of the truth, root
-    mean square over pixels; 0 for a deterministic truth.
+    squares: mean over pictures and channels of the squared error, (height, width), the share of the truth's noise taken
+    off. uncertainty: of the truth, RMS; 0 for a deterministic truth of a given depth.
     """
 
     draws: int
     squares: np.ndarray = field(repr=False)
-    standard_error: float
+    uncertainty: float
 
     @cached_property
     def error(self) -> float:
         """RMSE over all pixels, linear RGB."""
-        return float(np.sqrt(self.squares.mean()))
+        return float(np.sqrt(max(0.0, self.squares.mean())))
 
     @property
     def fits(self) -> bool:
         """Is it the error of the method rather than of the truth?"""
-        return self.error > 0 and self.error >= NEAR * self.standard_error
+        return self.error > 0 and self.error >= NEAR * self.uncertainty
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ def _draws(cell: Cell, dials: tuple[str, ...]) -> int:
 def _lines(results: Results, seen: View) -> list[Line]:
     differing = [key for key in view.differing(seen.cells, METHODS) if key not in ("sampler", "epsilon")]
     groups = grouped(
-        seen.cells, lambda cell: (cell.variant, cell.parameters["sampler"], method.values(cell, differing))
+        seen.cells, lambda cell: (cell.variant, cell.parameters.get("sampler", "one"), method.values(cell, differing))
     )
     for variant, sampler, rest in list(groups):
         # One sample in the middle of the pixel is the grid of 1 x 1.
@@ -153,17 +154,21 @@ def _line(results: Results, seen: View, variant: str, sampler: str, method: str,
 
 
 def _squares(results: Results, cell: Cell) -> tuple[np.ndarray, float] | Missing:
-    """Returns the squared error of each pixel against the truth, mean over channels, and the truth's standard error."""
+    """Returns the squared error of each pixel, mean over channels, without the noise of the truth, and the truth's
+    uncertainty.
+    """
     if cell.status != "ok":
         return Missing(cell.verdict)
     error = results.record(cell).get("error") or {"unavailable": "the experiment asks for no truth"}
     if "unavailable" in error:
         return Missing(error["unavailable"])
-    picture, truth = stored.picture(results, cell), stored.array(results, error["truth_file"])
-    for one in (picture, truth):
+    noise = stored.array(results, file) if (file := error.get("standard_error_file")) else np.zeros(1)
+    picture, truth = stored.picture(results, cell), stored.truth(results, cell)
+    for one in (picture, truth, noise):
         if isinstance(one, Missing):
             return one
-    return ((picture - truth) ** 2).mean(axis=-1), error["standard_error"] or 0.0
+    uncertainty = cell.error("uncertainty")
+    return ((picture - truth) ** 2 - noise**2).mean(axis=-1), 0.0 if isinstance(uncertainty, Missing) else uncertainty
 
 
 def _theory(results: Results, seen: View, keys: tuple[str, ...]) -> float | None:
@@ -199,7 +204,7 @@ def slope(points: list[Point]) -> Estimate | Missing:
     used = [point for point in points if point.fits]
     if octaves(used) < OCTAVES:
         near = len(points) - len(used)
-        why = f", and {near} points are exact or within {NEAR} standard errors of the truth" if near else ""
+        why = f", and {near} points are exact or within {NEAR} times what the truth is known to" if near else ""
         return Missing(f"needs four octaves, has {octaves(used):.3g}{why}")
     logs = np.log2([point.draws for point in used])
     pull = (logs - logs.mean()) / ((logs - logs.mean()) ** 2).sum()

@@ -18,16 +18,19 @@ from reports.run.view import View
 
 TITLE = "Convergence: error against samples"
 CAPTION = (
-    "Error: RMSE over all pixels, linear RGB, against the truth. N: samples of a pixel, n × n, times its feelers and "
-    "glossy rays where these were swept. Slope: least squares of log2 error on log2 N with equal weights; pictures "
-    "that differ only in their seed make one point with their mean squared error. [low, high]: 95 % interval from "
-    f"{RESAMPLES} resamples of blocks of up to {SIDE} × {SIDE} pixels, the same in all pictures of a line. It needs "
-    f"{OCTAVES} octaves of N. Grey band: up to the standard error of the truth; points below {NEAR} times it, and "
-    "exact ones, are hollow and not fitted. Dotted: theory's slope through the middle of the line. Guides: -1/2, -3/4 "
-    "and -1. Theory depends on the kind of edge or shading, so the experiment names it for each scene; a slope agrees "
-    f"with theory within {CLOSE}. Variants with errors equal to six digits share a line."
+    "Error: distance from the truth, RMSE over all pixels, linear RGB, the share of the truth's noise taken off. N: "
+    "samples of a pixel, n × n, times its feelers and glossy rays where these were swept. Slope: least squares of log2 "
+    "error on log2 N with equal weights; pictures that differ only in their seed make one point with their mean "
+    f"squared error. [low, high]: 95 % interval from {RESAMPLES} resamples of blocks of up to {SIDE} × {SIDE} pixels, "
+    f"the same in all pictures of a line. It needs {OCTAVES} octaves of N. Grey band: below {NEAR} times what the "
+    "truth is known to; points in it, and exact ones, are hollow and not fitted. Held against the truth of the scene, "
+    "the error of a picture with one sample a pixel, hard shadows or few reflections stops falling; where it is held "
+    "against something else, such as each picture's own limit, the title says so. Dotted: theory's slope through the "
+    "middle of the line. Guides: -1/2, -3/4 and -1. Theory depends on the kind of edge or shading, so the experiment "
+    f"names it for each scene; a slope agrees with theory within {CLOSE}. Variants with errors equal to six digits "
+    "share a line."
 )
-POINTS = "view", "variant", "sampler", "draws", "rmse", "standard_error_of_truth", "fitted"
+POINTS = "view", "variant", "sampler", "draws", "error_rmse", "uncertainty", "fitted"
 SLOPES = "view", "variant", "sampler", "slope", "low", "high", "theory", "difference", "octaves", "note"
 COLOURS = {"uniform": "#D55E00", "jittered": "#0072B2", "feelers": "#009E73", "glossy_rays": "#B5A300"}
 OTHER = "#CC79A7"
@@ -71,13 +74,12 @@ def _panel(axes, view: View, lines: list[Line]) -> None:
     points = [point for line in lines for point in line.points]
     some = [point.error for point in points if point.error > 0]
     low, high = min(some, default=1e-9), max(some, default=1.0)
-    axes.set(xscale="log", yscale="log", xlabel="samples of a pixel, N", ylabel="RMSE (linear RGB)")
+    axes.set(xscale="log", yscale="log", xlabel="samples of a pixel, N", ylabel="error: RMSE (linear RGB)")
     axes.set_ylim(low / 2.5, high * 1.8)
-    axes.set_title("\n".join(textwrap.wrap(view.label, 48)), loc="left")
-    floor = max(point.standard_error for point in points)
+    axes.set_title("\n".join(textwrap.wrap(_label(view), 48)), loc="left")
+    floor = NEAR * max(point.uncertainty for point in points)
     if floor > 0:
         axes.axhspan(axes.get_ylim()[0], max(floor, axes.get_ylim()[0]), color="#E4E4E4", lw=0, zorder=0)
-        axes.axhline(NEAR * floor, color="#AAAAAA", lw=0.7, ls=(0, (1, 2)), zorder=1)
     first, last = (function(point.draws for point in points) for function in (min, max))
     ends = np.array([first, last])
     for slope, name in GUIDES:
@@ -95,6 +97,12 @@ def _panel(axes, view: View, lines: list[Line]) -> None:
     axes.set_xticks(draws[:: -(-len(draws) // 8)], [str(n) for n in draws[:: -(-len(draws) // 8)]])
     axes.xaxis.minorticks_off()
     axes.legend(loc="upper left", bbox_to_anchor=(-0.12, -0.16), fontsize=6, handlelength=1.5)
+
+
+def _label(view: View) -> str:
+    """Returns the name of a view, with what its errors are held against where that is not the truth of the scene."""
+    against = " and ".join(dict.fromkeys(cell.against for cell in view.cells if cell.against))
+    return f"{view.label} (error {against})" if against else view.label
 
 
 def _line(axes, line: Line, colour: str, marker: str) -> None:
@@ -127,7 +135,7 @@ def _table(found: list[tuple[View, list[Line]]]) -> str:
             pixels = str(line.points[0].squares.size) if line.points else "unavailable"
             names = ", ".join(line.variants)
             slope = quantity.text(line.slope)
-            rows.append([view.label, names, line.label, slope, theory, off, near, octaves, pixels])
+            rows.append([_label(view), names, line.label, slope, theory, off, near, octaves, pixels])
     header = ["view", "variants", "sampler", "slope", "theory", "difference", f"within {CLOSE}", "octaves", "pixels"]
     return markdown.table(header, rows)
 
@@ -143,7 +151,7 @@ def _left_out(found: list[tuple[View, list[Line]]]) -> list[str]:
 
 def _points(found: list[tuple[View, list[Line]]]) -> list[tuple]:
     return [
-        (view.label, variant, line.label, point.draws, point.error, point.standard_error, point.fits)
+        (view.label, variant, line.label, point.draws, point.error, point.uncertainty, point.fits)
         for view, lines in found
         for line in lines
         for variant in line.variants

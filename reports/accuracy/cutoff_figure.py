@@ -1,4 +1,4 @@
-"""Reports the cost and gain of a contribution cut-off: error beside its proven bound, rays, time (CUT-1 to CUT-3)."""
+"""Reports what a contribution cut-off changes, beside its proven bound, and saves: rays, time (CUT-1 to CUT-3)."""
 
 import textwrap
 from collections import Counter
@@ -17,23 +17,24 @@ from reports.run.results import Results, grouped
 from reports.run.stored import STEP
 from reports.run.view import View
 
-TITLE = "Cut-off: error against its proven bound, and what it saves"
+TITLE = "Cut-off: what it changes, beside its proven bound, and what it saves"
 UNIT = {"float32": 2.0**-24}  # u of NUM-2; else that of float64
 SLACK = 64  # u: possible rounding of sums of some hundred terms
 METHODS = "precision", "epsilon", "floating_point", *method.STEPS
 CSV_HEADER = (
-    "view", "variant", "method", "cutoff", "largest_error", "largest_bound", "mean_bound", "largest_ratio",
-    "pixels_beyond_bound", "bad_pixels", "rays_kept", "time_kept", "time_low", "time_high", "note",
+    "view", "variant", "method", "cutoff", "largest_change", "largest_bound", "mean_bound", "largest_ratio",
+    "pixels_beyond_bound", "beyond_step", "rays_kept", "time_kept", "time_low", "time_high", "note",
 )  # fmt: skip
 KINDS = "primary", "reflected", "transmitted", "shadow"
 CAPTION = (
-    "Error: largest absolute difference in any channel of linear RGB from the picture of the same variant without a "
-    "cut-off, all else equal. Bound of a pixel: the weight that was cut there times the largest radiance of a ray "
-    "(CUT-3); the renderer computes it with the picture and needs no other one. Error ÷ bound is the largest over "
-    f"pixels, after {SLACK} u of the pixel's brightest channel (at least 1) are subtracted from the error for "
-    "rounding: above 1 in a single pixel, the bound does not hold. Rays: of all kinds, in % of those without a "
-    "cut-off. Time: of a steady frame, likewise, with its 95 % interval where there are enough processes. Variants "
-    "with equal errors and rays share their marks except those of time."
+    "Change: largest absolute difference in any channel of linear RGB from the picture of the same variant without a "
+    "cut-off, all else equal; it is no error, which is held against the truth of the scene. Bound of a pixel: the "
+    "weight that was cut there times the largest radiance of a ray (CUT-3); the renderer computes it with the picture "
+    f"and needs no other one. Change ÷ bound is the largest over pixels, after {SLACK} u of the pixel's brightest "
+    "channel (at least 1) are subtracted from the change for rounding: above 1 in a single pixel, the bound does not "
+    "hold. Rays: of all kinds, in % of those without a cut-off. Time: of a steady frame, likewise, with its 95 % "
+    "interval where there are enough processes. Variants with equal changes and rays share their marks except those of "
+    "time."
 )
 
 
@@ -41,13 +42,13 @@ CAPTION = (
 class Point:
     """A picture with a cut-off compared with the one without.
 
-    error: largest over pixels, linear RGB. bounds: (largest, mean) over pixels. ratio: largest error ÷ bound. beyond:
-    number of pixels with an error above the bound. bad: share of pixels off by more than 1/255. rays, time: the share
-    that remains, 0 to 1.
+    change: largest over pixels, linear RGB. bounds: (largest, mean) over pixels. ratio: largest change ÷ bound. beyond:
+    number of pixels that change by more than the bound. bad: share of pixels that change by more than 1/255. rays,
+    time: the share that remains, 0 to 1.
     """
 
     cutoff: float
-    error: float
+    change: float
     bounds: tuple[float, float]
     ratio: float
     beyond: int
@@ -107,18 +108,18 @@ def _point(results: Results, cell: Cell, whole: Cell | None) -> Point | Missing:
             return one
     cut, right, dropped = arrays
     bound = known["radiance"] * dropped
-    error = np.abs(cut - right).max(axis=-1)
+    change = np.abs(cut - right).max(axis=-1)
     unit = UNIT.get(cell.parameters["precision"], 2.0**-53)
-    surely = np.maximum(error - SLACK * unit * np.maximum(right.max(axis=-1), 1), 0)
+    surely = np.maximum(change - SLACK * unit * np.maximum(right.max(axis=-1), 1), 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.where(surely > 0, surely / bound, 0.0)  # infinite where nothing was cut, but the pixel differs
     return Point(
         cell.parameters["cutoff"],
-        float(error.max()),
+        float(change.max()),
         (float(bound.max()), float(bound.mean())),
         float(ratios.max()),
         int(np.count_nonzero(ratios > 1)),
-        float(np.mean(error > STEP)),
+        float(np.mean(change > STEP)),
         _rays(record, results.record(whole)),
         _time(cell, whole),
     )
@@ -162,7 +163,7 @@ def _judgement(views: list[tuple[View, list[Sweep]]]) -> str:
     if not points:
         return "Whether the bound holds: unavailable: no picture with a cut-off could be compared."
     broken = [
-        f"{seen.label}: {sweep.label}, cut-off {_power(point.cutoff)}: {point.beyond} pixels, error up to "
+        f"{seen.label}: {sweep.label}, cut-off {_power(point.cutoff)}: {point.beyond} pixels, a change of up to "
         f"{point.ratio:.3g} times the bound"
         for seen, sweep, point in points
         if point.beyond
@@ -172,7 +173,7 @@ def _judgement(views: list[tuple[View, list[Sweep]]]) -> str:
         return "\n\n".join(markdown.listed(said, broken))
     worst = max(point.ratio for _, _, point in points)
     return (
-        f"The bound holds in every pixel of all {len(points)} pictures with a cut-off; the error is at "
+        f"The bound holds in every pixel of all {len(points)} pictures with a cut-off; what it changes is at "
         f"most {100 * worst:.3g} % of it."
     )
 
@@ -189,11 +190,11 @@ def _table(sweeps: list[Sweep]) -> str:
             rays = quantity.text(point.rays) if isinstance(point.rays, Missing) else f"{100 * point.rays:.3g}"
             largest, mean = (quantity.plain(value) for value in point.bounds)
             rows.append([
-                sweep.label, _power(point.cutoff), quantity.plain(point.error), largest, mean, f"{point.ratio:.3g}",
+                sweep.label, _power(point.cutoff), quantity.plain(point.change), largest, mean, f"{point.ratio:.3g}",
                 f"{100 * point.bad:.3g}", rays, quantity.text(point.time, 100),
             ])  # fmt: skip
     header = [
-        "variant", "cut-off", "largest error", "largest bound", "mean bound", "error ÷ bound", "beyond 1/255 (%)",
+        "variant", "cut-off", "largest change", "largest bound", "mean bound", "change ÷ bound", "beyond 1/255 (%)",
         "rays kept (%)", "time kept (%)",
     ]  # fmt: skip
     return markdown.table(header, rows)
@@ -208,8 +209,8 @@ def _csv(views: list[tuple[View, list[Sweep]]]) -> Iterator[tuple]:
                 known = not isinstance(time, Missing)
                 times = (time.value, time.low, time.high, time.note) if known else (None, None, None, str(time))
                 name = seen.label, sweep.variant, sweep.method or "as the view"
-                errors = point.error, *point.bounds, point.ratio, point.beyond, point.bad
-                yield *name, point.cutoff, *errors, rays, *times
+                changes = point.change, *point.bounds, point.ratio, point.beyond, point.bad
+                yield *name, point.cutoff, *changes, rays, *times
 
 
 def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
@@ -224,7 +225,7 @@ def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
         name = textwrap.fill(", ".join(sweep.label for sweep in mine), 60)
         left.plot(cutoffs, _shown([p.bounds[0] for p in first.points]), "--", color=colour, lw=1)
         left.plot(cutoffs, _shown([p.bounds[1] for p in first.points]), ":", color=colour, lw=1)
-        left.plot(cutoffs, _shown([p.error for p in first.points]), f"{marker}-", color=colour, ms=4, lw=1)
+        left.plot(cutoffs, _shown([p.change for p in first.points]), f"{marker}-", color=colour, ms=4, lw=1)
         some = [point for point in first.points if not isinstance(point.rays, Missing)]
         right.plot([p.cutoff for p in some], [100 * p.rays for p in some], f"{marker}-", color=colour, ms=4, lw=1,
                    label=f"rays, {name}")  # fmt: skip
@@ -233,7 +234,7 @@ def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
         colour, marker = style.colour(sweep.variant, variants), "x*1234"[methods.index(sweep.method) % 6]
         _times(right, sweep, colour, marker, 2 ** (0.12 * (number - (len(sweeps) - 1) / 2)))
     style.visible_step(left)
-    for style_, name in (("-", "largest error"), ("--", "largest bound"), (":", "mean bound")):
+    for style_, name in (("-", "largest change"), ("--", "largest bound"), (":", "mean bound")):
         left.plot([], [], style_, color="#444444", lw=1, label=name)
     left.set(yscale="log", ylabel="linear RGB")
     style.log_ticks(left.yaxis)
@@ -257,7 +258,7 @@ def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
 def _rounded(point: Point) -> tuple[str, ...]:
     """Returns the drawn values of a point without its time, rounded to visible digits."""
     rays = "" if isinstance(point.rays, Missing) else f"{point.rays:.4e}"
-    return f"{point.cutoff}", rays, *(f"{value:.4e}" for value in (point.error, *point.bounds))
+    return f"{point.cutoff}", rays, *(f"{value:.4e}" for value in (point.change, *point.bounds))
 
 
 def _shown(values: list[float]) -> np.ndarray:

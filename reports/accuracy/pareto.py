@@ -17,6 +17,7 @@ BUDGETS = (1e-1, 1 / 32, VISIBLE, 1e-3, 1e-4, 1e-6, 1e-9)
 ALIKE = 1e-9  # the judge's tolerance of float64 pictures: errors that differ by less count as equal
 MOST_RIVALS = 4  # to name
 DRAWS = {"samples": 2, "feelers": 1, "glossy_rays": 1}  # the power of a dial that counts random draws
+DOUBT = 4  # times the uncertainty of the truth: its share of a larger error is a quarter at most
 FLAT = 1 / 4  # a smaller slope of error against draws is no convergence: theory has at least 1/2
 
 
@@ -24,7 +25,7 @@ FLAT = 1 / 4  # a smaller slope of error against draws is no convergence: theory
 class Point:
     """A cell with an error and a time.
 
-    error: RMSE over all pixels against the truth, linear RGB, of the worst picture. time: of a steady frame, s.
+    error: RMSE, linear RGB, of the worst picture. time: of a steady frame, s.
     share: of resamples of the processes that have it on the front. number: its place on the front of the medians, the
     fastest first; None off the front. unbiased: its error is noise only.
     """
@@ -49,8 +50,9 @@ class Point:
 class Chart:
     """A view with its points in the order of the run, and the cells without a point, each with the reason.
 
-    resolution: RMSE below which the truth is not known, so that smaller errors count as equal. sampled: the truth is a
-    mean of random pictures; its standard error is the resolution.
+    resolution: RMSE below which the truth cannot tell, so that smaller errors count as equal: DOUBT times its
+    uncertainty. sampled: the truth is a mean of random pictures. against: what errors are held against, in words, ""
+    for the truth of the scene.
     """
 
     view: View
@@ -60,15 +62,25 @@ class Chart:
     curves: list[Curve]
     resolution: float
     sampled: bool
+    against: str
+
+    @property
+    def axis(self) -> str:
+        """What the axis of errors shows."""
+        return ", ".join(filter(None, ["error: RMSE, linear RGB", self.against]))
 
     @property
     def front(self) -> list[Point]:
         return sorted((point for point in self.points if point.number), key=lambda point: point.number)
 
+    def drawn(self, point: Point) -> float:
+        """The error at which a point is drawn: 0 if it is below the uncertainty of the truth."""
+        return 0.0 if self.resolution > ALIKE and point.error < self.resolution / DOUBT else point.error
+
     def cheapest(self, results: Results, budget: float) -> tuple[Point, list[Point]] | Missing:
         """Returns the fastest point with an error of at most `budget`, and the next ones not resolved from it."""
         if budget < self.resolution:
-            return Missing(f"the truth is known to {self.resolution:.2g} only")
+            return Missing(f"below {self.resolution:.2g} the truth cannot tell")
         able = sorted((p for p in self.points if p.error <= budget), key=lambda point: point.time.value)
         if not able:
             return Missing("no method is so near to the truth")
@@ -135,7 +147,7 @@ def shares(times: list[list[float]], errors: np.ndarray, seed: int = 1) -> np.nd
 
 @lru_cache(maxsize=1)  # several sections of a report need them
 def charts(results: Results) -> list[Chart]:
-    """Returns every view with two methods or more; [] if the run has no errors against a truth."""
+    """Returns every view with two methods or more; [] if the run has no errors."""
     if not any(record.get("error") for record in results.records):
         return []
     return [_chart(results, seen) for seen in method.views(results) if len(set(map(_compared, seen.cells))) > 1]
@@ -146,32 +158,23 @@ def _compared(cell: Cell) -> str:
 
 
 def _chart(results: Results, seen: View) -> Chart:
-    names, errors, lacking = Names(seen.cells, method.truth_depth(results)), {}, []
+    names, errors, lacking = Names(seen.cells, method.truth(results).depth), {}, []
     for cell in seen.cells:
-        error = worst_error(cell)
+        error = cell.error()
         if cell.unranked or isinstance(error, Missing):
             lacking.append((cell, cell.unranked or str(error)))
         else:
             errors[cell] = error
-    known = [max(cell.known("standard_error", cell.timed).values(), default=0.0) for cell in errors]
-    sampled = max(known, default=0.0) > 0
+    known = [DOUBT * max(cell.known("uncertainty", cell.timed).values(), default=0.0) for cell in errors]
+    sampled = any(method.sampled(results.record(cell)["error"]) for cell in errors)
     resolution = max([ALIKE, *known])
     points = _points(results, seen, names, errors, resolution) if errors else []
     apart = [cell for scene in {cell.scene for cell in seen.cells} for cell in results.of(scene) if cell.apart]
     places = {cell.place for cell in seen.cells}
     lacking += [(cell, cell.apart) for cell in apart if cell.place in places and not cell.exhibit]
     curves = method.curves(list(errors), names)
-    return Chart(seen, names, points, lacking, curves, resolution, sampled)
-
-
-def worst_error(cell: Cell, column: str = "error_rmse") -> float | Missing:
-    """Returns the largest value of an error against the truth, or its bound, over repetitions, or why there is none."""
-    found = cell.known(column, cell.timed)
-    if found:
-        return float(max(found.values()))
-    names = ("no_error_flip", "no_error") if column == "error_flip" else ("no_error",)
-    reasons = [reason for name in names for reason in cell.known(name, cell.timed).values()]
-    return Missing(next(iter(reasons), "its error against the truth is not reported"))
+    against = " and ".join(dict.fromkeys(cell.against for cell in errors if cell.against))
+    return Chart(seen, names, points, lacking, curves, resolution, sampled, against)
 
 
 def _points(results: Results, seen: View, names: Names, errors: dict, resolution: float) -> list[Point]:

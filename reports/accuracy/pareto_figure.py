@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from harness.statistics.statistics import RESAMPLES
-from reports.accuracy import pareto, pareto_table
+from reports.accuracy import accuracy_columns, pareto, pareto_table
 from reports.accuracy.pareto import VISIBLE, Chart
 from reports.paper import markdown, quantity, style, thinning
 from reports.run import command, method
@@ -19,15 +19,16 @@ from reports.run.results import Results
 
 TITLE = "Speed against accuracy"
 CAPTION = (
-    "Error: RMSE over all pixels against the truth, linear RGB, of the worst repetition; time: of a steady frame, the "
-    "median over processes with its 95 % interval as a bar. Another renderer made the truth in float64 with nothing "
-    "left out: for scenes without samples one picture, for sampled ones the mean of many with other seeds, each with "
-    "more samples than any here. Lines: one variant along one dial. Stairs: the front, points that no other beats in "
-    f"both; numbered, the fastest first. Opacity: the share of {RESAMPLES} resamples of the processes that have a "
-    "point on the front. Errors below the accuracy of the truth count as equal. Guides: the slope of an error that "
-    "falls with the written power of the number of samples N, if time grows with N. Dotted: an error below which a "
-    "biased curve does not fall, however many samples it takes. Efficiency, 1 / (mean squared error × time), is given "
-    "where the error is noise only."
+    "Error: distance from the truth of the scene, RMSE over all pixels, linear RGB, of the worst repetition; time: of "
+    "a steady frame, the median over processes with its 95 % interval as a bar. All methods of a scene have the same "
+    "truth, so pictures with one sample a pixel, hard shadows or few reflections stand beside those with more. Where "
+    "an experiment asks for errors from something else, axis and text say from what. Lines: one variant along one "
+    "dial. Stairs: the front, points that no other beats in both; numbered, the fastest first. Opacity: the share of "
+    f"{RESAMPLES} resamples of the processes that have a point on the front. Grey: from here on the truth cannot tell; "
+    "smaller errors count as equal, and then the truth's own error is at most a quarter of what is shown. Guides: the "
+    "slope of an error that falls with the written power of the number of samples N, if time grows with N. Dotted: an "
+    "error below which a biased curve does not fall, however many samples it takes. Efficiency, 1 / (mean squared "
+    "error × time), is given where the error is noise only."
 )
 MOST = 24  # charts
 MOST_FAMILIES = 24  # in the legend
@@ -98,7 +99,7 @@ def _lost(chart: Chart) -> str:
 
 def _limits(axes, chart: Chart) -> float:
     """Sets the axes; returns the place at the left edge for errors of exactly 0."""
-    errors = [point.error for point in chart.points if point.error > 0]
+    errors = [error for point in chart.points if (error := chart.drawn(point)) > 0]
     low, high = min([VISIBLE, *errors]), max([VISIBLE, *errors])
     low = min(low, chart.resolution / 1.5) if chart.sampled else low
     pad = (high / low) ** 0.06
@@ -109,7 +110,7 @@ def _limits(axes, chart: Chart) -> float:
     axes.set(
         xscale="log", yscale="log", xlim=(zero / pad if none else left, high * pad),
         ylim=(min(ends) / space, max(ends) * space), ylabel="steady frame (s)",
-        xlabel="error against the truth: RMSE, linear RGB",
+        xlabel=chart.axis,
     )  # fmt: skip
     for axis in (axes.xaxis, axes.yaxis):
         style.log_ticks(axis)
@@ -117,7 +118,7 @@ def _limits(axes, chart: Chart) -> float:
     if none:
         axes.axvspan(zero / pad, left, color="#F3F3F3", lw=0)
         axes.axvline(left, color="#888888", lw=0.6, ls="--")
-        _upright(axes, zero / pad**0.75, "error exactly 0")
+        _upright(axes, zero / pad**0.75, "no error that the truth can tell" if chart.sampled else "error exactly 0")
     return zero
 
 
@@ -126,7 +127,8 @@ def _regions(axes, chart: Chart) -> None:
     left, right = axes.get_xlim()
     if chart.resolution > left:
         axes.axvspan(left, chart.resolution, color="#E4E4E4", lw=0, zorder=0)
-        why = "the truth is no better known" if chart.sampled else "float64 pictures are not told apart"
+        known = chart.resolution > pareto.ALIKE
+        why = "from here on the truth cannot tell" if known else "float64 pictures are not told apart"
         _upright(axes, chart.resolution, why, ha="right")
     names = [(VISIBLE, "1/255")]
     axes.axvline(VISIBLE, color="black", lw=0.8)
@@ -154,7 +156,9 @@ def _curves(axes, results: Results, chart: Chart, zero: float) -> None:
     for curve in chart.curves:
         mine = [points[cell] for cell in curve.cells]
         colour = style.colour(curve.variant, results.variants)
-        axes.plot([p.error or zero for p in mine], [p.time.value for p in mine], color=colour, lw=0.8, alpha=0.45)
+        axes.plot(
+            [chart.drawn(p) or zero for p in mine], [p.time.value for p in mine], color=colour, lw=0.8, alpha=0.45
+        )
         floor = pareto.bias_floor(chart, curve)
         if floor is not None:
             axes.axvline(floor, color=colour, ls=":", lw=1)
@@ -163,7 +167,7 @@ def _curves(axes, results: Results, chart: Chart, zero: float) -> None:
 def _points(axes, results: Results, chart: Chart, zero: float, markers: dict) -> None:
     # Faint points first, so that the front is on top.
     for number, point in sorted(enumerate(chart.points), key=lambda one: one[1].share):
-        x, time = point.error or zero, point.time
+        x, time = chart.drawn(point) or zero, point.time
         colour = style.colour(point.cell.variant, results.variants)
         look = {"color": colour, "alpha": FAINT + (1 - FAINT) * point.share, "zorder": 3 + point.share}
         if time.low is not None:
@@ -176,7 +180,8 @@ def _front(axes, chart: Chart, zero: float) -> None:
     """Draws stairs through the points of the front and on to the edges."""
     front = chart.front[::-1]
     right, top = axes.get_xlim()[1], axes.get_ylim()[1]
-    across = [front[0].error or zero, *(point.error or zero for point in front), right]
+    errors = [chart.drawn(point) or zero for point in front]
+    across = [errors[0], *errors, right]
     up = [top, *(point.time.value for point in front), front[-1].time.value]
     axes.step(across, up, where="post", color="#444444", lw=0.8, zorder=2.5)
 
@@ -207,9 +212,9 @@ def _guides(axes) -> None:
 def _numbers(axes, chart: Chart, zero: float) -> None:
     """Numbers the points of the front, each where it covers least, and rings the fastest below a visible step."""
     inch = axes.figure.dpi / 72
-    taken = [axes.transData.transform((p.error or zero, p.time.value)) for p in chart.points]
+    taken = [axes.transData.transform((chart.drawn(p) or zero, p.time.value)) for p in chart.points]
     for point in chart.front:
-        at = axes.transData.transform((point.error or zero, point.time.value))
+        at = axes.transData.transform((chart.drawn(point) or zero, point.time.value))
         places = [
             at + radius * inch * np.array([np.cos(angle), np.sin(angle)])
             for radius in (9, 13, 18, 24)
@@ -227,7 +232,9 @@ def _numbers(axes, chart: Chart, zero: float) -> None:
     visible = [point for point in chart.front if point.error <= VISIBLE]
     if visible:
         first = visible[0]
-        axes.plot([first.error or zero], [first.time.value], "o", ms=10, mfc="none", mec="black", mew=0.9, zorder=5)
+        axes.plot(
+            [chart.drawn(first) or zero], [first.time.value], "o", ms=10, mfc="none", mec="black", mew=0.9, zorder=5
+        )
 
 
 def _fastest(results: Results, chart: Chart) -> list[str]:
@@ -246,7 +253,7 @@ def _titled(path: Path, results: Results, chart: Chart) -> None:
     text = path.read_text(encoding="utf-8")
     for number, point in enumerate(chart.points):
         place = f"{point.number}: " if point.number else ""
-        title = f"{place}{point.name}, error {point.error:.3g}, {quantity.text(point.time)} s: "
+        title = f"{place}{point.name}, error {accuracy_columns.shown_rmse(point.cell)}, {quantity.text(point.time)} s: "
         title += str(command.of(results, point.cell))
         mark = f'<g id="method-{number}">'
         text = text.replace(mark, f"{mark}\n    <title>{escape(title, quote=False)}</title>", 1)

@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
-from reports.accuracy.pareto import Chart, Point, worst_error
+from reports.accuracy import accuracy_columns
+from reports.accuracy.pareto import ALIKE, DOUBT, Chart, Point
 from reports.paper import markdown, quantity, table
+from reports.paper.table import AGAINST
 from reports.run import command, method
 from reports.run.cell import Cell, Missing
 from reports.run.results import Results, grouped
@@ -14,14 +16,11 @@ HEADER = (
 )  # fmt: skip
 CSV_HEADER = (
     "number", "scene", "point", "variant", "method", "status", "time_s", "time_low_s", "time_high_s", "processes",
-    "error_rmse", "error_max", "error_max_outside", "error_bad_pixels", "error_flip", "standard_error",
-    "truth_pictures", "bound_max", "bound_mean", "peak_bytes", "share_on_front", "efficiency", "note", "command",
-    "measured_by",
+    "error_rmse", "error_rmse_standard_error", "error_max", "error_bad_pixels", "error_flip", "error_against",
+    "uncertainty", "truth_samples", "bound_max", "bound_mean", "peak_bytes", "share_on_front", "efficiency", "note",
+    "command", "measured_by",
 )  # fmt: skip
-WORST = (
-    "error_max", "error_max_outside", "error_bad_pixels", "error_flip", "standard_error", "truth_pictures",
-    "bound_max", "bound_mean",
-)  # fmt: skip
+OF_TRUTH = "uncertainty", "truth_samples", "bound_max", "bound_mean"
 FEW = 3  # methods of one variant and reason; more are only counted
 
 
@@ -39,8 +38,8 @@ def shown_command(results: Results, cell: Cell) -> str:
 def _row(results: Results, point: Point) -> list[str]:
     cell, efficiency = point.cell, point.efficiency
     return [
-        str(point.number), point.name, quantity.exact(point.error), quantity.exact(worst_error(cell, "error_max")),
-        quantity.exact(worst_error(cell, "error_bad_pixels"), 100), quantity.exact(worst_error(cell, "error_flip")),
+        str(point.number), point.name, accuracy_columns.shown_rmse(cell), quantity.exact(cell.error("error_max")),
+        quantity.exact(cell.error("error_bad_pixels"), 100), quantity.exact(cell.error("error_flip")),
         quantity.text(point.time), quantity.text(cell.median("peak_bytes", "the peak is not known"), 1e-6),
         f"{100 * point.share:.3g}",
         ("exact" if point.error == 0 else "biased") if isinstance(efficiency, Missing) else f"{efficiency:.3g}",
@@ -49,21 +48,39 @@ def _row(results: Results, point: Point) -> list[str]:
 
 
 def _truth(results: Results, chart: Chart) -> str:
-    """Says how accurately the truth is known."""
+    """Says what the truth is, how accurately it is known, and by what it was checked."""
     errors = [results.record(point.cell)["error"] for point in chart.points]
     makers = " and ".join(dict.fromkeys(error["truth"] for error in errors))
-    if chart.sampled:
-        pictures = max(error["pictures"] for error in errors)
-        return markdown.escape(
-            f"The truth is the mean of {pictures} pictures of {makers}; its standard error is {chart.resolution:.2g}."
+    told = [f"{makers} made the truth{_made(errors)}."]
+    if chart.against:
+        told.append(f"Errors are {'' if chart.against.startswith('against') else 'held against it '}{chart.against}.")
+    if chart.resolution > ALIKE:
+        told.append(
+            f"It is known to {chart.resolution / DOUBT:.2g} (RMS); below {DOUBT} times that, {chart.resolution:.2g}, "
+            "it cannot tell."
         )
-    certificate = errors[0].get("certificate") or {"unavailable": "no check was asked for"}
+    certificate = next(filter(None, (error.get("certificate") for error in errors)), {"unavailable": "not asked for"})
     if "unavailable" in certificate:
-        return markdown.escape(f"{makers} made the truth, not checked in more digits: {certificate['unavailable']}.")
-    return markdown.escape(
-        f"{makers} made the truth; at {certificate['spots']} pixels computed in {certificate['digits']} digits the "
-        f"largest difference outside the mask is {certificate['largest']:.2g}."
-    )
+        told.append(f"It was not checked in more digits: {certificate['unavailable']}.")
+    else:
+        few = "of a picture with a few of its samples " if chart.sampled else ""
+        told.append(
+            f"At {certificate['spots']} pixels {few}computed in {certificate['digits']} digits the largest difference "
+            f"is {certificate['largest']:.2g}."
+        )
+    return markdown.escape(" ".join(told))
+
+
+def _made(errors: list[dict]) -> str:
+    """Returns the samples and depth of a truth in words, as far as records tell."""
+    samples = max((error.get("samples") or 1 for error in errors), default=1)
+    pictures = max((error.get("pictures") or 1 for error in errors), default=1)  # before 0.2
+    depths = sorted({error["depth"] for error in errors if error.get("depth") is not None})
+    words = [
+        f"{samples} samples of a pixel" if samples > 1 else f"the mean of {pictures} pictures" if pictures > 1 else "",
+        f"depth {' and '.join(map(str, depths))}" if depths else "",
+    ]
+    return f" ({', '.join(filter(None, words))})" if any(words) else ""
 
 
 def left_out(chart: Chart) -> list[str]:
@@ -96,8 +113,10 @@ def _fields(results: Results, chart: Chart, cell: Cell, point: Point | None, why
     note = why.get(cell) or (efficiency if isinstance(efficiency, Missing) else "")
     fields = [
         point.number if point else None, cell.scene, cell.point, cell.variant,
-        chart.names.method(cell) or method.PLAIN, cell.status, *ends, worst_error(cell),
-        *(worst_error(cell, column) for column in WORST), cell.median("peak_bytes", "unknown"),
+        chart.names.method(cell) or method.PLAIN, cell.status, *ends,
+        *(cell.error(name) for name in CSV_HEADER if name.startswith("error_") and name != AGAINST),
+        cell.against or accuracy_columns.OF_SCENE, *(cell.error(name) for name in OF_TRUTH),
+        cell.median("peak_bytes", "unknown"),
         point.share if point else None, efficiency, str(note),
         str(command.of(results, cell)), str(command.again(results, cell)),
     ]  # fmt: skip

@@ -16,8 +16,8 @@ STRICT = ("float64", "strict")
 
 
 @dataclass(frozen=True)
-class Errors:
-    """The errors of a picture; the error of a pixel is its largest channel difference, linear RGB.
+class Differences:
+    """How far a picture is from its reference; of a pixel the largest difference of a channel, linear RGB.
 
     bad: share of pixels off by more than 1/255. largest: over all pixels. median: over the pixels that differ, which
     leaves out the background. status: of the cell.
@@ -32,11 +32,11 @@ class Errors:
 
 @dataclass(frozen=True)
 class Method:
-    """Pictures of one variant in one arithmetic, by rising depth. lacking: reasons for no errors, by depth."""
+    """Pictures of one variant in one arithmetic, by rising depth. lacking: reasons for none, by depth."""
 
     variant: str
     arithmetic: tuple[str, str]
-    errors: list[Errors]
+    found: list[Differences]
     lacking: dict[int, str]
 
     @property
@@ -71,30 +71,27 @@ def found(results: Results) -> list[tuple[View, list[Method]]]:
 
 
 def _method(results: Results, variant: str, chosen: tuple[str, str], cells: list[Cell]) -> Method:
-    errors, lacking = [], {}
+    known, lacking = [], {}
     for cell in cells:
-        found = _errors(results, cell)
-        if isinstance(found, Missing):
-            lacking[cell.parameters["depth"]] = str(found)
+        one = _differences(results, cell)
+        if isinstance(one, Missing):
+            lacking[cell.parameters["depth"]] = str(one)
         else:
-            errors.append(found)
-    return Method(variant, chosen, errors, lacking)
+            known.append(one)
+    return Method(variant, chosen, known, lacking)
 
 
-def _errors(results: Results, cell: Cell) -> Errors | Missing:
-    """Returns errors against the judge's reference: another renderer's picture in strict float64, with equal samples.
+def _differences(results: Results, cell: Cell) -> Differences | Missing:
+    """Returns differences from the judge's reference: another renderer's picture in strict float64, with equal samples.
 
-    (The truth of the run may be deeper, or a mean of many pictures, and would add other errors to the arithmetic's.)
+    They are no errors: the truth of the scene is deeper and has all samples, and would add more to the arithmetic's.
     """
     picture = stored.picture(results, cell)
     if isinstance(picture, Missing):
         return picture
-    accuracy = results.record(cell)["accuracy"] or {"unavailable": "the judge was not asked"}
-    if "unavailable" in accuracy:
-        return Missing(accuracy["unavailable"])
-    right = stored.array(results, accuracy.get("reference_file"))
+    right = stored.reference(results, results.record(cell)["agreement"] or {})
     if isinstance(right, Missing):
         return right
     off = np.abs(picture - right).max(axis=-1)
     median = float(np.median(off[off > 0])) if off.any() else 0.0
-    return Errors(cell.parameters["depth"], float(np.mean(off > STEP)), float(off.max()), median, cell.status)
+    return Differences(cell.parameters["depth"], float(np.mean(off > STEP)), float(off.max()), median, cell.status)

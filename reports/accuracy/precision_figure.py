@@ -1,4 +1,4 @@
-"""Draws errors of float32 and relaxed arithmetic by depth of reflection: share of pixels and size."""
+"""Draws what float32 and relaxed arithmetic change, by depth of reflection: share of pixels and size."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,15 +11,20 @@ from reports.paper import markdown, quantity, style, table, thinning
 from reports.run.results import Results
 from reports.run.view import View
 
-TITLE = "Precision: errors that are rare and large"
+TITLE = "Precision: differences that are rare and large"
 CAPTION = (
-    "The error of a pixel is the largest absolute difference in any channel of linear RGB from another renderer's "
-    "picture in strict float64, all else equal: depth, samples, offset of rays from surfaces. Beyond 1/255: pixels off "
-    "by more than a step of an 8-bit picture. The median over pixels that differ shows the usual error, the largest "
-    "the worst: RMSE hides how far they are apart. A picture that the judge rejects is shown too, marked wrong in the "
-    "table and hollow in the figure. A share or an error of 0 is at the lower edge."
+    "What the arithmetic alone changes: the largest absolute difference of a pixel in any channel of linear RGB from "
+    "the reference, another renderer's picture in strict float64, all else equal: depth, samples, offset of rays from "
+    "surfaces. It is not the error of the picture, which has all that the truth of the scene has more. Beyond 1/255: "
+    "pixels off by more than a step of an 8-bit picture. The median over pixels that differ shows the usual "
+    "difference, the largest the worst: a root mean square hides how far they are apart. A picture that the judge "
+    "rejects is shown too, marked wrong in the table and hollow in the figure. A share or a difference of 0 is at the "
+    "lower edge."
 )
-CSV_HEADER = "view", "variant", "precision", "floating_point", "depth", "bad_pixels", "max", "median", "status"
+CSV_HEADER = (
+    "view", "variant", "precision", "floating_point", "depth", "beyond_step", "largest_difference", "median_difference",
+    "status",
+)  # fmt: skip
 COLOURS = {
     ("float32", "strict"): "#0072B2",
     ("float32", "contract"): "#56B4E9",
@@ -44,8 +49,8 @@ def write(results: Results, out: Path) -> str:
     parts = [f"## {TITLE}"]
     for number, (seen, methods) in enumerate(found):
         parts.append(f"### {markdown.escape(seen.label)}")
-        if any(len(method.errors) > 1 for method in methods):
-            path, drawn = out / f"precision-{number}-{markdown.slug(seen.label)}", [m for m in methods if m.errors]
+        if any(len(method.found) > 1 for method in methods):
+            path, drawn = out / f"precision-{number}-{markdown.slug(seen.label)}", [m for m in methods if m.found]
             parts.append(style.figure(path, f"{TITLE}: {seen.label}", draw, seen, drawn))
         parts.append(_table(methods))
     table.write_lines(out / "precision.csv", CSV_HEADER, _csv(found))
@@ -57,12 +62,12 @@ def _table(methods: list[Method]) -> str:
     for method in methods:
         fields = {
             one.depth: [f"{100 * one.bad:.3g}", _plain(one.largest), _plain(one.median), one.status]
-            for one in method.errors
+            for one in method.found
         }
         fields |= {depth: ["unavailable"] * 3 + [why] for depth, why in method.lacking.items()}
         name = [method.variant, precision.name(method.arithmetic)]
         rows += [[*name, str(depth), *fields[depth]] for depth in sorted(fields)]
-    header = ["variant", "arithmetic", "depth", "beyond 1/255 (%)", "largest error", "median error", "status"]
+    header = ["variant", "arithmetic", "depth", "beyond 1/255 (%)", "largest difference", "median difference", "status"]
     some = thinning.few(rows, table.MOST)
     more = thinning.note(len(some), len(rows), "rows", "the CSV file has all")
     return "\n\n".join(filter(None, [markdown.table(header, some), more]))
@@ -76,18 +81,18 @@ def _csv(found: list[tuple[View, list[Method]]]) -> Iterator[tuple]:
     for seen, methods in found:
         for method in methods:
             name = seen.label, method.variant, *method.arithmetic
-            fields = {one.depth: (one.bad, one.largest, one.median, one.status) for one in method.errors}
+            fields = {one.depth: (one.bad, one.largest, one.median, one.status) for one in method.found}
             fields |= {depth: (None, None, None, why) for depth, why in method.lacking.items()}
             yield from ((*name, depth, *fields[depth]) for depth in sorted(fields))
 
 
 def draw(seen: View, methods: list[Method]):
-    """Draws methods with errors."""
+    """Draws methods with differences."""
     figure, panels = plt.subplots(1, 2, figsize=(7.2, 3.8), layout="constrained")
     variants = list(dict.fromkeys(method.variant for method in methods))
     lines = (
         (panels[0], "bad", "-", "pixels beyond 1/255 (%)", 100),
-        (panels[1], "largest", "-", "error of a pixel: largest; dotted, median", 1),
+        (panels[1], "largest", "-", "difference of a pixel: largest; dotted, median", 1),
         (panels[1], "median", ":", None, 1),
     )
     for axes, quantity_, line, label, scale in lines:
@@ -113,12 +118,12 @@ def draw(seen: View, methods: list[Method]):
 
 
 def _line(axes, method: Method, quantity_: str, scale: float, shade: str, mark: str, line: str) -> None:
-    depths = [one.depth for one in method.errors]
-    values = [scale * getattr(one, quantity_) for one in method.errors]
+    depths = [one.depth for one in method.found]
+    values = [scale * getattr(one, quantity_) for one in method.found]
     style_ = line if method.arithmetic != STRICT else "--" if line == "-" else line
     label = method.label if quantity_ == "bad" else None
     axes.plot(depths, values, style_, color=shade, lw=1, marker=mark, ms=3.5, mew=0, label=label)
-    wrong = [(depth, value) for depth, value, one in zip(depths, values, method.errors, strict=True)
+    wrong = [(depth, value) for depth, value, one in zip(depths, values, method.found, strict=True)
              if one.status != "ok"]  # fmt: skip
     if wrong:
         axes.plot(*zip(*wrong, strict=True), mark, color=shade, ms=4, mfc="white", mew=0.8)

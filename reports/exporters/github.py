@@ -21,7 +21,7 @@ def _result(results: Results, name: str, cell: Cell) -> dict:
     extra = [
         f"steady frame, median over {found.processes} processes"
         + (f", {found.note}" if found.low is None else ", 95 % interval"),
-        cell.errors,
+        f"{cell.errors}; agreement {cell.agreement}",
         f"renderer {record['renderer_version']}, commit {environment['commit']}",
         f"{environment['cpu']}, {environment['os']}",
     ]

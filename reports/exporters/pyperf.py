@@ -10,7 +10,7 @@ import re
 
 from harness.statistics import steady
 from reports.run import repetition
-from reports.run.results import Cell, Results
+from reports.run.results import Cell, Missing, Results
 
 
 def text(results: Results, cells: dict[str, Cell]) -> str:
@@ -44,7 +44,7 @@ def _machine(environment: dict) -> dict:
 
 def _about(results: Results, name: str, cell: Cell) -> dict:
     record = results.record(cell)
-    errors = {name: cell.worst(name) for name in repetition.ERRORS}
+    errors = {name: cell.error(name) for name in repetition.ERRORS}
     return _known(
         name=name,
         unit="second",
@@ -54,6 +54,8 @@ def _about(results: Results, name: str, cell: Cell) -> dict:
         scene=cell.scene,
         scene_version=record.get("scene_version"),
         **{name: value for name, value in errors.items() if isinstance(value, float)},
+        error_against=cell.against,
+        agrees=None if isinstance(cell.agrees, Missing) else "yes" if cell.agrees else "no",
         **{f"parameter_{key}": value for key, value in cell.parameters.items()},
     )
 

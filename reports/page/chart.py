@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reports.accuracy import pareto, pareto_figure
+from reports.accuracy import accuracy_columns, pareto, pareto_figure
 from reports.accuracy.pareto import VISIBLE, Chart, Point
 from reports.page.embedded import Embedded, smaller
 from reports.paper import quantity, style, thinning
@@ -13,7 +13,7 @@ from reports.run.results import Results, place_label
 MOST = 2000  # points of a page
 MOST_SEEN = 240  # pictures of points
 LONGEST = 132  # pixels of such a picture
-TOLD = ("error (RMSE, linear RGB)", "steady frame", "peak memory", "efficiency", "its repetitions")
+TOLD = ("error (RMSE, linear RGB)", "agrees", "steady frame", "peak memory", "efficiency", "its repetitions")
 
 
 def data(results: Results, pictures: Embedded) -> dict:
@@ -77,10 +77,13 @@ def _chart(results: Results, chart: Chart, kept: list[Point], seen: dict[Cell, s
     place = {id(point): number for number, point in enumerate(kept)}
     by_cell = {point.cell: point for point in kept}
     curves = [[place[id(by_cell[cell])] for cell in curve.cells if cell in by_cell] for curve in chart.curves]
-    points = [_point(results, point, names.index(families[point.cell]), seen.get(point.cell), words) for point in kept]
+    points = [
+        _point(results, chart, point, names.index(families[point.cell]), seen.get(point.cell), words) for point in kept
+    ]
     return {
         "label": chart.view.label,
         "resolution": chart.resolution,
+        "axis": chart.axis,
         "sampled": chart.sampled,
         "points": points,
         "front": [place[id(point)] for point in chart.front if id(point) in place],
@@ -89,20 +92,21 @@ def _chart(results: Results, chart: Chart, kept: list[Point], seen: dict[Cell, s
     }
 
 
-def _point(results: Results, point: Point, family: int, seen: str | None, words: Words) -> dict:
+def _point(results: Results, chart: Chart, point: Point, family: int, seen: str | None, words: Words) -> dict:
     cell, efficiency = point.cell, point.efficiency
     memory = cell.median("peak_bytes", "not reported")
     return {
         "variant": cell.variant,
         "name": point.name,
         "where": place_label(cell.place),
-        "error": point.error,
+        "error": chart.drawn(point),
         "time": [point.time.value, point.time.low, point.time.high],
         "share": round(point.share, 3),
         "number": point.number,
         "family": family,
         "told": [
-            f"{point.error:.3g}",
+            accuracy_columns.shown_rmse(cell),
+            cell.agreement,
             f"{quantity.text(point.time)} s",
             str(memory) if isinstance(memory, Missing) else f"{quantity.text(memory, 1e-6)} MB",
             str(efficiency) if isinstance(efficiency, Missing) else f"{efficiency:.3g} /s",

@@ -1,4 +1,4 @@
-"""Prepares the picture comparer of the page: pictures of one place, their errors and FLIP maps."""
+"""Prepares the picture comparer of the page: pictures of one place, their truths, errors and FLIP maps."""
 
 import numpy as np
 from matplotlib import colormaps
@@ -22,15 +22,29 @@ def data(results: Results, pictures: Embedded) -> dict:
     for place, cells in found:
         if cells[0].pixels == 1:
             continue
+        truth = _truth(results, pictures_figure.with_truth(results, cells), pictures)
         shown = [one for cell in cells[:MOST] if (one := _picture(results, cell, pictures))]
         there += len(cells)
         if shown:
-            places.append({"label": place_label(place), "pictures": shown})
+            places.append({"label": place_label(place), "pictures": shown + ([truth] if truth else [])})
     if not places:
         return {}
-    count = sum(len(place["pictures"]) for place in places)
+    count = sum(not one["truth"] for place in places for one in place["pictures"])
     lacking = f"This page holds {count} of {there} pictures: the others were not stored, or did not fit."
     return {"places": places, "says": lacking if count < there else ""}
+
+
+def _truth(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
+    truth = stored.truth(results, cell)
+    if isinstance(truth, Missing) or truth.ndim != 3:
+        return None
+    seen = smaller(stored.displayed(truth, cell), LONGEST)
+    key = pictures.add_pixels(seen, exact=True)
+    if key is None:
+        return None
+    size, told = [seen.shape[1], seen.shape[0]], pictures_figure.told_of_truth(results, cell)
+    names = {"label": "the truth", "verdict": "", "told": told, "truth": True}
+    return {**names, "size": size, "picture": key, "error": None, "flip": None}
 
 
 def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
@@ -41,35 +55,35 @@ def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
     key = pictures.add_pixels(seen, exact=True)
     if key is None:
         return None
-    agreement = results.record(cell)["agreement"] or {}
     return {
         "label": cell.label,
         "verdict": cell.verdict,
-        "told": pictures_figure.verdict(agreement).split("\n"),
+        "told": pictures_figure.told(results, cell),
+        "truth": False,
         "size": [seen.shape[1], seen.shape[0]],
         "picture": key,
-        "error": _error(results, picture, agreement, pictures),
-        "flip": _flip(results, agreement, pictures),
+        "error": _error(results, cell, picture, pictures),
+        "flip": _flip(results, cell, pictures),
     }
 
 
-def _error(results: Results, picture: np.ndarray, agreement: dict, pictures: Embedded) -> str | None:
-    """Adds the picture's largest channel difference from the reference, coloured as in figure 4.1; returns its key."""
-    reference = stored.reference(results, agreement)
-    if isinstance(reference, Missing) or reference.shape != picture.shape:
+def _error(results: Results, cell: Cell, picture: np.ndarray, pictures: Embedded) -> str | None:
+    """Adds the picture's largest channel difference from the truth, coloured as in figure 4.1; returns its key."""
+    truth = stored.truth(results, cell)
+    if isinstance(truth, Missing) or truth.shape != picture.shape:
         return None
-    difference = np.abs(picture - reference).max(axis=-1)
+    difference = np.abs(picture - truth).max(axis=-1)
     known = np.where(np.isfinite(difference) & (difference > 0), difference, 1)
-    norm = LogNorm(pictures_figure.SMALLEST_DIFFERENCE, 1.0, clip=True)
+    norm = LogNorm(pictures_figure.least(results, cell), 1.0, clip=True)
     pixels = colormaps["viridis"](norm(known), bytes=True)[..., :3].copy()
     pixels[difference == 0] = GREY
     pixels[~np.isfinite(difference)] = np.multiply(stored.BROKEN, 255)
     return pictures.add_pixels(smaller(pixels, LONGEST))
 
 
-def _flip(results: Results, agreement: dict, pictures: Embedded) -> str | None:
-    """Adds the FLIP map, 0 to 1, in its usual colours; returns its key."""
-    found = stored.array(results, agreement.get("flip_file"))
+def _flip(results: Results, cell: Cell, pictures: Embedded) -> str | None:
+    """Adds the map of FLIP of picture and truth, 0 to 1, in its usual colours; returns its key."""
+    found = stored.array(results, (results.record(cell).get("error") or {}).get("flip_file"))
     if isinstance(found, Missing):
         return None
     return pictures.add_pixels(smaller(colormaps["magma"](np.clip(found, 0, 1), bytes=True)[..., :3], LONGEST))

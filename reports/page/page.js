@@ -68,8 +68,8 @@
         const [time, low, high] = [0, 1, 2].map((k) => mine.map((point) => point.time[k]));
         made.push({
           x: mine.map(at), y: time, mode: "markers", showlegend: false, legendgroup: variant, customdata: places,
-          text: mine.map((point) => plain(point.name)),
-          hovertemplate: "%{text}<br>error %{x:.3g}, %{y:.4g} s<extra></extra>",
+          text: mine.map((point) => `${plain(point.name)}<br>error ${plain(point.told[0])}`),
+          hovertemplate: "%{text}, %{y:.4g} s<extra></extra>",
           marker: {
             color: colours[variant], size: 10, symbol: mine.map((point) => SYMBOLS[point.family % SYMBOLS.length]),
             opacity: mine.map((point) => 0.35 + 0.65 * point.share), line: { color: style("--text"), width: 0.5 },
@@ -101,10 +101,10 @@
         shapes.push({ type: "rect", x0: left / 10, x1: chart.resolution, yref: "paper", y0: 0, y1: 1, line: { width: 0 },
                       fillcolor: style("--soft"), opacity: 0.18, layer: "below" });
       const annotations = [{ x: Math.log10(visible), y: 1, yref: "paper", text: "1/255 ", showarrow: false, xanchor: "right", yanchor: "top" }];
-      if (none) annotations.push({ x: Math.log10(zero), y: 0, yref: "paper", text: "no error", showarrow: false, yanchor: "bottom", textangle: -90 });
+      if (none) annotations.push({ x: Math.log10(zero), y: 0, yref: "paper", text: chart.sampled ? "no error that the truth can tell" : "error exactly 0", showarrow: false, yanchor: "bottom", textangle: -90 });
       const narrow = plot.clientWidth < 600;
       Plotly.react(plot, traces(zero), layout({
-        xaxis: { type: "log", range: [Math.log10(left), Math.log10(right)], title: { text: "error against the truth (RMSE, linear RGB)" }, exponentformat: "power" },
+        xaxis: { type: "log", range: [Math.log10(left), Math.log10(right)], title: { text: plain(chart.axis) }, exponentformat: "power" },
         yaxis: { type: "log", title: { text: "steady frame (s)" }, exponentformat: "power" },
         legend: narrow ? { orientation: "h", y: -0.2 } : { orientation: "h", y: 1.02, yanchor: "bottom" },
         shapes, annotations, height: plot.clientHeight || 540,
@@ -160,7 +160,7 @@
       box.replaceChildren();
       const order = chart.points.map((_, n) => n).sort((a, b) => chart.points[a].time[0] - chart.points[b].time[0]);
       for (const n of order) {
-        const point = chart.points[n], button = element("button", `${point.name}: ${point.told[1]}, error ${point.told[0]}`);
+        const point = chart.points[n], button = element("button", `${point.name}: ${point.told[2]}, error ${point.told[0]}`);
         button.type = "button";
         button.addEventListener("focus", () => show(n));
         button.addEventListener("click", () => commands(n));
@@ -227,7 +227,7 @@
       const [width, height] = one.size;
       if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
       canvas.style.width = `${Math.max(width, Math.min(512, Math.floor(512 / width) * width))}px`;
-      const told = [`A, ${one.label}: ${one.told.join("; ")}.`, `B, ${two.label}: ${two.told.join("; ")}.`];
+      const told = [`A, ${one.label}: ${one.told.join(" ")}.`, `B, ${two.label}: ${two.told.join(" ")}.`];
       pen.clearRect(0, 0, width, height);
       if (kind === "swipe") {
         const split = Math.round((width * id("compare-at").value) / 100);
@@ -245,7 +245,8 @@
         else {
           pen.fillStyle = "#eeeeee";
           pen.fillRect(0, 0, width, height);
-          told.push(`The ${map === "flip" ? "FLIP" : "error"} map of ${which.toUpperCase()} is unavailable: not stored, or too large for this page.`);
+          if (chosen(which).truth) told.push(`${which.toUpperCase()} is the truth, which has no error.`);
+          else told.push(`The ${map === "flip" ? "FLIP" : "error"} map of ${which.toUpperCase()} is unavailable: not stored, or too large for this page.`);
         }
       }
       id("compare-told").textContent = told.join(" ");
@@ -276,7 +277,7 @@
     function choosePlace() {
       ({ pictures } = places[id("compare-place").value]);
       for (const which of ["a", "b"]) options(id(`compare-${which}`), pictures.map((picture) => picture.label));
-      id("compare-b").value = Math.min(1, pictures.length - 1);
+      id("compare-b").value = pictures.length - 1; // the truth
       draw();
     }
 

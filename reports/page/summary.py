@@ -40,7 +40,7 @@ def _floor(results: Results) -> str:
 
 def _masks(results: Results) -> list[str]:
     """Names the places of which much is ill-conditioned, in a paragraph; none if there are none."""
-    known = [(cell.worst("mask_fraction"), cell.place) for cell in results.cells]
+    known = [(cell.mask, cell.place) for cell in results.cells]
     large = [(share, place) for share, place in known if not isinstance(share, Missing) and share > LARGE_MASK]
     if not large:
         return []
@@ -97,7 +97,7 @@ def _ranking(results: Results, place: tuple[str, str]) -> str:
         return label + "nothing is ranked."
     first, *others = ranked
     name = markdown.escape(first.variant)
-    said = f"{markdown.escape(quantity.text(first.steady))} s a frame, {first.errors}"
+    said = markdown.escape(f"{quantity.text(first.steady)} s a frame, {first.errors}, agreement {first.agreement}")
     if not others:
         return f"{label}only {name} is ranked: {said}."
     rivals = ", ".join(markdown.escape(cell.variant) for cell in _rivals(results, ranked))

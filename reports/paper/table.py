@@ -13,6 +13,7 @@ from reports.run.results import Cell, Missing
 
 CSV_HEADER = ("scene", "point", "variant", "status", "quantity", "unit", "value", "low", "high", "processes", "note")
 
+AGAINST = "error_against"  # name of the column that is shown where an error is not from the truth of the scene
 MOST = 200  # rows of a table for people
 
 Value = Estimate | Missing | float | str
@@ -45,14 +46,16 @@ class Column:
 def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell], list[Column]]], caption: str) -> str:
     """Returns the Markdown of tables, each (scene, cells, columns), and writes `out`/STEM-NUMBER-SCENE.csv and .tex.
 
-    The study's columns are only in the CSV file where no cell of a table repeats a case of the study.
+    The study's columns are only in the CSV file where no cell of a table repeats a case of the study, and so is what
+    errors are held against where that is the truth of the scene everywhere.
     """
     parts = [f"## {title}"]
     for number, (scene, cells, columns) in enumerate(tables):
         name = f"{stem}-{number}-{markdown.slug(Path(scene).stem)}.csv"
         write_csv(cells, columns, out / name)
         repeated = any(study.case(cell) for cell in cells)
-        shown = [column for column in columns if repeated or not column.of_study]
+        known = [column for column in columns if column.name != AGAINST or any(cell.against for cell in cells)]
+        shown = [column for column in known if repeated or not column.of_study]
         places = list(dict.fromkeys(cell.place for cell in cells))
         kept = set(thinning.few(places, max(1, MOST * len(places) // len(cells))))
         rows = [cell for cell in cells if cell.place in kept]
@@ -61,7 +64,7 @@ def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell]
         parts += [f"### {markdown.escape(scene)}", markdown.table(header, body)]
         if len(rows) < len(cells):
             parts.append(thinning.note(len(rows), len(cells), "rows, whole places", "the CSV file has all"))
-        if shown != columns:
+        if shown != known:
             parts.append("The study's numbers: unavailable, it has another scene or other variables.")
         parts.append(f"[{name}]({name})")
     return "\n\n".join([*parts, markdown.escape(caption)])
@@ -104,9 +107,11 @@ def write_lines(path: Path, header: Iterable[str], lines: Iterable[Iterable]) ->
 
 
 def write_latex(header: list[str], rows: list[list[str]], path: Path) -> None:
-    """Writes a `tabular` of plain texts, all escaped, for LaTeX with the packages booktabs and textcomp."""
+    """Writes a `tabular` of plain texts, all escaped, for LaTeX with the packages booktabs, textcomp and
+    pifont."""
     frame = pd.DataFrame(rows, columns=header)
-    path.write_text(frame.to_latex(index=False, escape=True, column_format="l" * len(header)), encoding="utf-8")
+    text = frame.to_latex(index=False, escape=True, column_format="l" * len(header))
+    path.write_text(text.replace("✓", r"\ding{51}").replace("✗", r"\ding{55}"), encoding="utf-8")
 
 
 def _fields(value: Value) -> tuple:

@@ -29,7 +29,8 @@ CAPTION = (
     "Exhibits, which are wrong on purpose: the study saw such pictures when it put the scene into shared memory, and "
     "did not find the reason. The pattern follows the block size since shared memory belongs to a block: threads of "
     "one block read one copy and share its mistake; the next block has its own copy. Ticks: the borders of the blocks, "
-    "where they are far enough apart to be seen. On the left the right picture, the reference."
+    "where they are far enough apart to be seen. On the left the picture as it should be, the reference by another "
+    "renderer. This is about agreement, not about the error of a picture."
 )
 GAP, HEAD, BELOW, EDGE = 44, 70, 76, 130  # pixels of the PNG
 LARGEST = 512
@@ -110,7 +111,7 @@ def _said(results: Results, cell: Cell) -> str:
         return "not judged"
     if cell.status == "ok":
         return "right here"
-    return f"{wrong:.1%} of pixels differ\nby more than 1/255"
+    return f"{wrong:.1%} of pixels differ from\nthe reference by more than 1/255"
 
 
 def write(results: Results, out: Path) -> str:

@@ -15,7 +15,7 @@ from reports.run.results import Cell, Missing, Results
 NAMED = re.compile(r"figure (\d+\.\d+)([a-z]?)(?:, (.*))?")
 CAPTION = (
     "Scenes of our own that show what the study's figure shows: the first variant of each case that is ok, enlarged by "
-    "a whole factor, and its largest difference from the reference, which another renderer made."
+    "a whole factor, with its error and whether it agrees with another renderer's."
 )
 HEAD, GAP, BELOW = 50, 30, 70  # pixels
 LARGE = 800  # pixels, up to which small pictures are enlarged
@@ -60,7 +60,7 @@ def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
             pictures_figure.say(axes, why)
         else:
             axes.imshow(picture, interpolation="nearest", aspect="auto")
-            axes.text(0.5, -0.02, f"{cell.label}: {cell.errors}", transform=axes.transAxes,
+            axes.text(0.5, -0.02, f"{cell.label}: {cell.errors}; agreement {cell.agreement}", transform=axes.transAxes,
                       ha="center", va="top", fontsize=6)  # fmt: skip
         left += width + GAP
     return figure

@@ -1,4 +1,4 @@
-"""Draws figure 4.1: the picture of each variant, pixel for pixel, above its difference from the reference."""
+"""Draws figure 4.1: the truth, and the picture of each variant, pixel for pixel, above its difference from it."""
 
 import textwrap
 from pathlib import Path
@@ -8,28 +8,29 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 
-from harness.store.record import errors, largest
+from harness.store import record
 from reports.paper import markdown, style, thinning
-from reports.run import launch, stored
+from reports.run import launch, method, stored
 from reports.run.results import Cell, Missing, Results, place_label
 
 CAPTION = (
-    "Above, the picture; below, its largest absolute difference in any channel of linear RGB from the reference, which "
-    "another renderer made, on a logarithmic scale common to all; grey where it is exactly 0, magenta where a pixel is "
-    "not finite. A small picture is enlarged by a whole factor, one of more than 1024 pixels is reduced; others are "
-    "shown pixel for pixel. Points that differ only in how the kernel of a GPU is launched are drawn once, and again "
-    "where one is not ok. Exhibits have a figure of their own."
+    "First the truth; then, above, each picture; below, its error: the largest absolute difference in any channel of "
+    "linear RGB from the truth, on a logarithmic scale common to all; grey where it is exactly 0, magenta where a "
+    "pixel is not finite. A small picture is enlarged by a whole factor, one of more than 1024 pixels is reduced; "
+    "others are shown pixel for pixel. Points that differ only in how the kernel of a GPU is launched are drawn once, "
+    "and again where one is not ok. Exhibits have a figure of their own."
 )
 
-SMALLEST, LARGEST = 480, 1024  # of a panel, in pixels of the PNG
+SMALL, LARGEST = 480, 1024  # of a panel, in pixels of the PNG
 TEXT_WIDTH = 520  # least width of the text below a panel, pixels
 ABOVE, BETWEEN, BELOW, GAP, BAR = 60, 16, 120, 40, 150  # pixels
 COLUMNS = 3
 MOST = 24  # figures
-SMALLEST_DIFFERENCE = 1e-17
+WIDEST = 62  # characters of a line below a panel
+SMALLEST, LEAST = 1e-17, 1e-5  # errors of the scale: of an exact truth, of a sampled one, which has noise
 
 
-def panel_size(height: int, width: int, largest: int = LARGEST, smallest: int = SMALLEST) -> tuple[int, int]:
+def panel_size(height: int, width: int, largest: int = LARGEST, smallest: int = SMALL) -> tuple[int, int]:
     """Returns (height, width) at which a picture is shown, pixels of the PNG."""
     longest = max(height, width)
     if longest > largest:
@@ -47,19 +48,33 @@ def panel(figure, left: float, top: float, height: float, width: float):
     return axes
 
 
-def verdict(agreement: dict) -> str:
-    """Returns the four lines of numbers below a panel: errors over all pixels, agreement outside the mask, inside."""
-    if agreement.get("bad_pixels") is None:
-        return "error unavailable"
-    outside, inside = agreement["max_outside"], agreement["max_inside"]
-    agreement = "every pixel is in it" if outside is None else f"at most {outside:.2g}"
-    return "\n".join(
-        [
-            *errors(agreement["rmse"], largest(agreement), agreement["bad_pixels"]).rsplit(", ", 1),
-            f"agreement outside the mask: {agreement}",
-            f"inside ({agreement['mask_fraction']:.2%}): {'no pixel' if inside is None else f'at most {inside:.2g}'}",
-        ]
-    )
+def told(results: Results, cell: Cell) -> list[str]:
+    """Returns the lines below a panel: the error of a picture, and whether it agrees."""
+    found = results.record(cell) or {}
+    lines = [record.error_of(found.get("error")), record.agreement_of(found.get("agreement"))]
+    return [line for text in lines for line in textwrap.wrap(text, WIDEST)]
+
+
+def told_of_truth(results: Results, cell: Cell) -> list[str]:
+    """Returns the lines below the truth of a cell: its samples and depth, how well it is known, what it is held to."""
+    error = (results.record(cell) or {}).get("error") or {}
+    words = [
+        f"by {error['truth']}" if "truth" in error else "",
+        f"{error['samples']} samples of a pixel" if error.get("samples", 1) > 1 else "",
+        f"depth {error['depth']}" if error.get("depth") is not None else "",
+        f"known to {error['uncertainty']:.2g} (RMS)" if error.get("uncertainty") else "",
+    ]
+    return [*textwrap.wrap(", ".join(filter(None, words)), WIDEST), *filter(None, [error and record.basis(error)])]
+
+
+def least(results: Results, cell: Cell) -> float:
+    """Returns the smallest error of the colour scale."""
+    return LEAST if method.sampled((results.record(cell) or {}).get("error") or {}) else SMALLEST
+
+
+def with_truth(results: Results, cells: list[Cell]) -> Cell:
+    """Returns the first cell of a place whose truth is stored, else the first one; all of a place have one truth."""
+    return next((cell for cell in cells if not isinstance(stored.truth(results, cell), Missing)), cells[0])
 
 
 def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
@@ -77,21 +92,40 @@ def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
 def draw(results: Results, cells: list[Cell]):
     """Draws the cells of a place."""
     high, wide = panel_size(*cells[0].size)
-    columns = min(COLUMNS, len(cells))
-    rows = -(-len(cells) // columns)
+    columns = min(COLUMNS, 1 + len(cells))
+    rows = -(-(1 + len(cells)) // columns)
     block_high, block_wide = ABOVE + 2 * high + BETWEEN + BELOW, max(wide, TEXT_WIDTH) + GAP
     total_high, total_wide = rows * block_high + BAR, columns * block_wide + GAP
     figure = plt.figure(figsize=(total_wide / style.DPI, total_high / style.DPI))
-    norm = LogNorm(SMALLEST_DIFFERENCE, 1.0, clip=True)
-    for number, cell in enumerate(cells):
+    first = with_truth(results, cells)
+    norm = LogNorm(least(results, first), 1.0, clip=True)
+    for number, cell in enumerate([None, *cells]):
         row, column = divmod(number, columns)
         left = GAP + column * block_wide + (block_wide - GAP - wide) // 2
         top = row * block_high + ABOVE
-        above, below = (panel(figure, left, at, high, wide) for at in (top, top + high + BETWEEN))
+        above = panel(figure, left, top, high, wide)
+        if cell is None:
+            _truth(results, first, above)
+            continue
         above.set_title(cell.label, fontweight="bold")
-        _panels(results, cell, above, below, norm)
+        _panels(results, cell, above, panel(figure, left, top + high + BETWEEN, high, wide), norm)
     _bar(figure, panel(figure, total_wide * 0.2, total_high - BAR + 40, 22, total_wide * 0.6), norm)
     return figure
+
+
+def _truth(results: Results, cell: Cell, axes) -> None:
+    axes.set_title("the truth", fontweight="bold")
+    truth = stored.truth(results, cell)
+    if isinstance(truth, Missing):
+        say(axes, str(truth))
+        return
+    axes.imshow(stored.displayed(truth, cell), interpolation="nearest", aspect="auto")
+    _below(axes, told_of_truth(results, cell))
+
+
+def _below(axes, lines: list[str], colour: str = "black") -> None:
+    place = {"transform": axes.transAxes, "ha": "center", "va": "top"}
+    axes.text(0.5, -0.02, "\n".join(lines), **place, fontsize=6.5, color=colour)
 
 
 def _panels(results: Results, cell: Cell, above, below, norm) -> None:
@@ -99,18 +133,16 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
     if isinstance(picture, Missing):
         say(above, picture.reason if cell.status != "ok" else str(picture))
         return
-    agreement = results.record(cell)["agreement"] or {}
     above.imshow(stored.displayed(picture, cell), interpolation="nearest", aspect="auto")
-    reference = stored.reference(results, agreement)
-    text = verdict(agreement)
-    if cell.status != "ok":
-        text = textwrap.fill(cell.verdict, 48)
-    below.text(0.5, -0.02, text, transform=below.transAxes, ha="center", va="top", fontsize=7,
-               color="black" if cell.status == "ok" or cell.as_meant else "#B00000")  # fmt: skip
-    if isinstance(reference, Missing):
-        say(below, f"difference unavailable: {reference.reason}")
+    lines = told(results, cell) if cell.status == "ok" else textwrap.wrap(cell.verdict, WIDEST)
+    _below(below, lines, "black" if cell.status == "ok" or cell.as_meant else "#B00000")
+    truth = stored.truth(results, cell)
+    if not isinstance(truth, Missing) and truth.shape != picture.shape:
+        truth = Missing(f"the shape of the picture is {picture.shape}, the truth's {truth.shape}")
+    if isinstance(truth, Missing):
+        say(below, f"error unavailable: {truth.reason}")
         return
-    difference = np.abs(picture - reference).max(axis=-1)
+    difference = np.abs(picture - truth).max(axis=-1)
     below.set_facecolor("#DDDDDD")
     below.imshow(np.ma.masked_equal(difference, 0), norm=norm, cmap="viridis", interpolation="nearest", aspect="auto")
     broken = np.zeros((*difference.shape, 4))
@@ -126,9 +158,12 @@ def say(axes, text: str) -> None:
 
 def _bar(figure, axes, norm) -> None:
     bar = figure.colorbar(ScalarMappable(norm, "viridis"), cax=axes, orientation="horizontal")
-    bar.set_ticks([1e-16, 1e-12, 1e-9, 1e-6, 1 / 255, 1], labels=["1e-16", "1e-12", "1e-9", "1e-6", "1/255", "1"])
+    few = ((1e-16, "1e-16"), (1e-12, "1e-12"), (1e-9, "1e-9"), (1e-6, "1e-6"))
+    more = ((1e-5, "1e-5"), (1e-4, "1e-4"), (1e-3, "1e-3"), (1 / 255, "1/255"), (1e-2, "0.01"), (0.1, "0.1"))
+    ticks = [*(few if norm.vmin < LEAST else more[:3]), more[3], *(() if norm.vmin < LEAST else more[5:]), (1, "1")]
+    bar.set_ticks([tick for tick, _ in ticks], labels=[label for _, label in ticks])
     bar.minorticks_off()
-    bar.set_label("largest difference from the reference in a channel, linear RGB (grey: exactly 0)")
+    bar.set_label("error: largest difference of a channel from the truth, linear RGB (grey: exactly 0)")
 
 
 def _few(found: list) -> list:

@@ -238,21 +238,51 @@ class Cell:
         """The median over processes of the time of a steady frame, s."""
         return self.median("steady_s", steady.NO_FRAMES)
 
-    def worst(self, column: str) -> float | Missing:
-        """Returns the largest value over all judged repetitions, rejected ones included."""
+    def error(self, column: str = repetition.RMSE, worst=max) -> float | Missing:
+        """Returns the worst of an error over all repetitions, those with a wrong picture too, or why there is none."""
         values = self.known(column, self.timed)
         if values:
-            return float(max(values.values()))
+            return float(worst(values.values()))
+        reasons = [reason for name in (f"no_{column}", "no_error") if name in repetition.COLUMNS
+                   for reason in self.known(name, self.timed).values()]  # fmt: skip
+        if not reasons and self.parameters.get("kind") == "rays":
+            reasons = ["first hits have none"]
+        return Missing(next(iter(reasons), self.verdict if self.status != "ok" else "the run does not have it"))
+
+    @property
+    def against(self) -> str:
+        """What its error is held against, in words; "" for the truth of the scene."""
+        return " and ".join(dict.fromkeys(self.known("against", self.timed).values()))
+
+    @property
+    def agrees(self) -> bool | Missing:
+        """Do all pictures agree with their references?"""
+        found = self.known("agrees", self.timed).values()
+        if found:
+            return all(found)
         reasons = self.known("not_judged", self.timed)
-        if reasons:
-            return Missing(next(iter(reasons.values())))
-        return Missing(self.verdict if self.status != "ok" else "the judge gave none")
+        return Missing(next(iter(reasons.values()), self.verdict if self.status != "ok" else "the judge was not asked"))
+
+    @property
+    def mask(self) -> float | Missing:
+        """The largest share of ill-conditioned pixels that a judged picture has."""
+        shares = self.known("agreement_mask_fraction", self.timed).values()
+        return float(max(shares)) if shares else Missing("it was not judged")
 
     @property
     def errors(self) -> str:
-        """The errors of its pictures over all pixels in words; of several repetitions the worst."""
-        worst = (self.worst(name) for name in repetition.ERRORS)
-        return record.errors(*(None if isinstance(value, Missing) else value for value in worst))
+        """The errors of its pictures in words, and what they are held against; of several repetitions the worst."""
+        worst = [self.error(name) for name in repetition.ERRORS]
+        told = record.errors(*(None if isinstance(value, Missing) else value for value in worst))
+        return ", ".join(filter(None, [told, self.against]))
+
+    @property
+    def agreement(self) -> str:
+        """A tick if its pictures agree with their references, else a cross, with the share of a mask above 1 %."""
+        if isinstance(self.agrees, Missing):
+            return str(self.agrees)
+        told = isinstance(self.mask, float) and self.mask > record.MASK
+        return ("✓" if self.agrees else "✗") + (f" (mask {record.percent(self.mask)})" if told else "")
 
     @cached_property
     def unranked(self) -> str:

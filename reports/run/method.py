@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 from reports.run import command, launch, view
 from reports.run.cell import Cell
@@ -15,10 +16,13 @@ STEPS = {
     "sphere": "spheres", "triangle": "triangles", "slab": "slabs", "merge": "merging", "offset": "offset",
     "fresnel": "Fresnel", "phong": "Phong", "renormalise": "renormalising",
 }  # fmt: skip
+PLACE = "sample_x", "sample_y"  # of a pixel's one sample
 CHOICES = (
     "precision", "floating_point", *STEPS, "sampler", "adaptive_depth", "glossy_weight", "walk", "accel",
     "kernel", "vector", "seed", *launch.UNSEEN, "threads",
 )  # fmt: skip
+# Of the truth of the scene: it has samples all over a pixel, and rays that leave from the surface itself.
+OF_SCENE = "sliver", *PLACE
 STANDS_FOR = {
     "samples": "n × n", "feelers": "n feelers", "glossy_rays": "n glossy rays", "adaptive_threshold": "threshold t",
     "cutoff": "cut-off w", "depth": "depth d",
@@ -27,16 +31,40 @@ PLAIN = "as by default"  # in place of an empty name
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def views(results: Results) -> list[View]:
-    """Returns views: cells that approximate one truth by different methods, in the order of the run.
+@dataclass(frozen=True)
+class Truth:
+    """What the errors of a run are distances from: keys of `Reference` (harness/experiment/experiment.py)."""
 
-    As in harness/judge/truth.py, a picture at the centres of pixels has another truth than one over their areas, and so
-    has a picture with feelers or glossy rays, or of another depth, unless the experiment gives the truth its own depth.
+    against: str
+    depth: int | str
+
+
+@lru_cache(maxsize=8)
+def truth(results: Results) -> Truth:
+    """Returns what the errors of a run are distances from; before 0.2 each picture's own limit, at its own depth."""
+    told = results.facts["experiment"].get("reference") or {}
+    errors = [error for record in results.records if (error := record.get("error")) and "unavailable" not in error]
+    old = any("against" not in error for error in errors)
+    return Truth(
+        told.get("against") or ("centres" if old else "scene"), told.get("depth") or ("own" if old else "enough")
+    )
+
+
+def views(results: Results) -> list[View]:
+    """Returns views: cells that approximate one truth by different methods, in the order of the run; no first hits.
+
+    As in harness/judge/truth.py: all pictures of a scene with one size, region and lens, with shadows or without, have
+    one truth. Where errors are held against the centres of pixels, a picture of one sample a pixel has another truth
+    than others, and so has one with feelers or glossy rays; where against a truth of each picture's own depth, one of
+    another depth.
     """
-    free = tuple(key for key in (*DIALS, *CHOICES, "epsilon") if key != "depth" or truth_depth(results) is not None)
+    held = truth(results)
+    free = {*DIALS, *CHOICES, "epsilon", *(OF_SCENE if held.against == "scene" else ())}
+    free -= {"depth"} if held.depth == "own" else set()
     found = []
-    for seen in view.views(results.cells, free):
-        parts = grouped(seen.cells, _kind)
+    pictures = [cell for cell in results.cells if cell.parameters.get("kind") != "rays"]
+    for seen in view.views(pictures, tuple(free)):
+        parts = grouped(seen.cells, _kind if held.against == "centres" else lambda _: ("",) * 3)
         differ = [len({kind[place] for kind in parts}) > 1 for place in range(3)]
         for kind, cells in parts.items():
             words = [word for word, differs in zip(kind, differ, strict=True) if differs]
@@ -58,11 +86,6 @@ def values(cell: Cell, keys: Iterable[str]) -> str:
     return ", ".join(f"{key} = {cell.parameters[key]}" for key in keys)
 
 
-def truth_depth(results: Results) -> int | None:
-    """Returns the depth of the truth; None if it is each picture's own."""
-    return (results.facts["experiment"].get("reference") or {}).get("depth")
-
-
 def of(cell: Cell) -> dict:
     """Returns the method of a cell: its values of DIALS and CHOICES that can change its picture or its time."""
     found = {key: cell.parameters[key] for key in (*DIALS, *CHOICES) if key in cell.parameters}
@@ -75,20 +98,43 @@ def of(cell: Cell) -> dict:
     return {key: value for key, value in found.items() if key not in idle}
 
 
+def sampled(error: dict) -> bool:
+    """Is the truth of `error` of a record a mean of random pictures?"""
+    return (error.get("samples") or error.get("pictures") or 1) > 1
+
+
 def unbiased(results: Results, cell: Cell) -> bool:
     """Is the error of a cell noise only, which more samples average away?
 
-    This holds for random samples in strict float64 that leave nothing out. A grid converges too, but not as noise.
+    This holds for random samples in strict float64 that leave nothing out, so deep that nothing changes that the truth
+    could tell. A grid converges too, but not as noise.
     """
-    get, depth = cell.parameters.get, truth_depth(results)
+    get, against = cell.parameters.get, truth(results).against
+    error = (results.record(cell) or {}).get("error") or {}
     return (
-        max(cell.known("truth_pictures", cell.timed).values(), default=1) > 1
-        and get("sampler", "one") in ("jittered", "one")
+        sampled(error)
+        and get("sampler", "one") in (("jittered",) if against == "scene" else ("jittered", "one"))
         and (get("precision"), get("floating_point", "strict")) == ("float64", "strict")
         and not get("cutoff")
         and not (get("glossy_rays") and get("glossy_weight") != "plain")
-        and depth in (None, get("depth"))
+        and _deep(results, cell, error)
+        and not (against == "scene" and _leaves_out(results, cell))
     )
+
+
+def _deep(results: Results, cell: Cell, error: dict) -> bool:
+    """Has a picture the depth of its truth, or half of it, where it changes by less than the truth is known to?"""
+    depth, held = cell.parameters.get("depth"), truth(results).depth
+    if held == "enough":
+        return 2 * depth >= error.get("depth", 0)
+    return held in ("own", depth)
+
+
+def _leaves_out(results: Results, cell: Cell) -> set[str]:
+    """Returns what of soft shadows and glossy reflection others of the scene have and this cell has not."""
+    others = (results.record(other) for other in results.of(cell.scene))
+    there = {need for record in others if record for need in record.get("needs") or ()}
+    return {"soft", "glossy"} & there - set(results.record(cell).get("needs") or ())
 
 
 @dataclass(frozen=True)
@@ -107,12 +153,13 @@ class Curve:
 class Names:
     """Names the methods of a view by their values that are not the default and by the dials that vary.
 
-    depth: the truth's, which a name leaves out.
+    depth: the truth's, which a name leaves out if it is a number.
     """
 
-    def __init__(self, cells: list[Cell], depth: int | None = None):
+    def __init__(self, cells: list[Cell], depth: int | str | None = None):
         self.depth = depth
         methods = [(cell.variant, of(cell)) for cell in cells]
+        self.placed = bool(view.differing(cells, PLACE))
         values = {key: {str(told[key]) for _, told in methods if key in told} for key in (*DIALS, *CHOICES)}
         self.turned = {key for key in values if len(values[key]) > 1}
         threads: dict[str, set] = {}
@@ -140,13 +187,15 @@ class Names:
             other("floating_point", f"{told.get('floating_point')} floating point"),
             *(other(key, f"{told.get(key)} {what}") for key, what in STEPS.items()),
             "one sample" if sampler == "one" and "sampler" in self.turned else "",
+            "at {}, {}".format(*map(cell.parameters.get, PLACE)) if sampler == "one" and self.placed else "",
             f"{sampler} {number('samples', '{0} × {0}'.format(told['samples']))}" if "samples" in told else "",
             "adaptive" if sampler == "adaptive" else "",
             f"to 1/{2 ** told['adaptive_depth']} pixel" if "adaptive_depth" in self.turned & told.keys() else "",
             number("adaptive_threshold", f"threshold {told['adaptive_threshold']:g}")
             if "adaptive_threshold" in told else "",
-            number("feelers", f"{told['feelers']} feelers") if "feelers" in self.turned else "",
-            number("glossy_rays", f"{told['glossy_rays']} glossy rays") if "glossy_rays" in self.turned else "",
+            number("feelers", _many(told["feelers"], "feelers", "hard shadows")) if "feelers" in self.turned else "",
+            number("glossy_rays", _many(told["glossy_rays"], "glossy rays", "mirrors"))
+            if "glossy_rays" in self.turned else "",
             other("glossy_weight", "the study's weight"),
             number("cutoff", f"cut-off {_power(cutoff)}") if cutoff else "",
             number("depth", f"depth {told['depth']}") if "depth" in self.turned and told["depth"] != self.depth else "",
@@ -191,6 +240,10 @@ def _along(cells: list[Cell], dial: str) -> list[list[Cell]]:
 
     groups = grouped((cell for cell in cells if dial in of(cell)), rest)
     return [sorted(group, key=lambda cell: cell.parameters[dial]) for group in groups.values() if len(group) > 1]
+
+
+def _many(count: int, what: str, none: str) -> str:
+    return f"{count} {what}" if count else none
 
 
 def _power(value: float) -> str:

@@ -6,16 +6,16 @@ from harness.statistics import statistics, steady
 from harness.store import record as rows
 
 MEMORY = "peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"
-AGREEMENT = "reference", "max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance"
-LARGEST = "largest_error"  # of all pixels, inside the mask and outside
-ERRORS = "rmse", LARGEST, "bad_pixels"  # of all pixels
-SEEN = "psnr_db", "ssim", "flip"  # harness/picture/perception.py; no_ssim, say, is the reason why ssim is missing
-NOT_SEEN = tuple(f"no_{name}" for name in SEEN)
+RMSE, LARGEST, BEYOND = ERRORS = "error_rmse", "error_max", "error_bad_pixels"
 # The columns of `error`, the distance from the truth, by the name in the record.
 ERROR = {
-    "rmse": "error_rmse", "max": "error_max", "bad_pixels": "error_bad_pixels", "flip": "error_flip",
-    "max_outside": "error_max_outside", "standard_error": "standard_error", "pictures": "truth_pictures",
+    "rmse": RMSE, "rmse_standard_error": "error_rmse_standard_error", "max": LARGEST, "bad_pixels": BEYOND,
+    "relative_mse": "error_relative_mse", "flip": "error_flip", "ssim": "error_ssim", "psnr_db": "error_psnr_db",
+    "uncertainty": "uncertainty", "samples": "truth_samples",
 }  # fmt: skip
+# Of harness/picture/perception.py; no_error_ssim, say, is the reason why error_ssim is missing.
+SEEN = {name: f"no_{ERROR[name]}" for name in ("flip", "ssim", "psnr_db")}
+AGREEMENT = "agrees", "not_judged", "agreement_mask_fraction"
 BOUND = {"max": "bound_max", "mean": "bound_mean"}  # of the error of a cut-off
 GPU = "upload_s", "kernel_s", "download_s", "end_to_end_s"
 FRAMES = "steady_state", "steady_note", "steady_frames", "warmup_frames", "outlier_frames"
@@ -31,8 +31,8 @@ OF_STEADY = "steady_s", "rays_per_s", "search_s", "kernel_s", "download_s", "end
 COLUMNS = (
     "host", "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked",
     "wall_s", "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
-    "rays", "rays_per_s", "search_s", *GPU, *MEMORY, "memory_method", *AGREEMENT, LARGEST, *SEEN, *NOT_SEEN,
-    "not_judged", *ERROR.values(), "no_error", "no_error_flip", *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
+    "rays", "rays_per_s", "search_s", *GPU, *MEMORY, "memory_method", *AGREEMENT,
+    *ERROR.values(), "against", "no_error", *SEEN.values(), *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
 )  # fmt: skip
 CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time is off by too much (harness/race/row.py)
 
@@ -42,7 +42,9 @@ def row(record: dict) -> dict:
 
     Of a process without a steady state all later frames count, and the cell decides whether to use them.
     warmup_frames: before the steady state, frame 0 included. outlier_frames: among the steady ones.
-    measured_cpu_s: from the measurer's series; cpu_off: it differs from wait4's by too much.
+    measured_cpu_s: from the measurer's series; cpu_off: it differs from wait4's by too much. against: what its error is
+    held against, in words, "" for the truth of the scene. agrees: whether it agrees with its reference; None where
+    not_judged says why.
     """
     frames = record["frames_s"] or []
     found = steady.find(frames)
@@ -53,7 +55,8 @@ def row(record: dict) -> dict:
     methods = (record["used"] or {}).get("methods") or {}
     cpu, memory, agreement = record["cpu"] or {}, record["memory"] or {}, record["agreement"] or {}
     audit = record["measurer"] or {}
-    error, bound = record.get("error") or {}, record.get("bound") or {}  # which runs of older versions lack
+    error, bound = _error(record), record.get("bound") or {}  # which runs of older versions lack
+    not_judged = _not_judged(record)
     return {
         **{name: record[name] for name in ("cell", "scene", "variant", "technology", "repetition", "status", "reason")},
         "host": record.get("host"),
@@ -63,13 +66,13 @@ def row(record: dict) -> dict:
         **{name: cpu.get(name) for name in ("user_s", "system_s")},
         "cpu_s": cpu["user_s"] + cpu["system_s"] if cpu else None,
         **{name: memory.get(name) for name in MEMORY},
-        **{name: agreement.get(name) for name in AGREEMENT},
-        LARGEST: rows.largest(agreement),
-        **_known(agreement, SEEN),
-        **{f"no_{name}": _reason(agreement.get(name)) for name in SEEN},
+        "agrees": None if not_judged or not agreement else not agreement.get("wrong"),
+        "not_judged": not_judged,
+        "agreement_mask_fraction": agreement.get("mask_fraction"),
         **{column: _number(error.get(name)) for name, column in ERROR.items()},
+        "against": rows.basis(error) if error and "unavailable" not in error else None,
         "no_error": error.get("unavailable"),
-        "no_error_flip": _reason(error.get("flip")),
+        **{column: _reason(error.get(name)) for name, column in SEEN.items()},
         **{column: bound.get(name) for name, column in BOUND.items()},
         "memory_method": memory.get("method"),
         "first_s": frames[0] if frames else None,
@@ -89,13 +92,24 @@ def row(record: dict) -> dict:
         "kernel_s": _part(record, "kernel", found.start),
         "download_s": _part(record, "download", found.start),
         "end_to_end_s": None if upload_s is None or steady_s is None else upload_s + steady_s,
-        "not_judged": _not_judged(record),
         **{column: audit.get(name) for name, column in AUDITED.items()},
         "measured_cpu_s": cpu.get("series_s"),
         "cpu_off": any(text.startswith(CPU_DOUBT) for text in record["warnings"]),
         **_known(record.get("disturbed") or {}, DISTURBED),
         "warnings": "; ".join(record["warnings"]),
     }
+
+
+def _error(record: dict) -> dict:
+    """Returns `error` of a record, by the keys of this version.
+
+    Before 0.2 the uncertainty of a truth was `standard_error`, and the error of first hits stood in their agreement.
+    """
+    error, agreement = record.get("error") or {}, record["agreement"] or {}
+    if not error and record["parameters"].get("kind") == "rays" and agreement:
+        known = {"max": rows.largest(agreement), "bad_pixels": agreement.get("bad_pixels")}
+        return {"against": "hits", **known} if "unavailable" not in agreement else agreement
+    return {**error, "uncertainty": error.get("standard_error")} if "standard_error" in error else error
 
 
 def _phase(record: dict, phase: str) -> float | None:

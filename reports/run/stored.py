@@ -52,6 +52,14 @@ def array(results: Results, file: str | None) -> np.ndarray | Missing:
         return Missing(LEFT_OUT if left_out(results) else f"{file} does not exist")
 
 
+def truth(results: Results, cell: Cell) -> np.ndarray | Missing:
+    """Returns the truth that the error of a cell is the distance from, float64, or why it is unavailable."""
+    error = (results.record(cell) or {}).get("error") or {}
+    if error.get("truth_file") is None:
+        return Missing(error.get("unavailable") or "the run made no truth")
+    return array(results, error["truth_file"])
+
+
 def reference(results: Results, agreement: dict) -> np.ndarray | Missing:
     """Returns the reference that a record was judged against, float64, or why it is unavailable."""
     if agreement.get("reference_file") is None:

@@ -12,7 +12,7 @@ UNSEEN = (*launch.UNSEEN, "threads", "frames", "least_frame", "walk", "accel", "
 
 @dataclass(frozen=True)
 class View:
-    """Cells with one scene and equal parameters except a few. names: its case and scene, which theory may use."""
+    """Cells with one scene and equal parameters except a few. names: its cases and scene, which theory may use."""
 
     label: str
     names: tuple[str, ...]
@@ -25,17 +25,19 @@ def views(cells: list[Cell], free: tuple[str, ...]) -> list[View]:
         (cell for cell in cells if not cell.apart),
         lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, (*free, *UNSEEN))),
     )
-    return [View(_label(mine, free), _names(mine[0]), mine) for mine in found.values()]
+    return [View(_label(mine, free), _names(mine), mine) for mine in found.values()]
 
 
 def _label(cells: list[Cell], free: tuple[str, ...]) -> str:
     swept = {key: value for key, value in cells[0].swept.items() if key not in (*free, *UNSEEN, "case")}
-    return ", ".join([*_names(cells[0]), *([point_label(swept)] if swept else [])])
+    names = _names(cells)
+    names = names if len(names) < 3 else names[-1:]  # of several cases their scene
+    return ", ".join([*names, *([point_label(swept)] if swept else [])])
 
 
-def _names(cell: Cell) -> tuple[str, ...]:
-    case = cell.swept.get("case")
-    return tuple(dict.fromkeys([*([str(case)] if case else []), Path(cell.scene).stem]))
+def _names(cells: list[Cell]) -> tuple[str, ...]:
+    cases = [str(case) for cell in cells if (case := cell.swept.get("case"))]
+    return tuple(dict.fromkeys([*cases, Path(cells[0].scene).stem]))
 
 
 def differing(cells: list[Cell], keys: tuple[str, ...]) -> tuple[str, ...]:

@@ -19,15 +19,15 @@ TITLE = "Complexity (the study's equation 4.1)"
 CAPTION = (
     "p pixels, d the maximum order of rays, o objects, l lights; rays are those that the renderer counted in a frame: "
     "primary, reflected, transmitted, shadow. T of a cell is the median over its processes, each the steady time of a "
-    "frame. Lines: weighted least squares, weights 1/T², so that relative errors count; [low, high]: 95 % interval, "
-    "Student's with HC3 variances from how cells lie about the fit, which holds the noise of processes and what the "
-    "model misses, as though the latter were independent from cell to cell; a bootstrap over processes would hold "
-    "noise alone. A wrong model comes out low more often than high, since its error can be +200 % and not -200 %. "
-    "Spread: of (modelled - measured) / measured, as a standard deviation; the processes' own scatter: the "
-    "standard error of a cell's median, from the MAD of its processes. "
-    f"Exponents: of log T on the logs of the factors that vary, from cells of at least {models.FAR} times the a of the "
-    "line with the least spread, from which nothing is subtracted. d = 0 has no logarithm and no work in equation 4.1 "
-    "as written: such cells are in the fits with d + 1 orders and with rays only."
+    "frame. Lines: weighted least squares, weights 1/T², so that relative deviations count; [low, high]: 95 % "
+    "interval, Student's with HC3 variances from how cells lie about the fit, which holds the noise of processes and "
+    "what the model misses, as though the latter were independent from cell to cell; a bootstrap over processes would "
+    "hold noise alone. A wrong model comes out low more often than high, since it can be off by +200 % and not -200 %. "
+    "Spread: of (modelled - measured) / measured, as a standard deviation; the processes' own scatter: the standard "
+    "error of a cell's median, from the MAD of its processes. Exponents: of log T on the logs of the factors that "
+    f"vary, from cells of at least {models.FAR} times the a of the line with the least spread, from which nothing is "
+    "subtracted. d = 0 has no logarithm and no work in equation 4.1 as written: such cells are in the fits with d + 1 "
+    "orders and with rays only."
 )
 
 
@@ -87,7 +87,7 @@ def _lines(found: Fitted) -> str:
         worst = found.errors[model][found.series.points["d"] > 0 if model == models.STUDY else slice(None)].abs().max()
         a, b = _scaled(line.a, 1e3), _scaled(line.b, 1e9)
         rows.append([f"a + b·{model}", a, b, text.percent(line.spread), text.percent(worst), f"{line.cells} cells"])
-    return markdown.table(["model of T", "a (ms)", "b (ns)", "spread", "largest error", "fitted to"], rows)
+    return markdown.table(["model of T", "a (ms)", "b (ns)", "spread", "off by at most", "fitted to"], rows)
 
 
 def _scaled(value: Coefficient, scale: float) -> str:
@@ -107,14 +107,14 @@ def _powers(found: Fitted) -> str:
 
 
 def _points(found: list[Series], fits: dict[int, Fitted]) -> pd.DataFrame:
-    """Returns every ranked cell with its factors, its time, and the error of each model."""
+    """Returns every ranked cell with its factors, its time, and how far each model is off."""
     tables = []
     for one in found:
         table = one.points.rename(columns={"depth": "effective_depth", "noise": "relative_noise"})
         table.insert(0, "series", one.label)
         fit = fits.get(id(one))
         for model in models.WORK:
-            table[f"error of {model}"] = float("nan") if fit is None else fit.errors[model]
+            table[f"deviation of {model}"] = float("nan") if fit is None else fit.errors[model]
         lacking = [f"{model}: {line}" for model, line in fit.lines.items() if isinstance(line, Missing)] if fit else []
         table["note"] = one.lacking or "; ".join(lacking)
         tables.append(table)

@@ -12,13 +12,14 @@ from reports.run.results import Missing, Results, place_label
 
 CAPTION = (
     "Large: the median time of a steady frame over processes, with its 95 % interval where there are enough; small: "
-    "each process, outlying ones too. Only what is ranked is drawn. Beside each row the errors of the picture over "
-    "all pixels, as in the table of times. Hollow: the study's time for the same case on its own machine. Of points "
-    "that differ only in how the kernel of a GPU is launched the one with the lowest median is drawn."
+    "each process, outlying ones too. Only what is ranked is drawn. Beside each row the error of the picture over all "
+    "pixels, and whether it agrees with another renderer's, as in the table of times. Hollow: the study's time for the "
+    "same case on its own machine. Of points that differ only in how the kernel of a GPU is launched the one with the "
+    "lowest median is drawn."
 )
 
 ROW, HEAD = 0.22, 0.8  # inches
-HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255"), (5, 45, 85)  # points right of a panel
+HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255", "agrees"), (5, 45, 85, 137)  # points right of a panel
 MOST = 24  # panels of a figure
 MARKS = ("o", "black"), ("D", "white")  # ours, the study's
 
@@ -61,6 +62,9 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
     style.log_ticks(axes.xaxis)
     axes.set_yticks(range(len(cells)), [cell.variant for cell in cells])
     axes.set_title(place_label(place), loc="left", fontweight="bold")
+    against = " and ".join(dict.fromkeys(cell.against for cell in cells if cell.against))
+    if against:
+        axes.set_title(f"error {against}", loc="right", fontsize=7)
     axes.grid(axis="x", color="#CCCCCC")
 
 

@@ -1,4 +1,4 @@
-"""Writes table 4.1: the time of a steady frame, the study's beside it, the ratio to a baseline, the errors."""
+"""Writes table 4.1: the time of a steady frame, the study's beside it, the ratio to a baseline, the error."""
 
 from pathlib import Path
 

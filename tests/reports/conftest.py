@@ -6,7 +6,7 @@ from zlib import crc32
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from made_up_errors import DEFAULTS, error
+from made_up_errors import DEFAULTS, OF_SCENE, error
 
 from harness.store import store
 from reports import page
@@ -26,7 +26,7 @@ ENVIRONMENT = {
     "governor": "performance", "turbo": "off", "load": [0.0, 0.0, 0.0], "pressure": "unavailable: none",
     "python": "CPython 3", "compilers": {"c++": "g++"}, "packages": {"numpy": "2"}, "commit": "abc",
 }  # fmt: skip
-ACCURACY = {
+AGREED = {
     "reference": "judge", "reference_file": "pictures/r.reference.npy", "wrong": None, "max_outside": 2e-15,
     "max_inside": None, "rmse": 0.0, "bad_pixels": 0.0,
     "mask_fraction": 0.25, "tolerance": 1e-9,
@@ -35,8 +35,8 @@ FACTS = (
     "cell", "variant", "renderer", "renderer_version", "technology", "scene", "point", "parameters", "needs",
 )  # fmt: skip
 UNKNOWN = (
-    "wall_s", "phases", "frames_s", "cpu", "memory", "rays", "used", "versions", "build", "picture", "accuracy",
-    "measurer", "series",
+    "wall_s", "phases", "frames_s", "cpu", "memory", "rays", "used", "versions", "build", "picture", "agreement",
+    "error", "measurer", "series",
 )  # fmt: skip
 RAYS = {"primary": 10, "reflected": 5, "transmitted": 0, "shadow": 5, "non_finite": 0}
 
@@ -54,8 +54,8 @@ def _record(variant, number=0, frames=(0.5, 0.25, 0.75), compile_s=None, cache=N
             "floor_bytes": None,
         },
         "rays": RAYS, "used": {"features": [], "methods": {"compile_cache": cache} if cache else {}}, "versions": {},
-        "build": None, "picture": {"file": f"pictures/{variant}.npy", "sha256": "0"}, "accuracy": ACCURACY,
-        "measurer": None, "series": f"series/{variant}.csv", "warnings": [], **changes,
+        "build": None, "picture": {"file": f"pictures/{variant}.npy", "sha256": "0"}, "agreement": AGREED,
+        "error": OF_SCENE, "measurer": None, "series": f"series/{variant}.csv", "warnings": [], **changes,
     }  # fmt: skip
 
 
@@ -112,7 +112,7 @@ def _exhibit(variant="numba-cuda-index-fault", number=0, **changes):
     text = "exhibit: the study's figure 2.9"
     wrong = {"status": "wrong picture", "reason": "7 pixels differ", "unranked": text}
     return _gpu_record(
-        variant, number, **{**wrong, "accuracy": ACCURACY | {"bad_pixels": 0.4375, "max_outside": 0.8}} | changes
+        variant, number, **{**wrong, "agreement": AGREED | {"bad_pixels": 0.4375, "max_outside": 0.8}} | changes
     )
 
 
@@ -163,7 +163,8 @@ def make_run(tmp_path):
         }  # fmt: skip
         run.describe(**described)
         picture = np.linspace(0, 1, 48).reshape(4, 4, 3)
-        np.save(folder / "pictures" / "r.reference.npy", picture)
+        for name in ("r.reference", "t.truth"):
+            np.save(folder / "pictures" / f"{name}.npy", picture)
         for told in records:
             if told["picture"]:
                 np.save(folder / told["picture"]["file"], picture)

@@ -1,10 +1,12 @@
-"""The table of errors: each measure, the worst repetition, and why one is missing."""
+"""The table of errors: each measure, the worst repetition, and why one is missing; agreement is a tick or a cross."""
 
 import csv
 
-from reports.accuracy import accuracy_table
+import pytest
+from made_up_errors import OF_SCENE, error
 
-SEEN = {"relative_mse": 1e-4, "psnr_db": 41.0, "ssim": 0.99, "flip": 0.02, "flip_file": "pictures/cpp.flip.npy"}
+from reports.accuracy import accuracy_columns, accuracy_table
+from reports.run import results
 
 
 def table(load, tmp_path, records):
@@ -14,25 +16,79 @@ def table(load, tmp_path, records):
 
 
 def test_the_worst_of_all_repetitions_is_shown(load, record, tmp_path):
-    accuracy = record("cpp")["accuracy"]
-    worse = {"relative_mse": 2e-4, "psnr_db": 40.0, "ssim": 0.98, "flip": 0.03, "rmse": 0.5, "max_inside": 0.7}
-    rows = [record("cpp", n, accuracy={**accuracy, **SEEN, **more}) for n, more in enumerate(({}, worse, {}))]
+    worse = {"relative_mse": 0.02, "psnr_db": 20.0, "ssim": 0.5, "flip": 0.25, "rmse": 0.5, "max": 0.875}
+    rows = [record("cpp", n, error={**OF_SCENE, **more}) for n, more in enumerate(({}, worse, {}))]
     found = table(load, tmp_path, rows)
     for name, value in worse.items():
-        quantity = {"max_inside": "max_inside"}.get(name, name)
-        assert float(found["cpp", quantity]["value"]) == value
+        assert float(found["cpp", f"error_{name}"]["value"]) == value
 
 
 def test_what_is_missing_has_its_reason(load, record, bad, tmp_path):
-    accuracy = record("cpp")["accuracy"]
-    small = {**SEEN, "ssim": {"unavailable": "too small"}, "psnr_db": {"unavailable": "infinite"}}
+    small = {**OF_SCENE, "ssim": {"unavailable": "too small"}, "psnr_db": {"unavailable": "infinite"}}
     records = [
-        record("cpp", accuracy={**accuracy, **small}), record("old"), bad("numba", "failed", "it broke"),
-        record("alone", accuracy={"unavailable": "nobody to judge"}),
+        record("cpp", error=small), record("old", error=None), bad("numba", "failed", "it broke"),
+        record("alone", error={"unavailable": "nobody makes it"}, agreement={"unavailable": "nobody to judge"}),
     ]  # fmt: skip
     found = table(load, tmp_path, records)
-    assert found["cpp", "ssim"]["note"] == "unavailable: too small"
-    assert found["cpp", "psnr_db"]["note"] == "unavailable: infinite"
-    assert found["cpp", "max_inside"]["note"] == "unavailable: no pixel is in the mask"
-    assert found["old", "flip"]["note"] == "unavailable: the run does not have it"
-    assert "it broke" in found["numba", "flip"]["note"] and "nobody to judge" in found["alone", "flip"]["note"]
+    assert found["cpp", "error_ssim"]["note"] == "unavailable: too small"
+    assert found["cpp", "error_psnr_db"]["note"] == "unavailable: infinite"
+    assert found["old", "error_flip"]["note"] == "unavailable: the run does not have it"
+    assert "it broke" in found["numba", "error_flip"]["note"] and "nobody makes" in found["alone", "error_flip"]["note"]
+    assert found["alone", "agrees"]["note"] == "unavailable: nobody to judge"
+
+
+def test_agreement_is_a_tick_or_a_cross(load, record):
+    """Nothing else, but for the share of a mask above 1 %."""
+    agreed = record("")["agreement"]
+    marks = {
+        "right": (agreed | {"mask_fraction": 0.01}, "✓"),
+        "masked": (agreed | {"mask_fraction": 0.0125}, "✓ (mask 1.2 %)"),
+        "wrong": (agreed | {"mask_fraction": 0.0, "wrong": "7 pixels off"}, "✗"),
+        "alone": ({"unavailable": "nobody"}, "unavailable: nobody"),
+    }
+    run = load([record(name, agreement=told) for name, (told, _) in marks.items()])
+    assert {cell.variant: cell.agreement for cell in run.cells} == {name: mark for name, (_, mark) in marks.items()}
+
+
+@pytest.mark.parametrize(
+    ("rmse", "doubt", "said"),
+    [
+        (0.0625, 1e-4, "0.0625"),
+        (0.0625, 5e-3, "0.062 [0.053, 0.072]"),
+        (1e-4, 1e-3, "below 0.0021"),
+        (0, 0, "exactly 0"),
+    ],
+)
+def test_an_rmse_is_told_as_well_as_its_truth_is_known(load, record, rmse, doubt, said):
+    (cell,) = load([record("cpp", error=OF_SCENE | {"rmse": rmse, "rmse_standard_error": doubt})]).cells
+    assert accuracy_columns.shown_rmse(cell) == said
+
+
+OLD = {"truth_file": "pictures/t.npy", "pictures": 4, "standard_error": 0.5, "rmse": 1.0, "max": 2.0}
+BASES = [
+    (OF_SCENE, None),
+    (OF_SCENE | {"depth": 3, "change": None}, "at depth 3"),
+    (error(0.5), "over the areas of pixels at depth 10"),
+    (error(0.5, False), "at the centres of pixels at depth 10"),
+    (OLD, "against a picture with the same depth and places of samples"),
+]
+
+
+@pytest.mark.parametrize(("told", "said"), BASES)
+def test_every_table_and_the_summary_say_what_errors_are_held_against(report_text, record, told, said):
+    """If that is not the truth of the scene, in words beside each number."""
+    text = report_text([record("cpp", error=told)])
+    headers = [line for line in text.splitlines() if line.startswith("| point") and "RMSE" in line]
+    assert headers and all(("| error against |" in line) == (said is not None) for line in headers)
+    summary = next(line for line in text.splitlines() if "s a frame" in line)
+    assert (said or "a frame") in summary and (said is not None or "against" not in summary + "")
+    assert said is None or text.count(said) > len(headers)
+
+
+def test_first_hits_of_earlier_runs_have_their_error_in_the_agreement(make_run, record):
+    hits = record("")["parameters"] | {"kind": "rays"}
+    agreed = record("")["agreement"] | {"max_outside": 1e-15, "max_inside": 0.5, "bad_pixels": 0.25}
+    run = results.load(make_run([record("cpp", parameters=hits, agreement=agreed, error=None)]))
+    (cell,) = run.cells
+    assert cell.errors == "largest error of a distance 0.5, 25 % of rays hit something else"
+    assert str(cell.error()) == "unavailable: first hits have none"

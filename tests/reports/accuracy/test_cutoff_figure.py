@@ -1,4 +1,4 @@
-"""The cut-off in reports: errors, bounds, rays and times checked by hand, and a bound that does not hold."""
+"""The cut-off in reports: changes, bounds, rays and times checked by hand, and a bound that does not hold."""
 
 import csv
 import itertools
@@ -71,7 +71,7 @@ def test_numbers_by_hand(points, sweep):
     found = points(sweep())
     assert [point.cutoff for point in found] == [2.0**-10, 2.0**-8, 2.0**-6]
     for point in found:
-        assert point.error == pytest.approx(0.25 * RADIANCE * point.cutoff)
+        assert point.change == pytest.approx(0.25 * RADIANCE * point.cutoff)
         assert point.bounds == (RADIANCE * point.cutoff, pytest.approx(RADIANCE * point.cutoff * 15 / 16))
         assert point.ratio == pytest.approx(0.25) and point.beyond == 0
         assert point.rays == 0.5
@@ -81,14 +81,16 @@ def test_numbers_by_hand(points, sweep):
 
 def test_a_bound_that_holds_is_said_to(section, sweep):
     text = section(sweep(variants=("cpp", "numba")))
-    assert "The bound holds in every pixel of all 6 pictures with a cut-off; the error is at most 25 % of it" in text
+    assert (
+        "The bound holds in every pixel of all 6 pictures with a cut-off; what it changes is at most 25 % of it" in text
+    )
     assert "DOES NOT HOLD" not in text
 
 
 def test_a_bound_that_does_not_hold_is_said_loudly(section, sweep):
     text = section(sweep(lost=1.5))
     assert "**THE BOUND DOES NOT HOLD in 3 of 3 pictures.**" in text
-    assert "cpp, cut-off 2^-6: 15 pixels, error up to 1.5 times the bound" in text
+    assert "cpp, cut-off 2^-6: 15 pixels, a change of up to 1.5 times the bound" in text
 
 
 def test_a_pixel_that_differs_and_dropped_nothing_breaks_it(points, sweep):

@@ -141,7 +141,9 @@ def test_the_cheapest_within_a_budget(load, cell):
     assert (point.name, rivals) == ("cpp, jittered 2 × 2", [])
     point, rivals = chart.cheapest(run, 1 / 255)
     assert {point.cell.variant, *(rival.cell.variant for rival in rivals)} == {"cpp", "numba"}
-    assert "no method" in str(chart.cheapest(run, 1e-3)) and "is known to 0.00012" in str(chart.cheapest(run, 1e-4))
+    assert "no method" in str(chart.cheapest(run, 1e-3)) and "below 0.00048 the truth cannot tell" in str(
+        chart.cheapest(run, 1e-4)
+    )
 
 
 def test_budgets_are_a_table_and_a_file(load, many, tmp_path):
@@ -153,7 +155,7 @@ def test_budgets_are_a_table_and_a_file(load, many, tmp_path):
     exact = next(row for row in rows if row["view"] == "local" and float(row["budget"]) == 1e-9)
     assert exact["variant"] == "cpp-threads" and exact["method"] == "contract floating point"
     assert f"`{exact['command']}`" in text
-    assert "| 1/255 |" in text and "unavailable: the truth is known to 0.00012 only" in text
+    assert "| 1/255 |" in text and "unavailable: below 0.00048 the truth cannot tell" in text
     for row in rows:
         assert all(value or name in ("note", "not_resolved_from", "command") for name, value in row.items())
         assert row["command"] or row["note"]
@@ -176,8 +178,8 @@ def test_who_pays_in_one_chart_pays(load, cell):
 
 def test_a_run_without_errors_has_no_section(load, record, tmp_path):
     old = [
-        *(record("cpp", n) for n in range(3)),
-        record("cpp", point={"depth": 9}, parameters=record("")["parameters"] | {"depth": 9}),
+        *(record("cpp", n, error=None) for n in range(3)),
+        record("cpp", point={"depth": 9}, error=None, parameters=record("")["parameters"] | {"depth": 9}),
     ]
     run = load(old)
     assert pareto_figure.write(run, tmp_path) == budget_table.write(run, tmp_path) == ""
@@ -187,12 +189,9 @@ def test_a_run_without_errors_has_no_section(load, record, tmp_path):
 def test_errors_and_their_reasons_are_columns(record):
     bound = {"radiance": 2.0, "max": 0.5, "mean": 0.1, "dropped_file": "x"}
     row = repetition.row(record("cpp", error=error(0.25), bound=bound))
-    assert (row["error_rmse"], row["error_max"], row["standard_error"], row["truth_pictures"]) == (
-        0.25,
-        2.25,
-        NOISE,
-        64,
-    )
+    assert (row["error_rmse"], row["error_max"], row["uncertainty"], row["truth_samples"]) == (0.25, 2.25, NOISE, 64)
+    assert (row["against"], row["agrees"]) == ("over the areas of pixels at depth 10", True)
+    assert repetition.row(record("cpp"))["against"] == "", "the truth of the scene"
     assert (row["error_flip"], row["no_error_flip"], row["no_error"]) == (None, "too small", None)
     assert (row["bound_max"], row["bound_mean"]) == (0.5, 0.1)
     row = repetition.row(record("cpp", error={"unavailable": "nobody can"}))

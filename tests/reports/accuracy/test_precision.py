@@ -24,7 +24,7 @@ def sweep(record):
     def make(methods=(("float64", "strict"), ("float32", "strict")), depths=(0, 3), variants=("cpp",), **changes):
         right = np.full((SIDE, SIDE, 3), 0.25)
         told, files = [], {"pictures/twin.npy": right}
-        accuracy = record("")["accuracy"] | {"reference_file": "pictures/twin.npy"}
+        agreement = record("")["agreement"] | {"reference_file": "pictures/twin.npy"}
         for variant in variants:
             for bits, floating_point in methods:
                 for depth in depths:
@@ -37,7 +37,7 @@ def sweep(record):
                     point = {"precision": bits, "floating_point": floating_point, "depth": depth}
                     epsilon = 1e-6 if bits == "float32" else 1e-15
                     own = {
-                        "cell": name, "point": point, "accuracy": accuracy, "series": None,
+                        "cell": name, "point": point, "agreement": agreement, "series": None,
                         "parameters": {**record("")["parameters"], **point, "epsilon": epsilon},
                         "picture": {"file": f"pictures/{name}.npy", "sha256": name},
                     }  # fmt: skip
@@ -51,8 +51,8 @@ def test_numbers_by_hand(make_run, sweep):
     told, files = sweep()
     ((_, methods),) = precision.found(results.load(make_run(told, files=files)))
     strict, single = methods
-    assert [(one.bad, one.largest, one.median) for one in strict.errors] == [(0, 0, 0), (0, 0, 0)]
-    local, deep = single.errors
+    assert [(one.bad, one.largest, one.median) for one in strict.found] == [(0, 0, 0), (0, 0, 0)]
+    local, deep = single.found
     assert local.bad == 0 and local.largest == local.median == pytest.approx(1e-8)
     assert deep.bad == 0.03 and deep.largest == 0.5 and deep.median == pytest.approx(1e-8)
 
@@ -107,20 +107,21 @@ def test_float32_is_wrong_rarely_and_by_much(bench, make_run, record):
             wanted = {"width": 192, "height": 192, "depth": depth, "precision": bits, "sphere": sphere}
             name = f"pictures/{bits}-{depth}.npy"
             files[name] = bench.result("cpp", scene, **wanted).array
-            accuracy = record("")["accuracy"] | {"reference_file": f"pictures/float64-{depth}.npy"}
+            agreement = record("")["agreement"] | {"reference_file": f"pictures/float64-{depth}.npy"}
             told.append(record(
                 "cpp", cell=f"{bits}-{depth}", point={"precision": bits, "depth": depth}, series=None,
-                parameters=record("")["parameters"] | wanted, picture={"file": name, "sha256": name}, accuracy=accuracy,
+                parameters=record("")["parameters"] | wanted, picture={"file": name, "sha256": name},
+                agreement=agreement,
             ))  # fmt: skip
         ((_, (_, single)),) = precision.found(results.load(make_run(told, files=files, name=sphere)))
-        for one in single.errors:
+        for one in single.found:
             print(sphere, one)
-        shares[sphere] = [one.bad for one in single.errors]
+        shares[sphere] = [one.bad for one in single.found]
         assert shares[sphere] == sorted(shares[sphere])
         if sphere == "robust":
-            medians = [one.median for one in single.errors]
+            medians = [one.median for one in single.found]
             assert all(2.0**-25 < median < 16 * 2.0**-24 for median in medians)  # some u, whatever the depth
-            assert max(medians[1:]) < 1.2 * min(medians[1:]) and all(one.largest > 0.05 for one in single.errors[2:])
+            assert max(medians[1:]) < 1.2 * min(medians[1:]) and all(one.largest > 0.05 for one in single.found[2:])
     asked, stable = shares["robust"], shares["stable"]
     assert asked[0] == 0 and asked[2] > 2e-4 and 5e-4 < asked[-1] < 0.02
     assert stable[0] > 0 and all(a < b for a, b in zip(asked, stable, strict=True))

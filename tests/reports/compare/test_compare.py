@@ -91,12 +91,12 @@ def test_without_a_noise_floor_the_interval_decides_and_says_so(compared, cell):
 
 
 def masked(which):
-    accuracy = {
+    agreement = {
         "reference": "judge", "reference_file": "pictures/r.reference.npy", "mask_file": f"pictures/{which}.mask.npy",
         "wrong": None, "max_outside": 2e-15, "max_inside": None, "rmse": 0.0, "bad_pixels": 0.0, "mask_fraction": 0.25,
         "tolerance": 1e-9,
     }  # fmt: skip
-    return {"accuracy": accuracy, "picture": {"file": f"pictures/{which}.npy", "sha256": which}}
+    return {"agreement": agreement, "picture": {"file": f"pictures/{which}.npy", "sha256": which}}
 
 
 def test_a_faster_renderer_with_another_picture_is_no_win(make_run, cell):

@@ -77,8 +77,9 @@ def test_pyperf_reads_what_was_measured(make_run, cell, tmp_path):
     assert [run.warmups for run in cpp.get_runs()] == [((1, 9.0),)] * 5
     assert (cpp.get_loops(), numba.get_loops(), cpp.get_nvalue(), cpp.median()) == (8, 1, 10, 0.27)
     about = cpp.get_runs()[1].get_metadata()
-    assert (about["mem_max_rss"], about["duration"], about["largest_error"]) == (3000000, 2.0, 2e-15)
-    assert (about["timed"], about["rmse"], about["bad_pixels"]) == ("steady frames", 0.0, 0.0)
+    assert (about["mem_max_rss"], about["duration"], about["error_max"]) == (3000000, 2.0, 0.75)
+    assert (about["timed"], about["error_rmse"], about["error_bad_pixels"]) == ("steady frames", 0.0625, 0.25)
+    assert about["agrees"] == "yes" and "error_against" not in about, "held against the truth of the scene"
     assert (about["renderer_version"], about["scene_version"], about["parameter_depth"]) == ("v", "s", 3)
 
 
@@ -192,7 +193,7 @@ def test_github_has_a_number_for_each_cell(make_run, cell, tmp_path):
     }  # fmt: skip
     assert "steady frame, median over 5 processes" in cpp["extra"]
     assert (
-        "RMSE 0, largest error 2e-15, no pixel beyond 1/255" in cpp["extra"]
+        "RMSE 0.062, largest error 0.75, 25 % of pixels beyond 1/255; agreement ✓" in cpp["extra"]
         and "renderer v, commit abc" in cpp["extra"]
     )
     assert "range" not in numba and "no interval from 2 processes" in numba["extra"]
@@ -207,10 +208,8 @@ def test_parquet_has_every_row_and_null_for_what_is_unknown(mixed, tmp_path):
     assert rows[0]["outlier"] is False
     rust = rows[5]
     assert (rust["status"], rust["reason"]) == ("failed", "exit 1: it broke")
-    assert all(
-        rust[name] is None for name in ("wall_s", "steady_s", "first_s", "peak_bytes", "frames_s", "max_outside")
-    )
-    for name in ("steady_s", "first_s", "wall_s", "peak_bytes", "max_outside"):
+    assert all(rust[name] is None for name in ("wall_s", "steady_s", "first_s", "peak_bytes", "frames_s", "error_max"))
+    for name in ("steady_s", "first_s", "wall_s", "peak_bytes", "error_max"):
         assert table.schema.field(name).type == pyarrow.float64(), name
     assert table.schema.field("repetition").type == pyarrow.int64()
     about = json.loads(table.schema.metadata[b"rayrace run.json"])

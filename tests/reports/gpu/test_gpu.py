@@ -120,7 +120,7 @@ def test_no_share_of_the_peak_without_all_that_it_needs(load, gpu_record, simula
         "not reported": gpu_record(shapes=None),
         "no peak": simulated(),
         "time of the kernel": gpu_record(frame_parts=None),
-        "not ranked": gpu_record(accuracy=None),
+        "not ranked": gpu_record(agreement=None),
     }
     for number, (reason, told) in enumerate(cases.items()):
         results = load([told], name=str(number))
@@ -251,7 +251,9 @@ def test_a_run_with_everything_twice_the_same_bytes(make_run, tmp_path, record, 
         told["used"]["methods"]["total_threads"] = told["parameters"]["total_threads"] or 256
     records += [simulated(parameters=size, scene="scenes/other.txt"), exhibit(parameters=size)]
     records += [gpu_record(number=9, parameters=size, **{"pass": "load", "point": records[0]["point"]})]
-    pictures = dict.fromkeys(("numba-cuda", "numba-cuda-index-fault", "r.reference"), np.full((16, 16, 3), 0.5))
+    pictures = dict.fromkeys(
+        ("numba-cuda", "numba-cuda-index-fault", "r.reference", "t.truth"), np.full((16, 16, 3), 0.5)
+    )
     files = {f"pictures/{name}.npy": picture for name, picture in pictures.items()} | {"series/numba-cuda.csv": SERIES}
     run = make_run(records, files=files)
     for name in ("a", "b"):

@@ -123,7 +123,7 @@ def test_the_chart_has_what_the_figure_has(read, told):
     assert chart["front"] == [0, 1] and chart["lacking"] == 1
     words = data["pareto_figure"]["words"]
     again = " ".join(words[place] for place in cpp["again"])
-    assert cpp["told"][2].endswith("MB") and again.startswith("rayrace run experiments/a.toml --only cpp")
+    assert cpp["told"][3].endswith("MB") and again.startswith("rayrace run experiments/a.toml --only cpp")
     assert data["images"][cpp["picture"]].startswith("data:image/webp;base64,")
 
 
@@ -134,8 +134,11 @@ def test_pictures_to_compare(make_run, tmp_path, record):
     path = report.write(make_run([record("cpp"), record("numba")], files=files), tmp_path / "report")
     data = json.loads(Reader(path.read_text("utf-8")).scripts[0])
     (place,) = data["pictures_figure"]["places"]
-    one, two = place["pictures"]
-    assert (one["label"], two["label"]) == ("cpp", "numba") and one["size"] == [4, 4]
+    one, two, truth = place["pictures"]
+    assert [one["label"], two["label"], truth["label"]] == ["cpp", "numba", "the truth"] and one["size"] == [4, 4]
+    assert truth["truth"] and truth["error"] is None and truth["picture"] != one["picture"]
+    assert truth["told"] == ["by judge, 1024 samples of a pixel, depth 16, known to 0.001", "(RMS)"]
+    assert one["told"][-1] == "agreement ✓ outside a mask of 25 % of the pixels"
     assert one["picture"] == two["picture"] != one["error"], "equal to the eye: inside the page once"
     assert one["flip"] is None and {one["error"], two["error"]} <= set(data["images"])
 
@@ -166,8 +169,9 @@ def test_what_has_no_room_is_told(make_run, tmp_path, record):
     assert path.stat().st_size < page.LIMIT
     data = json.loads(Reader(text).scripts[0])
     (place,) = data["pictures_figure"]["places"]
-    assert 0 < len(place["pictures"]) < 12
-    assert f"This page holds {len(place['pictures'])} of 12 pictures" in text
+    held = [one for one in place["pictures"] if not one["truth"]]
+    assert 0 < len(held) < 12
+    assert f"This page holds {len(held)} of 12 pictures" in text
 
 
 def test_many_points_are_thinned_and_the_front_is_kept(cell, load, monkeypatch):

@@ -59,7 +59,7 @@ def path(make_run, cell, record, tmp_path):
     for row in told:
         row["series"] = f"series/{row['variant']}.csv"
         row["parameters"] = row["parameters"] | {"width": 80, "height": 60, "region": "0,0,80,60"}
-    files["pictures/r.reference.npy"] = np.full((60, 80, 3), 0.5)
+    files |= dict.fromkeys(("pictures/r.reference.npy", "pictures/t.npy"), np.full((60, 80, 3), 0.5))
     return report.write(make_run(told, files=files, **FACTS), tmp_path / "report")
 
 
@@ -122,6 +122,7 @@ def _comparer(page):
     assert page.evaluate(
         "[document.getElementById('compare-canvas').width, document.getElementById('compare-canvas').height]"
     ) == [80, 60]
+    assert page.eval_on_selector("#compare-b", "one => one.selectedOptions[0].textContent") == "the truth"
     seen = {}
     for at in (0, 100):
         page.evaluate(f"document.getElementById('compare-at').value = {at}")
@@ -138,6 +139,8 @@ def _comparer(page):
     page.select_option("#compare-mode", "error-a")
     page.wait_for_timeout(200)
     assert len(np.unique(_pixels(page), axis=0)) > 3
+    page.select_option("#compare-mode", "error-b")
+    until(page, "document.getElementById('compare-told').textContent.includes('B is the truth, which has no error')")
     page.select_option("#compare-mode", "flip-a")
     until(page, "document.getElementById('compare-told').textContent.includes('FLIP map of A is unavailable')")
     page.select_option("#compare-mode", "swipe")

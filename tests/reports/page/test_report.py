@@ -51,54 +51,58 @@ def test_rows_without_a_time_have_a_reason_and_no_rank(report_text, record, bad)
         assert found[variant]["time ÷ cpp"] == "unavailable"
         assert found[variant]["status"] == reason
         assert f"- {variant}: {reason}" in text.split("Not ranked:")[1].split("## Machine")[0]
-    assert found["python"]["largest error"] == "2e-15"
+    assert found["python"]["largest error"] == "0.75"
 
 
 def test_no_time_without_an_error(report_text, record):
     text = report_text(
-        [record("cpp"), record("numba", accuracy={"unavailable": "no other renderer"}), record("numpy", accuracy=None)]
+        [
+            record("cpp"),
+            record("numba", agreement={"unavailable": "no other renderer"}, error={"unavailable": "no truth"}),
+            record("numpy", agreement=None),
+        ]
     )
     for heading in ("Times (", "Start-up"):
         for row in rows(text, heading):
             assert row["largest error"] and row["RMSE"] and row["beyond 1/255 (%)"]
     found = {row["variant"]: row for row in rows(text, "Times (")}
-    assert found["numba"]["RMSE"] == "unavailable: no other renderer"
+    assert found["numba"]["RMSE"] == "unavailable: no truth"
+    assert found["numba"]["agrees"] == "unavailable: no other renderer" and found["cpp"]["agrees"] == "✓ (mask 25 %)"
     assert found["numba"]["time ÷ cpp"].startswith("unavailable: not ranked: its picture was not judged")
     assert "only cpp is ranked" in text
     for line in text.splitlines():
         if "s a frame" in line:
-            assert "RMSE 0, largest error 2e-15, no pixel beyond 1/255" in line
+            assert "RMSE 0.062, largest error 0.75, 25 % of pixels beyond 1/255, agreement ✓ (mask 25 %)" in line
 
 
-# A picture that is right outside the mask and wrong inside it, as float32 between mirrors is.
-HIDDEN = {"max_outside": 2e-4, "max_inside": 1.25, "rmse": 0.011, "bad_pixels": 0.0033, "mask_fraction": 0.02}
-AGREEMENT = "agreement: at most, outside the mask"
+# Of a picture that agrees with its reference, as others make the same mistakes, and is far from the truth.
+FAR = {"rmse": 0.011, "max": 1.25, "bad_pixels": 0.0033}
+NEAR = {"max_outside": 2e-4, "max_inside": 3e-4, "rmse": 1e-5, "bad_pixels": 0.0, "mask_fraction": 0.02}
 
 
-def test_no_time_beside_an_error_that_leaves_out_pixels(report_text, record, make_run):
-    """Of every table with times, of the summary, and of the chart of times."""
-    told = [record(name, n, accuracy=record("")["accuracy"] | HIDDEN) for name in ("cpp", "numba") for n in range(5)]
+def test_beside_a_time_stands_the_distance_from_the_truth_and_not_from_the_reference(report_text, record, make_run):
+    """In every table with times, in the summary, and in the chart of times."""
+    own = {"agreement": record("")["agreement"] | NEAR, "error": record("")["error"] | FAR}
+    told = [record(name, n, **own) for name in ("cpp", "numba") for n in range(5)]
     text = report_text(told)
     line = next(line for line in text.splitlines() if "s a frame" in line)
-    assert "RMSE 0.011, largest error 1.25, 0.33 % of pixels beyond 1/255" in line and "0.0002" not in line
+    assert "RMSE 0.011, largest error 1.25, 0.33 % of pixels beyond 1/255" in line and "agreement ✓ (mask 2 %)" in line
+    assert not re.search("0\\.0002|0\\.0003|2e-4|3e-4|1e-05", text), "how far it is from its reference is told nowhere"
     for heading in ("Times (", "Start-up"):
         for row in rows(text, heading):
             assert (row["RMSE"], row["largest error"], row["beyond 1/255 (%)"]) == ("0.011", "1.25", "0.33")
-            assert AGREEMENT not in row or row[AGREEMENT] == "0.0002"
-    for table in text.split("\n\n"):
-        header = table.splitlines()[0] if table.startswith("| point") else ""
-        if "outside the mask" in header:
-            assert "RMSE" in header and AGREEMENT in header and "error outside" not in header
+            assert row.get("agrees", "✓ (mask 2 %)") == "✓ (mask 2 %)"
     figure = times_figure.draw(results.load(make_run(told, name="drawn")), told[0]["scene"])
     beside = [text.get_text() for text in figure.axes[0].texts]
-    assert beside == [*["0.011", "1.25", "0.33 %"] * 2, "RMSE", "largest", "beyond 1/255"]
+    assert beside == [*["0.011", "1.25", "0.33 %", "✓"] * 2, "RMSE", "largest", "beyond 1/255", "agrees"]
 
 
 def test_no_cell_of_a_table_is_blank_or_a_bare_zero(report_text, tmp_path, record):
     nothing = {"peak_bytes": 1e6, "render_peak_bytes": None, "peak_virtual_bytes": None, "method": "wait4"}
+    alone = {"unavailable": "nobody else makes it"}
     silent = record(
         "quiet", frames=(0.1,), rays=None, used=None, versions=None, series=None, measurer=None,
-        memory=nothing | {"floor_bytes": 8e6}, accuracy=record("")["accuracy"] | {"max_outside": None},
+        memory=nothing | {"floor_bytes": 8e6}, agreement=alone, error=alone,
     )  # fmt: skip
     text = report_text([silent])
     for line in text.splitlines():
@@ -106,7 +110,7 @@ def test_no_cell_of_a_table_is_blank_or_a_bare_zero(report_text, tmp_path, recor
             cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
             assert "" not in cells and "0" not in cells and "nan" not in line.lower(), line
     assert "unavailable: no steady frames" in text and "nothing is ranked" in text
-    assert "unavailable: every pixel is in the mask" in text
+    assert "unavailable: nobody else makes it" in text
     assert "wait4, floor 8 MB" in text
     for path in (tmp_path / "report").glob("*.csv"):
         with open(path, newline="") as file:
@@ -168,7 +172,7 @@ def test_one_pixel_and_broken_pictures_do_not_stop_it(make_run, tmp_path, record
     pixel = record("")["parameters"] | {"region": "2,2,3,3"}
     point = {"region": "one pixel"}
     wrong = record("numba", status="wrong picture", reason="1 pixels are not finite", point={"region": "all"})
-    wrong["accuracy"] = dict.fromkeys(wrong["accuracy"]) | {"reference": "judge", "wrong": "1 pixels are not finite"}
+    wrong["agreement"] = dict.fromkeys(wrong["agreement"]) | {"reference": "judge", "wrong": "1 pixels are not finite"}
     run = make_run([record("cpp", point=point, parameters=pixel), record("cpp", point={"region": "all"}), wrong])
     picture = np.zeros((4, 4, 3))
     picture[0, 0] = np.nan

@@ -136,7 +136,7 @@ def test_a_run_packed_without_its_pictures_says_so(make, tmp_path):
     text = (tmp_path / "out" / "report.md").read_text("utf-8")
     pictures = text.partition("## Pictures")[2].partition("\n## ")[0]
     assert "unavailable: the pictures of this run were left out when it was packed" in pictures and "![" not in pictures
-    assert "largest error 2e-15" in text, "their errors stay"
+    assert "largest error 0.75" in text, "their errors stay"
 
 
 def test_pictures_named_after_figures_of_the_study(make_run, record, bad, tmp_path):
@@ -148,7 +148,7 @@ def test_pictures_named_after_figures_of_the_study(make_run, record, bad, tmp_pa
     records = [
         told("cpp", "figure 3.10b, last"), told("cpp", "figure 3.2, a mesh"), told("numba", "figure 3.10b, last"),
         bad("cpp", "failed", "it broke", cell="x", point={"case": "figure 3.10a"}), told("cpp", "figure of mine"),
-        told("numba", "figure 3.10a", accuracy=None),
+        told("numba", "figure 3.10a", agreement=None),
     ]  # fmt: skip
     found = gallery_figure.panels(loaded := results.load(make_run(records)))
     assert list(found) == ["3.2", "3.10"]

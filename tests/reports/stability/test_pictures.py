@@ -35,7 +35,7 @@ def shown(record, make_run, tmp_path, monkeypatch):
                         "cpp", cell=f"{offset}-{level}", point=point, scene="stress/acne.txt", stability=counted,
                         parameters=record("")["parameters"] | {"precision": "float32", "offset": offset},
                         picture={"file": file, "sha256": "0"}, unranked="exhibit: put under stress", series=None,
-                        accuracy=None,
+                        agreement=None,
                     )
                 )  # fmt: skip
         run = results.load(make_run(told, files=files, stability={"acne": FACTS}))

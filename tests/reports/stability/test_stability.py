@@ -43,7 +43,7 @@ def curve(record, bad):
                 "row": row, "level": level, "count": 1000, "failures": failed, "error_median": level / 1e9,
                 "error_p99": level / 1e8, "error_max": level / 1e7, "expected": level / 2e9, "limit": 1e4,
             }  # fmt: skip
-            told.append(record(variant, stability=found, picture=None, accuracy=None, series=None, versions=VERSIONS,
+            told.append(record(variant, stability=found, picture=None, agreement=None, series=None, versions=VERSIONS,
                                frames=(1, *[seconds] * 4), **who))  # fmt: skip
         return told
 
