@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from harness.errors import UserError
 from harness.experiment import image
-from harness.judge import judge, reference, truth
+from harness.experiment.experiment import Reference
+from harness.judge import judge, truth
 from harness.machine import environment
 from harness.picture import picture
 from harness.process import repetition
@@ -19,6 +20,7 @@ from harness.scene import load, warnings
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.single import single
+from harness.store import record
 
 TIMES = 8  # as many samples as the picture has the truth that it is then compared with
 ANY = {"feelers", "glossy_rays"}  # given, these say that there are some; how many is open
@@ -55,7 +57,6 @@ def render(scene, variant, out, asked, most, given, frames, timeout, folders, as
     wanted = advice.Wanted(
         scene=fingerprint(arrays),
         needs=frozenset(needs_of(read, _best(read, parameters))),
-        centres=parameters.sampler == "one",
         given={name: value for name, value in parameters.values().items() if name in fixed},
         variant=variant,
         here={name: here[name] for name in ("host", "cpu")},
@@ -65,36 +66,33 @@ def render(scene, variant, out, asked, most, given, frames, timeout, folders, as
     needs = needs_of(read, chosen)
     result, facts = single.make(entry, arrays, chosen, needs, out, timeout)
     facts["warnings"] = single.warn(warnings(read))
-    got = error(result.array, read, arrays, entry, known, chosen, found.depth)
+    got = error(result.array, read, arrays, known, chosen)
     expected = {"rmse": found.error, "like": found.like, "run": str(found.run)}
     if as_json:
         print(json.dumps({**facts, "method": found.name, "expected": expected, "error": got}))
     else:
         print(f"{found.name}: RMSE {found.error:.2g} to be expected, as with {found.like} in {found.run}")
         single.tell(facts, chosen)
-        print(_told(got))
+        print(record.error_of(got))
     if got.get("rmse", 0.0) > limit:
         print(f"error: its RMSE of {got['rmse']:.3g} is more than the {limit:.3g} asked for", file=sys.stderr)
         raise SystemExit(1)
 
 
-def error(array, read, arrays, entry, known, parameters: Parameters, depth: int | None) -> dict:
-    """How far a picture is from its truth, which another renderer makes: keys of judge.errors, "truth", "pictures" and
-    "standard_error"; or {"unavailable": reason}. The noise of the truth is taken off the RMSE.
-    """
-    told = truth.jobs([parameters], depth, TIMES, lambda shown: needs_of(read, shown))[truth.view(parameters, depth)]
-    maker = reference.choose(entry, known, told.parameters, told.needs)
+def error(array, read, arrays, known, parameters: Parameters) -> dict:
+    """How far a picture is from the truth of the scene: `error` of a record; or {"unavailable": reason}."""
+    wanted = Reference(times=TIMES, spots=0)
+    told = truth.jobs([parameters], wanted, lambda shown: needs_of(read, shown))[truth.view(parameters, wanted)]
+    maker = truth.choose(known, told)
     if maker is None:
-        return {"unavailable": "no other renderer here can make the truth"}
+        return {"unavailable": "no renderer here can make the truth"}
     try:
         with Sessions() as sessions:
             made = truth.make(told, maker, arrays, None, sessions.run)
     except LookupError as failure:
         return {"unavailable": str(failure)}
-    off, noise = judge.errors(array, made.picture, None), made.uncertainty or 0.0
-    known_errors = {name: off[name] for name in ("max", "bad_pixels", "relative_mse")}
-    rmse = math.sqrt(max(0.0, off["rmse"] ** 2 - noise**2))
-    return {"rmse": rmse, **known_errors, "truth": maker.name, "pictures": made.pictures, "standard_error": noise}
+    off = judge.errors(array, made.picture, made.standard_error, None)
+    return {"truth": maker.name, "against": told.against, **made.facts(), **off}
 
 
 def _limit(most: str) -> float:
@@ -111,13 +109,3 @@ def _best(read, parameters: Parameters) -> Parameters:
     """These parameters with feelers, if a light of the scene has a radius."""
     soft = any(light.radius > 0 for light in read.lights)
     return replace(parameters, feelers=max(parameters.feelers, int(soft)))
-
-
-def _told(got: dict) -> str:
-    if "unavailable" in got:
-        return f"error: not measured; {got['unavailable']}"
-    noise = f", whose own error is {got['standard_error']:.2g}" if got["standard_error"] else ""
-    return (
-        f"RMSE {got['rmse']:.2g} against the truth by {got['truth']}{noise}; largest error {got['max']:.2g},"
-        f" {100 * got['bad_pixels']:.2g} % of pixels off by more than 1/255"
-    )

@@ -1,4 +1,4 @@
-"""Draws measured against modelled time of a series, and the errors of the models against each factor."""
+"""Draws measured against modelled time of a series, and how far the models are off against each factor."""
 
 import matplotlib.pyplot as plt
 import numpy as np

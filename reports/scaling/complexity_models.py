@@ -59,7 +59,7 @@ class Power:
 class Fitted:
     """A series with its fits.
 
-    lines: by model. errors: relative error of each model (modelled / measured - 1), a column each, a row a cell; NaN
+    lines: by model. errors: how far each model is off (modelled / measured - 1), a column each, a row a cell; NaN
     where it has none. powers: exponents. share: the largest a / T in the cells that these are from.
     """
 

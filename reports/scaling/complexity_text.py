@@ -8,7 +8,7 @@ from reports.run.cell import Missing
 from reports.scaling.complexity_models import COUNTED, FAR, ORDERS, STUDY, Fitted, Power
 from reports.scaling.complexity_points import FACTORS
 
-GOOD, FAIR = 0.10, 0.20  # relative error of a model
+GOOD, FAIR = 0.10, 0.20  # by which a model is off
 MUCH, MOST = 1.5, 3  # times the processes' own scatter: of a larger spread, noise is 1/2.25 or 1/9 of the variance
 
 
@@ -30,7 +30,10 @@ def percent(share: float) -> str:
 
 
 def _fitted(found: Fitted, model: str) -> pd.DataFrame:
-    """Returns the points that a model was fitted to, with its `error`; the study's model has no work where d = 0."""
+    """Returns the points that a model was fitted to, with how far it is off as `error`.
+
+    The study's model has no work where d = 0.
+    """
     points = found.series.points.assign(error=found.errors[model])
     return points[points["d"] > 0] if model == STUDY else points
 
@@ -72,7 +75,7 @@ def _off(error: float) -> str:
 
 
 def _ends(found: Fitted, model: str) -> str:
-    """Names the ends of factors where the model's median error is beyond GOOD, the worst first."""
+    """Names the ends of factors where the model is off by more in the median than GOOD, the worst first."""
     if found.line(model) is None:
         return ""
     points = _fitted(found, model)
@@ -85,10 +88,10 @@ def _ends(found: Fitted, model: str) -> str:
     beyond = [text for size, text in ends if size > FAIR]
     some = [text for size, text in ends if GOOD < size <= FAIR]
     if not beyond + some:
-        return f"At no end of a factor is its median error beyond {percent(GOOD)}."
+        return f"At no end of a factor is it off by more than {percent(GOOD)} in the median."
     told = [f"beyond {percent(FAIR)}: {', '.join(beyond)}"] * bool(beyond)
     told += [f"beyond {percent(GOOD)}: {', '.join(some)}"] * bool(some)
-    return f"By its median error at the ends of the factors it is {'; '.join(told)}."
+    return f"In the median at the ends of the factors it is {'; '.join(told)}."
 
 
 def _exponents(found: Fitted) -> list[str]:

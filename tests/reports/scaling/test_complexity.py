@@ -87,7 +87,7 @@ def test_the_model_as_written_is_found_and_said_to_hold(fitted, sweep):
     line = found.line(STUDY)
     assert (line.a.value, line.b.value) == pytest.approx((A, B), rel=0.02)
     assert "Equation 4.1 as written holds within 10 % in all 54 cells" in said
-    assert "which noise may explain. At no end of a factor is its median error beyond 10 %." in said
+    assert "which noise may explain. At no end of a factor is it off by more than 10 % in the median." in said
     assert "the model's within it: p, d, o + l" in said
     assert "Objects and lights apart: of o" in said and "the model's within it: o, l" in said
     assert "Counting rays mends nothing" in said  # here they are not what costs
