@@ -227,7 +227,7 @@
       const [width, height] = one.size;
       if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
       canvas.style.width = `${Math.max(width, Math.min(512, Math.floor(512 / width) * width))}px`;
-      const told = [`A, ${one.label}: ${one.told.join(" ")}.`, `B, ${two.label}: ${two.told.join(" ")}.`];
+      const told = [`A, ${one.label}: ${one.told.join("; ")}.`, `B, ${two.label}: ${two.told.join("; ")}.`];
       pen.clearRect(0, 0, width, height);
       if (kind === "swipe") {
         const split = Math.round((width * id("compare-at").value) / 100);

@@ -49,14 +49,13 @@ def panel(figure, left: float, top: float, height: float, width: float):
 
 
 def told(results: Results, cell: Cell) -> list[str]:
-    """Returns the lines below a panel: the error of a picture, and whether it agrees."""
+    """Returns the texts below a panel: the error of a picture, and whether it agrees."""
     found = results.record(cell) or {}
-    lines = [record.error_of(found.get("error")), record.agreement_of(found.get("agreement"))]
-    return [line for text in lines for line in textwrap.wrap(text, WIDEST)]
+    return [record.error_of(found.get("error")), record.agreement_of(found.get("agreement"))]
 
 
 def told_of_truth(results: Results, cell: Cell) -> list[str]:
-    """Returns the lines below the truth of a cell: its samples and depth, how well it is known, what it is held to."""
+    """Returns the texts below the truth of a cell: its samples and depth, how well it is known, what it is held to."""
     error = (results.record(cell) or {}).get("error") or {}
     words = [
         f"by {error['truth']}" if "truth" in error else "",
@@ -64,7 +63,7 @@ def told_of_truth(results: Results, cell: Cell) -> list[str]:
         f"depth {error['depth']}" if error.get("depth") is not None else "",
         f"known to {error['uncertainty']:.2g} (RMS)" if error.get("uncertainty") else "",
     ]
-    return [*textwrap.wrap(", ".join(filter(None, words)), WIDEST), *filter(None, [error and record.basis(error)])]
+    return [", ".join(filter(None, words)), *filter(None, [error and record.basis(error)])]
 
 
 def least(results: Results, cell: Cell) -> float:
@@ -123,7 +122,8 @@ def _truth(results: Results, cell: Cell, axes) -> None:
     _below(axes, told_of_truth(results, cell))
 
 
-def _below(axes, lines: list[str], colour: str = "black") -> None:
+def _below(axes, texts: list[str], colour: str = "black") -> None:
+    lines = [line for text in texts for line in textwrap.wrap(text, WIDEST)]
     place = {"transform": axes.transAxes, "ha": "center", "va": "top"}
     axes.text(0.5, -0.02, "\n".join(lines), **place, fontsize=6.5, color=colour)
 
@@ -134,8 +134,8 @@ def _panels(results: Results, cell: Cell, above, below, norm) -> None:
         say(above, picture.reason if cell.status != "ok" else str(picture))
         return
     above.imshow(stored.displayed(picture, cell), interpolation="nearest", aspect="auto")
-    lines = told(results, cell) if cell.status == "ok" else textwrap.wrap(cell.verdict, WIDEST)
-    _below(below, lines, "black" if cell.status == "ok" or cell.as_meant else "#B00000")
+    texts = told(results, cell) if cell.status == "ok" else [cell.verdict]
+    _below(below, texts, "black" if cell.status == "ok" or cell.as_meant else "#B00000")
     truth = stored.truth(results, cell)
     if not isinstance(truth, Missing) and truth.shape != picture.shape:
         truth = Missing(f"the shape of the picture is {picture.shape}, the truth's {truth.shape}")

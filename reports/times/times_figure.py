@@ -58,13 +58,12 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
             axes.plot(theirs.value, row, "D", mfc="white", mec=colour, ms=5)
         _beside(axes, row, accuracy_columns.brief(cell))
     _beside(axes, -1, HEADER)
-    axes.set(xscale="log", xlabel="steady frame (s)", ylim=(len(cells) - 0.5, -0.5))
+    against = " and ".join(dict.fromkeys(cell.against for cell in cells if cell.against))
+    below = f"steady frame (s)\nerrors beside it: {against}" if against else "steady frame (s)"
+    axes.set(xscale="log", xlabel=below, ylim=(len(cells) - 0.5, -0.5))
     style.log_ticks(axes.xaxis)
     axes.set_yticks(range(len(cells)), [cell.variant for cell in cells])
     axes.set_title(place_label(place), loc="left", fontweight="bold")
-    against = " and ".join(dict.fromkeys(cell.against for cell in cells if cell.against))
-    if against:
-        axes.set_title(f"error {against}", loc="right", fontsize=7)
     axes.grid(axis="x", color="#CCCCCC")
 
 

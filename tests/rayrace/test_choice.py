@@ -86,7 +86,7 @@ def test_a_scene_with_the_same_needs(rayrace, measured):
         ("glass.txt", "1/255", (), "rayrace run experiments/accuracy.toml"),
         ("scene.txt", "1/255", ("--no-shadows",), "rayrace run experiments/accuracy.toml"),
         ("scene.txt", "1e-4", ("--sampler", "jittered"), "cannot tell"),
-        ("scene.txt", "0.02", ("--sampler", "one"), "the most accurate has an RMSE of"),
+        ("scene.txt", "0.01", ("--sampler", "one"), "the most accurate has an RMSE of"),
         ("scene.txt", "0.1", ("-r", "cpp"), "none of them is a method that you gave"),
         ("scene.txt", "0", (), "expected more than 0"),
         ("scene.txt", "much", (), "--max-error much: expected a number"),

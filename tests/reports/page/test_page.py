@@ -137,7 +137,7 @@ def test_pictures_to_compare(make_run, tmp_path, record):
     one, two, truth = place["pictures"]
     assert [one["label"], two["label"], truth["label"]] == ["cpp", "numba", "the truth"] and one["size"] == [4, 4]
     assert truth["truth"] and truth["error"] is None and truth["picture"] != one["picture"]
-    assert truth["told"] == ["by judge, 1024 samples of a pixel, depth 16, known to 0.001", "(RMS)"]
+    assert truth["told"] == ["by judge, 1024 samples of a pixel, depth 16, known to 0.001 (RMS)"]
     assert one["told"][-1] == "agreement ✓ outside a mask of 25 % of the pixels"
     assert one["picture"] == two["picture"] != one["error"], "equal to the eye: inside the page once"
     assert one["flip"] is None and {one["error"], two["error"]} <= set(data["images"])
