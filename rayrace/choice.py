@@ -133,14 +133,13 @@ class Front:
                 tried.clear()
             else:
                 began, shots = time.monotonic(), self.test.shots
-            method = self.search.choose()
-            if method is None or method in tried:
-                return
-            tried.add(method)
-            places = self.search.places
+            method, places = self.search.choose(), self.search.places
             where = f"{len(places)} tiles" if len(places) > 1 else "the whole picture"
             count, took = len(self.search.tried), time.monotonic() - began
             self.said.append(f"measured {count} methods on {where} in {took:.1f} s ({self.test.shots - shots} jobs)")
+            if method is None or method in tried:
+                return
+            tried.add(method)
             yield method
             last = self.made[-1].error
             self.search.learn(method, last["rmse"] + last["rmse_standard_error"])
@@ -190,7 +189,7 @@ class Front:
         if best is None:
             return "nothing could be measured" + self._in_the_way()
         self._make(best)
-        return self._missed()
+        return "" if self.best.most <= self.test.limit else self._missed()
 
     def _in_the_way(self) -> str:
         try:
@@ -211,6 +210,7 @@ class Front:
             expected = best and {"rmse": best.method.rmse, "standard_error": best.method.standard_error}
             facts = best.facts if best else {"picture": None}
             told = {"method": best and best.method.name, "expected": expected}
+            told["job"] = best and best.method.parameters.values()
             told["error"] = best.error if best else {"unavailable": wrong}
             told |= {"tried": list(tried.values()), "pictures": pictures, "seconds": seconds, "said": self.said}
             print(json.dumps({**facts, **told, "warnings": single.warn(warned)}))
