@@ -29,6 +29,7 @@ from harness.store import record
 
 SEEN = ("width", "height", "region", "shadows", "lens_radius", "focal_distance", "arithmetic")  # what is in a picture
 FAR = 2.0  # times the limit: from such a miss on, tiles are no longer trusted
+MEASURING = 0.4  # of the time that is left is for measuring methods, the rest for the picture and its truth
 COMPILED = 10.0  # s that a picture must take for a program that is compiled for it alone
 
 
@@ -126,14 +127,21 @@ class Front:
         yield from self._of_run()
         tried = set()
         while True:
+            began, shots, end = time.monotonic(), self.test.shots, self.test.end
+            self.test.end = began + self.test.left * MEASURING
             far = self.made and self.made[-1].most > FAR * self.test.limit
-            if self.search is None or (far and len(self.search.places) > 1):
-                began, shots = time.monotonic(), self.test.shots
-                self.search = within.Search(self.test, self.variant, self.fixed, whole=bool(far))
-                tried.clear()
-            else:
-                began, shots = time.monotonic(), self.test.shots
-            method, places = self.search.choose(), self.search.places
+            try:
+                if self.search is None or (far and len(self.search.places) > 1):
+                    self.search = within.Search(self.test, self.variant, self.fixed, whole=bool(far))
+                    tried.clear()
+                method = self.search.choose()
+            except trial.TimeUp:
+                method = self.search and self.search.best
+                if method is None:
+                    raise
+            finally:
+                self.test.end = end
+            places = self.search.places
             where = f"{len(places)} tiles" if len(places) > 1 else "the whole picture"
             count, took = len(self.search.tried), time.monotonic() - began
             self.said.append(f"measured {count} methods on {where} in {took:.1f} s ({self.test.shots - shots} jobs)")

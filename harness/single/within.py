@@ -16,7 +16,7 @@ from harness.process import repetition
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.single.single import FASTEST
-from harness.single.trial import Method, TimeUp, Trial, general, tiles
+from harness.single.trial import KNOWN, Method, TimeUp, Trial, general, tiles
 
 SIDES = (
     1,
@@ -52,7 +52,8 @@ ARITHMETIC = tuple({"precision": p, "vector": v} for v in ("off", "on") for p in
 SURE = 2  # standard errors that a method must be within the limit
 MOST = 10  # methods of a forecast that are measured for one choice
 PAYS = 0.9  # of the time of the best so far a method must take less, to be measured
-BRIEF = 1.0  # s of a frame of tiles that is timed twice
+MANY = 1000  # pixels
+BRIEF = 0.5  # s of a frame of tiles that is timed twice
 LONG = 5.0  # s that a picture must take for other variants to be measured
 DEFAULT = Parameters()
 
@@ -100,6 +101,11 @@ class Part:
     ratio: float
 
 
+def _worth(family: Family) -> float:
+    """How good its samples are, for their number. Of families with the same first number."""
+    return -family.measured[max(family.measured)].rmse if family.changes["sampler"] != "one" else -np.inf
+
+
 class Search:
     """The measured methods of a picture, and the forecast of the others.
 
@@ -114,13 +120,16 @@ class Search:
         self.asked = trial.asked
         self.places = [self.asked.bounds()] if whole else tiles(self.asked.bounds(), self.asked.seed)
         self.miss = 1.0  # how much larger errors are in the whole picture than in the tiles
-        # The noise of this truth is taken off; what it leaves uncertain is in the margin of a method.
-        self.truth, self.side = trial.truth(self.places, 4, 2**15 if whole else 1, 2.0)
+        # The noise of this truth is taken off; what it leaves uncertain is in the margin of a method, and is little
+        # where there are many pixels.
+        many = np.prod(self.asked.shape()[:2]) >= MANY
+        self.truth, self.side = trial.truth(self.places, 4, 2**15 if whole else 1, 1.0 if many else KNOWN)
         self.deep = {"depth": self.truth.depth, "cutoff": self.truth.cutoff}
         self.entry, self.base = self._base(variant)
         self.hard = self._hard()
+        self.paths = self._paths()
         self.families = self._families()
-        self.paths, self.arithmetic = self._paths(), self._arithmetic()
+        self.arithmetic = self._arithmetic()
         self._adaptive()
 
     def free(self, **changes) -> dict | None:
@@ -211,13 +220,16 @@ class Search:
         needs = self.trial.needs_of(most)
         feelers, glossy = ((1, 0) if need in needs else (0,) for need in ("soft", "glossy"))
         found = [{"feelers": f, "glossy_rays": g} for g, f in product(glossy, feelers)]
-        found += [{"feelers": 4, "glossy_rays": g} for g in glossy if feelers[0]]
+        found += [{"feelers": 4, "glossy_rays": glossy[0]}] * feelers[0]
         return list({repr(one): one for one in map(self.own, found)}.values())
 
     def _families(self) -> list[Family]:
-        found = []
-        for optics, sampler in product(self._optics(), self._samplers()):
+        found: list[Family] = []
+        samplers, first = self._samplers(), self._optics()[0]
+        for optics, sampler in product(self._optics(), samplers):
             one = sampler["sampler"] == "one"
+            if optics != first and not one and sampler["sampler"] != max(found, key=_worth).changes["sampler"]:
+                continue  # of jittered and uniform samples the better ones are enough
             sides = (sampler["samples"],) if one or "samples" in self.fixed else SIDES[1:]
             family = Family({**optics, "sampler": sampler["sampler"]}, sides)
             for side in sides[:1] if len(sides) == 1 else FIRST:
@@ -228,7 +240,9 @@ class Search:
 
     def _part(self, **changes) -> Part | None:
         """What these changes of the base do to it."""
-        plain, made = self.job(), self.job(**changes)
+        few = {} if self.base["sampler"] == "one" or "samples" in self.fixed else {"samples": FIRST[0]}
+        few = {} if {"precision", "vector"} & changes.keys() else few
+        plain, made = self.job(**few), self.job(**few, **changes)
         if not (before := self.measure(plain)) or not (after := self.measure(made)):
             return None
         (one, rays), (other, fewer) = (self.pictures[replace(job, kernel=DEFAULT.kernel)] for job in (plain, made))
@@ -265,7 +279,12 @@ class Search:
             found.append(part)
             if part.bias > self.trial.limit:
                 break
-        return self._paying(found)
+        found = self._paying(found)
+        # All else is measured with the quickest that leaves out next to nothing.
+        best = min((part for part in found if part.bias <= self.trial.limit / 16), key=lambda part: part.ratio)
+        self.base |= best.changes
+        rest = [part for part in found if part.ratio < best.ratio]
+        return [Part({}, best.bias, 1.0), *(replace(part, ratio=part.ratio / best.ratio) for part in rest)]
 
     def _arithmetic(self) -> list[Part]:
         found = [Part({}, 0.0, 1.0)]
@@ -325,7 +344,7 @@ class Search:
         """
         limit = self.trial.limit
         for _ in range(MOST):
-            best = min((m for m in self.measured if self.holds(m, limit)), key=lambda m: m.seconds, default=None)
+            best = self.best
             for seconds, error, *told in self.forecasts():
                 if best and seconds > PAYS * best.seconds:
                     return self._others(best)
@@ -338,7 +357,13 @@ class Search:
                 return best and self._others(best)
             if (method := self.measure(made, seconds=seconds)) and plain:
                 family.worse = max(method.rmse / plain, 0.25)
-        return best and self._others(best)
+        return self.best and self._others(self.best)
+
+    @property
+    def best(self) -> Method | None:
+        """The quickest measured method that holds."""
+        good = (method for method in self.measured if self.holds(method, self.trial.limit))
+        return min(good, key=lambda method: method.seconds, default=None)
 
     def _others(self, best: Method) -> Method:
         """The quickest variant for a method, of those that measure it in less time than the picture takes."""

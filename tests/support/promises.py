@@ -11,6 +11,7 @@ import argparse
 import hashlib
 import itertools
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -122,11 +123,28 @@ def examine(number: int, seed: str, known: dict, run, seconds: float) -> dict:
     row = {"scene": number, "limit": limit, "size": f"{size[0]} x {size[1]}"}
     with tempfile.TemporaryDirectory() as folder:
         file, out = wild.keep(Path(folder) / "scene.txt"), Path(folder) / "p.npy"
-        program = Path(sys.executable).with_name("rayrace")
-        words = [program, "render", file, "--max-error", limit, *subject.options(), "-o", out, "--json"]
+        words = [
+            sys.executable,
+            "-m",
+            "rayrace",
+            "render",
+            file,
+            "--max-error",
+            limit,
+            *subject.options(),
+            "-o",
+            out,
+            "--json",
+        ]
         words += ["--max-seconds", str(seconds)]
         began = time.monotonic()
-        done = subprocess.run(list(map(str, words)), cwd=folder, capture_output=True, text=True)
+        done = subprocess.run(
+            list(map(str, words)),
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )
         row["seconds"] = time.monotonic() - began
         if done.returncode:
             return {**row, "told": done.stderr.strip().splitlines()[-1].removeprefix("error: ")}

@@ -41,7 +41,7 @@ def test_the_truth_is_known_to_a_quarter_of_the_limit(limit):
 
 
 def test_a_truth_that_cannot_be_known_in_time():
-    with pytest.raises(CannotTell, match="no sampled truth can in this time: it is known to 0.0"):
+    with pytest.raises(CannotTell, match=r"no sampled truth can in this time: it is known to 0\.0"):
         asked = trial(Laws(0.1), 1e-9, seconds=20)
         asked.truth([asked.asked.bounds()], 4, 1)
 
@@ -50,7 +50,7 @@ def test_depths_that_never_end_are_told():
     laws = Laws(0.0)
     laws.picture = lambda job: np.full(job.shape(), 0.5 + 0.01 * job.depth)
     asked = trial(laws, 0.01)
-    with pytest.raises(CannotTell, match="half the depth of 64 still changes it by an RMS of 0.32"):
+    with pytest.raises(CannotTell, match=r"half the depth of 64 still changes it by an RMS of 0\.32"):
         asked.truth([asked.asked.bounds()], 4, 1)
 
 
