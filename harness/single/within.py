@@ -54,6 +54,7 @@ MOST = 10  # methods of a forecast that are measured for one choice
 PAYS = 0.9  # of the time of the best so far a method must take less, to be measured
 MANY = 1000  # pixels
 BRIEF = 0.5  # s of a frame of tiles that is timed twice
+WORTH = 1.0  # s that a picture must take for a program of its own in lanes, which takes some ten times less
 LONG = 5.0  # s that a picture must take for other variants to be measured
 DEFAULT = Parameters()
 
@@ -138,12 +139,12 @@ class Search:
             return None
         return changes
 
-    def job(self, **changes) -> Parameters:
-        """The job with changes of the base. The program for any job is built once, one for this job alone would take
-        longer than a picture; but rays in lanes (VEC-1) exist only in a program without the rest.
+    def job(self, seconds: float = 0.0, **changes) -> Parameters:
+        """The job with changes of the base. seconds: that its picture should take. The program for any job is built
+        once, one for this job alone would take longer than most pictures; but rays in lanes (VEC-1) exist only there.
         """
         made = replace(self.asked, **{**self.base, **changes})
-        alone = "kernel" in self.fixed or (made.vector == "on" and made.sampler == "one")
+        alone = "kernel" in self.fixed or (made.vector == "on" and made.sampler == "one" and seconds > WORTH)
         return made if alone else general(self.entry, made)
 
     def measure(self, parameters: Parameters, entry: Entry | None = None, seconds: float = 0.0) -> Method | None:
@@ -242,8 +243,11 @@ class Search:
         """What these changes of the base do to it."""
         few = {} if self.base["sampler"] == "one" or "samples" in self.fixed else {"samples": FIRST[0]}
         few = {} if {"precision", "vector"} & changes.keys() else few
-        plain, made = self.job(**few), self.job(**few, **changes)
-        if not (before := self.measure(plain)) or not (after := self.measure(made)):
+        plain = self.job(**few)
+        if not (before := self.measure(plain)):
+            return None
+        made = self.job(before.seconds, **few, **changes)
+        if not (after := self.measure(made)):
             return None
         (one, rays), (other, fewer) = (self.pictures[replace(job, kernel=DEFAULT.kernel)] for job in (plain, made))
         # Times of tiles are noisy, and where the arithmetic is the same the rays take them.
@@ -349,7 +353,7 @@ class Search:
                 if best and seconds > PAYS * best.seconds:
                     return self._others(best)
                 family, plain, changes = told
-                made = self.job(**changes)
+                made = self.job(seconds, **changes)
                 known = (self.entry.name, replace(made, kernel=DEFAULT.kernel)) in self.tried
                 if not known and error * self.miss + (self.truth.change or 0.0) <= limit:
                     break

@@ -31,10 +31,11 @@ HALL = f"""{CAMERA}AMBIENT (0.2,0.2,0.2)
 LIGHT (0.3,0.4,0.5) (0.2,0.2,0.2) 0
 BOX (-1.03,-1.1,-1.2) (2,0,0) (0,2.1,0) (0,0,8.2) (0.05,0.05,0.05) 1 2000 (0,0,0) 1e12 1
 """
+PLAIN = "-r", "cpp-threads", "--precision", "float64", "--vector", "off"  # one program, which other tests build too
 EMPTY = f"{CAMERA}BACKGROUND (0.2,0.5,0.7)\n"
 RUN = """title = "t"
 scenes = ["scene.txt"]
-renderers = ["cpp"]
+renderers = ["numpy"]
 processes = 1
 frames = 3
 [image]
@@ -54,7 +55,8 @@ spots = 0
 def ask(rayrace, tmp_path):
     """Ask for a picture of a scene within an error: its JSON and what it said, if it ended with `code`."""
 
-    def ask(scene, error, *more, code=0, size=(24, 22)):
+    def ask(scene, error, *more, code=0, size=(24, 22), plain=True):
+        more += PLAIN * plain
         (tmp_path / "scene.txt").write_text(scene)
         words = "--width", size[0], "--height", size[1], "-o", "p.npy", "--json", *more
         done = rayrace("render", "scene.txt", "--max-error", error, *words, cwd=tmp_path, code=code)
@@ -101,6 +103,16 @@ def test_it_tells_what_it_measured_and_keeps_it(ask, known, tmp_path):
     assert found["seconds"] > 0
 
 
+@pytest.mark.nightly("the parts are tested by day, with one program")
+def test_with_every_program_it_finds_a_quicker_method(ask):
+    plain, free = (ask(GLOSSY, "1/32", "--against", "centres", size=(200, 180), plain=one)[0] for one in (True, False))
+    job = free["job"]
+    assert job["vector"] == "on" or job["precision"] == "float32"
+    quickest = {one["method"]: one["seconds"] for one in free["tried"]}
+    assert quickest[free["method"]] < max(quickest.values()) and free["error"]["rmse"] <= 1 / 32
+    assert (plain["job"]["vector"], plain["job"]["precision"]) == ("off", "float64")
+
+
 def test_the_centres_of_pixels_have_a_truth_without_samples(ask):
     found, _ = ask(GLOSSY, "1e-9", "--against", "centres")
     assert (
@@ -115,7 +127,6 @@ def test_the_centres_of_pixels_have_a_truth_without_samples(ask):
         (SCENE, "much", (), 2, "--max-error much: expected a number"),
         (SCENE, "0.1", ("--against", "pixels"), 2, "--against pixels: expected scene or centres"),
         (SCENE, "0.1", ("--against", "centres", "--sampler", "uniform"), 2, "centres, which have one sample"),
-        (SCENE, "0.1", ("-r", "no"), 2, "no"),
         (SCENE, "1e-9", (), 1, "cannot tell whether an RMSE of 1e-09 is kept: no sampled truth can"),
         (SCENE, "1/255", ("--sampler", "one"), 1, "in the way: --sampler"),
         (GLOSSY, "1/32", ("--depth", "0"), 1, "in the way: --depth"),
@@ -128,10 +139,17 @@ def test_why_not(ask, scene, error, more, code, told):
     assert told in said
 
 
+def test_a_renderer_that_is_not_there(ask):
+    _, said = ask(SCENE, "0.1", "-r", "nobody", code=2, plain=False)
+    assert "nobody" in said
+
+
 def test_what_the_user_fixed_stays(ask):
-    found, _ = ask(SCENE, "1/16", "--precision", "float32", "--sampler", "uniform", "--samples", 2, "-r", "cpp")
+    found, _ = ask(
+        SCENE, "1/16", "--precision", "float32", "--sampler", "uniform", "--samples", 2, "-r", "numpy", plain=False
+    )
     job = found["job"]
-    assert (job["precision"], job["sampler"], job["samples"], found["renderer"]) == ("float32", "uniform", 2, "cpp")
+    assert (job["precision"], job["sampler"], job["samples"], found["renderer"]) == ("float32", "uniform", 2, "numpy")
 
 
 @pytest.mark.parametrize(
@@ -147,7 +165,7 @@ def test_little_pictures(ask, tmp_path, scene, more, size):
 
 def test_a_scene_that_the_lanes_refuse(ask):
     """With other lanes than any program has, it says which option is in the way."""
-    _, said = ask(SCENE, "1/64", "--vector", "on", "-r", "numpy", code=2)
+    _, said = ask(SCENE, "1/64", "--vector", "on", "-r", "numpy", code=2, plain=False)
     assert "no renderer can do this job: numpy: has no vector on" in said
 
 
@@ -155,9 +173,9 @@ def test_a_run_that_measured_this_very_picture_is_taken(rayrace, ask, tmp_path):
     (tmp_path / "e.toml").write_text(RUN)
     (tmp_path / "scene.txt").write_text(SCENE)
     rayrace("run", "e.toml", cwd=tmp_path, code=0)
-    found, _ = ask(SCENE, "1/32")
+    found, _ = ask(SCENE, "1/32", plain=False)
     assert found["tried"] == [] and "has measured 3 methods of this picture" in found["said"][0]
-    assert found["renderer"] == "cpp" and found["error"]["rmse"] <= 1 / 32
+    assert found["renderer"] == "numpy" and found["error"]["rmse"] <= 1 / 32
     other, _ = ask(SCENE, "1/32", size=(26, 22))
     assert other["tried"] and "measured" in other["said"][0]
 
@@ -174,8 +192,8 @@ def test_a_measurement_that_lies_is_found(rayrace, tmp_path, monkeypatch, capsys
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.txt").write_text(SCENE)
     image = single.image("", width=24, height=22, depth=10, shadows=True)
-    told = "1/128", "scene", 0.0, frozenset(), 0, 600.0, (), True
-    choice.render(tmp_path / "scene.txt", "", tmp_path / "p.npy", image, *told)
+    told = "1/128", "scene", 0.0, frozenset({"precision", "vector"}), 0, 600.0, (), True
+    choice.render(tmp_path / "scene.txt", "cpp-threads", tmp_path / "p.npy", image, *told)
     found = json.loads(capsys.readouterr().out)
     first, *others = (picture["error"]["rmse"] for picture in found["pictures"])
     assert first > 1 / 128 and others and others[-1] <= 1 / 128 and found["error"]["rmse"] == others[-1]
@@ -189,7 +207,9 @@ def test_random_scenes(ask, known, tmp_path, number):
     wild = draw(seed)
     wild.keep(tmp_path / "scene.txt")
     error = 1 / (32, 64, 128)[number % 3]
-    found, said = ask(wild.source, error, *([] if wild.job["shadows"] else ["--no-shadows"]), code=None, size=(64, 48))
+    found, said = ask(
+        wild.source, error, *([] if wild.job["shadows"] else ["--no-shadows"]), code=None, size=(64, 48), plain=False
+    )
     if found is None or "unavailable" in found["error"]:
         assert "cannot tell" in said
         return
