@@ -136,7 +136,7 @@ class Front:
                     tried.clear()
                 method = self.search.choose()
             except trial.TimeUp:
-                method = self.search and self.search.best
+                method = self.search and self.search.guess
                 if method is None:
                     raise
             finally:

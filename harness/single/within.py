@@ -128,10 +128,9 @@ class Search:
         self.deep = {"depth": self.truth.depth, "cutoff": self.truth.cutoff}
         self.entry, self.base = self._base(variant)
         self.hard = self._hard()
-        self.paths = self._paths()
-        self.families = self._families()
-        self.arithmetic = self._arithmetic()
-        self._adaptive()
+        self.families: list[Family] = []
+        self.paths = self.arithmetic = [Part({}, 0.0, 1.0)]
+        self.ready = False
 
     def free(self, **changes) -> dict | None:
         """`changes` without those of parameters that are the user's; None if one of these is another there."""
@@ -224,8 +223,8 @@ class Search:
         found += [{"feelers": 4, "glossy_rays": glossy[0]}] * feelers[0]
         return list({repr(one): one for one in map(self.own, found)}.values())
 
-    def _families(self) -> list[Family]:
-        found: list[Family] = []
+    def _families(self) -> None:
+        found = self.families
         samplers, first = self._samplers(), self._optics()[0]
         for optics, sampler in product(self._optics(), samplers):
             one = sampler["sampler"] == "one"
@@ -237,7 +236,6 @@ class Search:
                 if method := self.measure(self.job(**family.changes, samples=side)):
                     family.measured[side] = method
             found += [family] * bool(family.measured)
-        return found
 
     def _part(self, **changes) -> Part | None:
         """What these changes of the base do to it."""
@@ -346,6 +344,12 @@ class Search:
         """The quickest measured method that holds, after those were measured that should be quicker; None if there is
         none. TimeUp.
         """
+        if not self.ready:
+            self.paths = self._paths()
+            self._families()
+            self.arithmetic = self._arithmetic()
+            self._adaptive()
+            self.ready = True
         limit = self.trial.limit
         for _ in range(MOST):
             best = self.best
@@ -368,6 +372,16 @@ class Search:
         """The quickest measured method that holds."""
         good = (method for method in self.measured if self.holds(method, self.trial.limit))
         return min(good, key=lambda method: method.seconds, default=None)
+
+    @property
+    def guess(self) -> Method | None:
+        """`best`, or if the time is up before there is one the quickest that should hold by what is measured so far."""
+        if self.best:
+            return self.best
+        for seconds, error, _, plain, changes in self.forecasts():
+            if error * self.miss + (self.truth.change or 0.0) <= self.trial.limit:
+                return Method(self.entry, self.job(seconds, **changes), plain, (error - plain) / SURE, seconds)
+        return None
 
     def _others(self, best: Method) -> Method:
         """The quickest variant for a method, of those that measure it in less time than the picture takes."""
