@@ -70,10 +70,17 @@ def render(
     max_error: Annotated[
         str,
         typer.Option(
-            help="Pick the quickest measured method with no more RMSE (linear RGB) than 1/255, 0.001, ..",
+            help="Find the quickest method with an RMSE (linear RGB, against the truth) of at most 1/255, 0.001, ..",
             metavar="ERROR",
         ),
     ] = "",
+    against: Annotated[
+        str,
+        typer.Option(help="With --max-error: scene, or centres, the error at the centres of pixels.", metavar="NAME"),
+    ] = "scene",
+    max_seconds: Annotated[
+        float, typer.Option(min=0, help="With --max-error: seconds for all of it. 0: until nothing better is known.")
+    ] = 0.0,
     frames: Annotated[int, typer.Option(min=0, help="Frames after the first, to time.")] = 0,
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds; of each tile.")] = 3600.0,
     tiles: Annotated[
@@ -122,8 +129,11 @@ def render(
         from rayrace import choice
 
         given = {name for name in context.params if context.get_parameter_source(name).name != "DEFAULT"}
-        choice.render(scene, variant, out, image, max_error, given, frames, timeout, tuple(renderer or ()), as_json)
+        told = max_error, against, max_seconds, given, frames, timeout, tuple(renderer or ()), as_json
+        choice.render(scene, variant, out, image, *told)
         return
+    if against != "scene" or max_seconds:
+        raise UserError("--against and --max-seconds: only with --max-error")
     single.render(scene, variant, out, image, frames, timeout, tuple(renderer or ()), as_json)
 
 

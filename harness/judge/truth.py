@@ -4,7 +4,8 @@ It is the mean of several pictures by the quickest renderer that can make them: 
 each pixel, lens, light and lobe, in float64, strict, and so deep that nothing changes any more.
 """
 
-from collections.abc import Callable, Iterable
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -49,7 +50,7 @@ class Job:
     @property
     def samples(self) -> int:
         """Samples of a pixel, of all pictures."""
-        return len(self.seeds) * _samples(self.parameters)
+        return len(self.seeds) * samples(self.parameters)
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,7 @@ def _job(seen: Parameters, under_test: list[Parameters], wanted: Wanted, needs_o
     pictures = wanted.times
     if shown.sampler == "jittered":
         # One feeler and one glossy ray of each sample.
-        count, pictures = max(map(_samples, under_test)), PICTURES
+        count, pictures = max(map(samples, under_test)), PICTURES
         shown = replace(shown, samples=int(np.ceil(np.sqrt(wanted.times / pictures * count))))
     else:
         feelers, glossy = (max(getattr(p, name) for p in under_test) for name in ("feelers", "glossy_rays"))
@@ -166,7 +167,7 @@ def _job(seen: Parameters, under_test: list[Parameters], wanted: Wanted, needs_o
     return Job(shown, needs, seeds, against, deepen, seen, taken)
 
 
-def _samples(parameters: Parameters) -> int:
+def samples(parameters: Parameters) -> int:
     """Counts the samples of a pixel: each feeler and glossy ray counts; of adaptive samples, their largest number."""
     side = {"one": 1, "adaptive": 2**parameters.adaptive_depth}.get(parameters.sampler, parameters.samples)
     return side**2 * max(parameters.feelers, 1) * max(parameters.glossy_rays, 1)
@@ -224,8 +225,11 @@ def make(told: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | N
     return Truth(maker.name, centre, told.samples, told.seeds, error, wanted.depth, wanted.cutoff, change)
 
 
-def deep_enough(wanted: Parameters, picture: Callable[[Parameters], np.ndarray]) -> tuple[Parameters, float]:
-    """`wanted` with the first depth and cut-off at which the picture no longer changes, and the last change, RMS.
+def deep_enough(
+    wanted: Parameters, picture: Callable[[Parameters], np.ndarray], unchanged: float = UNCHANGED
+) -> tuple[Parameters, float]:
+    """`wanted` with the first depth and cut-off at which the picture no longer changes by more than `unchanged`, and
+    the last change, RMS.
 
     It looks at one sample a pixel. At the last of DEPTHS it stops, whatever still changes.
     """
@@ -234,24 +238,30 @@ def deep_enough(wanted: Parameters, picture: Callable[[Parameters], np.ndarray])
     for depth, cutoff in zip(DEPTHS[1:], CUTOFFS[1:], strict=True):
         deeper = picture(replace(one, depth=depth, cutoff=cutoff))
         change = float(np.sqrt(np.mean((deeper - shallow) ** 2)))
-        if change <= UNCHANGED:
+        if change <= unchanged:
             break
         shallow = deeper
     return replace(wanted, depth=depth, cutoff=cutoff), change
 
 
 def mean(pictures: Iterable[np.ndarray]) -> tuple[np.ndarray, np.ndarray | None]:
-    """The mean of pictures (height, width, 3) with independent samples, and if there are several its standard error.
+    """The mean of pictures (height, width, 3) with independent samples, and if there are several its standard error."""
+    return deque(means(pictures), maxlen=1)[0]
+
+
+def means(pictures: Iterable[np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray | None]]:
+    """The mean and standard error after each of the pictures.
 
     One after the other (Welford 1962), as all of them may not fit into memory.
     """
-    count, centre, squares = 0, None, None
-    for picture in pictures:
-        picture, count = picture.astype(np.float64), count + 1
+    centre, squares = None, None
+    for count, picture in enumerate(pictures, 1):
+        picture = picture.astype(np.float64)
         if centre is None:
             centre, squares = picture, np.zeros_like(picture)
+            yield centre, None
             continue
         away = picture - centre
         centre = centre + away / count
         squares += away * (picture - centre)
-    return centre, np.sqrt(squares / (count - 1) / count) if count > 1 else None
+        yield centre, np.sqrt(squares / (count - 1) / count)

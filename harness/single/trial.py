@@ -1,0 +1,218 @@
+"""Renders a picture, or tiles of it, by different methods and compares them with a truth. Nothing here is saved."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import count, islice
+
+import numpy as np
+
+from harness.experiment.experiment import Reference as Wanted
+from harness.judge import judge, truth
+from harness.judge.truth import Truth
+from harness.renderer.parameters import Parameters
+from harness.renderer.registry import Entry
+from harness.single import single
+
+ACROSS = 4  # tiles in a row, and in a column
+SIDES = 16, 64  # pixels of a tile's side, least and most
+SHARE = 16  # a tile's side is so small a part of the picture's
+KNOWN = 4  # the truth is known to this part of the error that is asked for
+LATER = 2**16  # from which seed of the family on the truth of the whole picture has its own
+MOST = 64  # samples of a side of a pixel in one picture of a truth
+
+Bounds = tuple[int, int, int, int]
+
+
+class CannotTell(Exception):
+    """The truth cannot be known well enough; the reason."""
+
+
+class TimeUp(Exception):
+    """The user's time is up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Method:
+    """A way to make a picture.
+
+    rmse: its error, linear RGB, and the standard error of that. seconds: of a frame of the whole picture.
+    """
+
+    entry: Entry
+    parameters: Parameters
+    rmse: float
+    standard_error: float
+    seconds: float
+
+    @property
+    def name(self) -> str:
+        """The variant and what it does, in words."""
+        p = self.parameters
+        side = f"{p.samples} x {p.samples}"
+        sampler = {"one": "one sample", "adaptive": f"adaptive to 1/{2**p.adaptive_depth} pixel"}
+        words = [self.entry.name, p.precision, "in lanes" * (p.vector == "on")]
+        words.append(sampler.get(p.sampler, f"{p.sampler} {side}"))
+        words.append(f"threshold {p.adaptive_threshold:g}" * (p.sampler == "adaptive"))
+        words += [f"{p.feelers} feelers" * (p.feelers > 0), f"{p.glossy_rays} glossy rays" * (p.glossy_rays > 0)]
+        words += [f"depth {p.depth}", f"cut-off {p.cutoff:.3g}" * (p.cutoff > 0)]
+        return ", ".join(filter(None, words))
+
+    def record(self) -> dict:
+        """For JSON."""
+        facts = {"rmse": self.rmse, "rmse_standard_error": self.standard_error, "seconds": self.seconds}
+        return {"method": self.name, **facts}
+
+
+def tiles(bounds: Bounds, seed: int) -> list[Bounds]:
+    """Random tiles, one in each cell of a grid of ACROSS x ACROSS; of a small picture the whole, as one tile."""
+    x0, y0, x1, y1 = bounds
+    width, height = x1 - x0, y1 - y0
+    side = int(np.clip(np.sqrt(width * height) / SHARE, *SIDES))
+    if width * height <= 2 * (ACROSS * side) ** 2 or min(width, height) < ACROSS * side:
+        return [bounds]
+    rng, found = np.random.default_rng(seed), []
+    for row in range(ACROSS):
+        for column in range(ACROSS):
+            x = x0 + int(rng.integers(width * column // ACROSS, width * (column + 1) // ACROSS - side + 1))
+            y = y0 + int(rng.integers(height * row // ACROSS, height * (row + 1) // ACROSS - side + 1))
+            found.append((x, y, x + side, y + side))
+    return found
+
+
+@dataclass
+class Trial:
+    """A picture that is to be made, with what measures methods for it.
+
+    asked: its job, in which a method is free to be another. needs_of: the needs of a job with its scene. limit: of the
+    RMSE. against: "scene" or "centres" (see truth.view). run: as Sessions.run. end: on the clock of time.monotonic, by
+    which all is to be done.
+    """
+
+    arrays: dict
+    needs_of: Callable[[Parameters], tuple[str, ...]]
+    asked: Parameters
+    known: dict[str, Entry]
+    limit: float
+    against: str
+    run: Callable
+    end: float
+    threads: int | None = None  # None: as many as a variant runs by default
+    shots: int = 0
+    why: dict[str, str] = field(default_factory=dict)  # the last reason for which a variant made no picture
+
+    @property
+    def left(self) -> float:
+        """Seconds."""
+        return self.end - time.monotonic()
+
+    def shoot(self, entry: Entry, parameters: Parameters, places: list[Bounds], frames: int = 1):
+        """The picture of all places, one below the other, the time of a frame of the whole picture, s, and its rays
+        (None: not counted). None if it cannot be made. TimeUp.
+        """
+        arrays, seconds, pixels, rays = [], 0.0, 0, 0
+        threads = self.threads or entry.threads()
+        for place in places:
+            asked = replace(parameters, region=place, frames=frames, threads=threads)
+            if self.left <= 0:
+                raise TimeUp
+            cache = single.kernels(entry)
+            result = self.run(entry, self.arrays, asked, self.needs_of(asked), timeout=self.left, cache=cache)
+            self.shots += 1
+            if result.status == "timeout":
+                raise TimeUp
+            why = judge.broken(result) if result.status == "ok" else f"{result.status}: {result.reason}"
+            if why:
+                self.why[entry.name] = why
+                return None
+            arrays.append(result.array)
+            seconds += min(frame["end"] - frame["start"] for frame in result.said.frames)
+            counted = result.said.rays or {}
+            rays += sum(counted.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
+            pixels += result.array.shape[0] * result.array.shape[1]
+        height, width, _ = self.asked.shape()
+        return np.concatenate(arrays), seconds * width * height / pixels, rays or None
+
+    def truth(self, places: list[Bounds], side: int, first: int, share: float = KNOWN) -> tuple[Truth, int]:
+        """The truth of places, its uncertainty at most limit / share, and the samples of a side of a pixel in each of
+        its pictures, at first `side`. first: number in the family of the first of its seeds. CannotTell, TimeUp.
+        """
+        target = self.limit / share
+        wanted = Wanted(against=self.against)
+        told = truth.jobs([self.asked], wanted, self.needs_of)[truth.view(self.asked, wanted)]
+        maker = truth.choose(self.known, told)
+        if maker is None:
+            raise CannotTell("no renderer here can make its truth")
+
+        def picture(parameters: Parameters) -> np.ndarray:
+            shot = self.shoot(maker, general(maker, parameters), places, frames=0)
+            if shot is None:
+                raise CannotTell(f"{maker.name} could not make the truth: {self.why[maker.name]}")
+            return shot[0]
+
+        deep, change = told.parameters, 0.0
+        if deep.depth:
+            deep, change = truth.deep_enough(deep, picture, min(truth.UNCHANGED, self.limit / KNOWN**2))
+        if change > target:
+            why = f"half the depth of {deep.depth} still changes it by an RMS of {change:.2g}"
+            raise CannotTell(f"{why}, more than {target:.2g}, as well as it must be known")
+        facts = {"depth": deep.depth, "cutoff": deep.cutoff, "change": change}
+        if len(told.seeds) == 1:
+            return Truth(maker.name, picture(deep), told.samples, (0,), None, **facts), side
+        room = np.sqrt(target**2 - change**2)
+        family = (truth.FAMILY * number % 2**32 for number in count(first))
+        seeds = (seed for seed in family if seed != self.asked.seed)
+        side = side if deep.sampler == "jittered" else 1
+        while True:
+            deep, taken, began = replace(deep, samples=side), [], time.monotonic()
+            pictures = (picture(replace(deep, seed=taken[-1])) for seed in seeds if not taken.append(seed))
+            for number, (centre, error) in islice(enumerate(truth.means(pictures), 1), truth.PICTURES - 1, None):
+                noise = float(np.sqrt(np.mean(error**2)))
+                if noise <= room:
+                    samples = number * truth.samples(deep)
+                    return Truth(maker.name, centre, samples, tuple(taken), error, **facts), side
+                # More pictures err less with the root of their number; the same samples in a larger one by more.
+                each, more = (time.monotonic() - began) / number, 1.1 * number * (noise / room) ** 2
+                larger = min((noise / room) ** (2 / 3) * 1.1, MOST / side) if deep.sampler == "jittered" else 1.0
+                if more > 4 * truth.PICTURES and larger > 1.0:
+                    break
+                self._must_have(each * (more - number), noise, target)
+            self._must_have(each * truth.PICTURES * (noise / room) ** (4 / 3), noise, target)
+            side = int(np.ceil(side * larger))
+
+    def _must_have(self, seconds: float, noise: float, target: float) -> None:
+        if seconds > self.left:
+            raise CannotTell(
+                f"no sampled truth can in this time: it is known to {noise:.2g}, and to know it to {target:.2g} would"
+                f" take {seconds:.2g} s more; --against centres has a truth without samples, of pictures without any"
+            )
+
+    def error(self, array: np.ndarray, found: Truth, places: list[Bounds], hard: np.ndarray | None = None) -> dict:
+        """As judge.errors; of tiles the error of the whole picture, with their spread in rmse_standard_error.
+
+        hard: (height, width, 3) of the whole picture, how large its squared errors are as compared with each other:
+        then the tiles say only how large they are over that (a ratio estimator: Cochran, Sampling Techniques, ch. 6).
+        """
+        told = judge.errors(array, found.picture, found.standard_error, None)
+        if len(places) == 1:
+            return told
+        noise = 0.0 if found.standard_error is None else found.standard_error**2
+        squares = ((array.astype(np.float64) - found.picture) ** 2 - noise).reshape(len(places), -1).mean(axis=1)
+        other, whole = np.ones(len(places)), 1.0
+        x, y = self.asked.bounds()[:2]
+        if hard is not None:
+            mine = np.array([hard[y0 - y : y1 - y, x0 - x : x1 - x].mean() for x0, y0, x1, y1 in places])
+            if mine.mean() > 0:
+                other, whole = mine, float(hard.mean())
+        ratio = max(0.0, squares.mean() / other.mean())
+        share = array.shape[0] * array.shape[1] * 3 / np.prod(self.asked.shape())
+        spread = (squares - ratio * other).std(ddof=1) * whole / other.mean() * np.sqrt((1 - share) / len(places))
+        rmse = float(np.sqrt(ratio * whole))
+        spread = min(np.sqrt(spread), spread / (2 * rmse)) if rmse else np.sqrt(spread)
+        return {**told, "rmse": rmse, "rmse_standard_error": float(np.hypot(told["rmse_standard_error"], spread))}
+
+
+def general(entry: Entry, parameters: Parameters) -> Parameters:
+    """These parameters with the program that does any job, where the variant has it: it is built only once."""
+    has = "general" in entry.methods.get("kernel", ())
+    return replace(parameters, kernel="general") if has else parameters

@@ -1,0 +1,427 @@
+"""Finds the quickest method whose error is within a limit, by measuring methods on tiles of the very picture.
+
+What a method leaves out is measured apart, with equal samples: of the depth and the cut-off, and of the precision and
+the lanes; what its samples miss, against the truth of the tiles. The squares add up to a forecast for every combination
+and number of samples. The quickest that should hold is then measured itself, and corrects the forecast of its family.
+"""
+
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+
+from harness.errors import UserError
+from harness.judge import truth
+from harness.process import repetition
+from harness.renderer.parameters import Parameters
+from harness.renderer.registry import Entry
+from harness.single.single import FASTEST
+from harness.single.trial import KNOWN, Method, TimeUp, Trial, general, tiles
+
+SIDES = (
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+    12,
+    14,
+    16,
+    18,
+    20,
+    22,
+    24,
+    28,
+    32,
+    36,
+    40,
+    48,
+    56,
+    64,
+)  # samples of a side of a pixel
+FIRST = 2, 4  # of them the first two to measure
+ADAPTIVE = ((2, 0.1), (3, 0.1), (3, 0.03), (4, 0.03), (4, 0.01))  # depth, threshold
+DEPTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
+CUTOFFS = tuple(2.0**-power for power in (4, 6, 8, 10))
+ARITHMETIC = tuple({"precision": p, "vector": v} for v in ("off", "on") for p in ("float64", "float32"))
+SURE = 2  # standard errors that a method must be within the limit
+MOST = 10  # methods of a forecast that are measured for one choice
+PAYS = 0.9  # of the time of the best so far a method must take less, to be measured
+MANY = 1000  # pixels
+BRIEF = 0.5  # s of a frame of tiles that is timed twice
+WORTH = 1.0  # s that a picture must take for a program of its own in lanes, which takes some ten times less
+LONG = 5.0  # s that a picture must take for other variants to be measured
+DEFAULT = Parameters()
+
+
+@dataclass
+class Family:
+    """Methods that differ in the number of samples, the paths of light and the arithmetic alone.
+
+    steps: each of its numbers of samples as changes of a job. measured: by number, with the paths and arithmetic of
+    the base. worse: what was measured of others, over what was forecast.
+    """
+
+    changes: dict
+    sides: tuple[int, ...]
+    measured: dict[int, Method] = field(default_factory=dict)
+    worse: float = 1.0
+    whole: bool = False  # of adaptive samples, whose paths are not the base's
+
+    def forecast(self, side: int) -> tuple[float, float, float]:
+        """RMSE, its standard error over it, and seconds for a number of samples of a side of a pixel."""
+        known = sorted(self.measured)
+        one, last = self.measured[known[-2 if len(known) > 1 else -1]], self.measured[known[-1]]
+        if side in self.measured:
+            found = self.measured[side]
+            error, seconds = found.rmse, found.seconds
+        elif len(known) == 1:
+            error, seconds = last.rmse * known[-1] / max(side, 1), last.seconds * (side / known[-1]) ** 2
+        elif side < known[-1]:
+            logs = [np.log(max(self.measured[one].rmse, 1e-300)) for one in known]
+            error = float(np.exp(np.interp(np.log(side), np.log(known), logs)))
+            seconds = float(np.interp(side**2, np.square(known), [self.measured[one].seconds for one in known]))
+        else:
+            slope = np.log(max(last.rmse, 1e-300) / max(one.rmse, 1e-300)) / np.log(known[-1] / known[-2])
+            error = last.rmse * (side / known[-1]) ** float(np.clip(slope, -2.0, 0.0))
+            seconds = last.seconds * (side / known[-1]) ** 2
+        return error, last.standard_error / last.rmse if last.rmse else 0.0, seconds
+
+
+@dataclass(frozen=True)
+class Part:
+    """Changes of a job: by what RMS they change the picture, and their time over the base's."""
+
+    changes: dict
+    bias: float
+    ratio: float
+
+
+def _worth(family: Family) -> float:
+    """How good its samples are, for their number. Of families with the same first number."""
+    return -family.measured[max(family.measured)].rmse if family.changes["sampler"] != "one" else -np.inf
+
+
+class Search:
+    """The measured methods of a picture, and the forecast of the others.
+
+    fixed: names of parameters that are the user's; variant: likewise, or "". whole: all pixels, no tiles.
+    UserError if no variant can make the picture; CannotTell and TimeUp of trial.py.
+    """
+
+    def __init__(self, trial: Trial, variant: str, fixed: frozenset[str], whole: bool = False):
+        self.trial, self.variant, self.fixed = trial, variant, fixed
+        self.tried: dict[tuple[str, Parameters], Method] = {}
+        self.pictures: dict[Parameters, tuple[np.ndarray, int | None]] = {}
+        self.asked = trial.asked
+        self.places = [self.asked.bounds()] if whole else tiles(self.asked.bounds(), self.asked.seed)
+        self.miss = 1.0  # how much larger errors are in the whole picture than in the tiles
+        # The noise of this truth is taken off; what it leaves uncertain is in the margin of a method, and is little
+        # where there are many pixels.
+        many = np.prod(self.asked.shape()[:2]) >= MANY
+        self.truth, self.side = trial.truth(self.places, 4, 2**15 if whole else 1, 1.0 if many else KNOWN)
+        self.deep = {"depth": self.truth.depth, "cutoff": self.truth.cutoff}
+        self.entry, self.base = self._base(variant)
+        self.hard = self._hard()
+        self.families: list[Family] = []
+        self.paths = self.arithmetic = [Part({}, 0.0, 1.0)]
+        self.ready = False
+
+    def free(self, **changes) -> dict | None:
+        """`changes` without those of parameters that are the user's; None if one of these is another there."""
+        if any(changes[name] != getattr(self.asked, name) for name in self.fixed & changes.keys()):
+            return None
+        return changes
+
+    def job(self, seconds: float = 0.0, **changes) -> Parameters:
+        """The job with changes of the base. seconds: that its picture should take. The program for any job is built
+        once, one for this job alone would take longer than most pictures; but rays in lanes (VEC-1) exist only there.
+        """
+        made = replace(self.asked, **{**self.base, **changes})
+        alone = "kernel" in self.fixed or (made.vector == "on" and made.sampler == "one" and seconds > WORTH)
+        return made if alone else general(self.entry, made)
+
+    def measure(self, parameters: Parameters, entry: Entry | None = None, seconds: float = 0.0) -> Method | None:
+        """The method as measured on the tiles; None if it cannot make them. seconds: forecast for the whole picture."""
+        entry = entry or self.entry
+        key = entry.name, replace(parameters, kernel=DEFAULT.kernel)
+        if key not in self.tried:
+            self.tried[key] = None
+            if shot := self.trial.shoot(entry, parameters, self.places, int(seconds < BRIEF)):
+                array, seconds, rays = shot
+                self.pictures[key[1]] = array, rays
+                told = self.trial.error(array, self.truth, self.places, self.hard)
+                self.tried[key] = Method(entry, parameters, told["rmse"], told["rmse_standard_error"], seconds)
+        return self.tried[key]
+
+    @property
+    def measured(self) -> list[Method]:
+        """Those that have all that is the user's."""
+        mine = self.fixed & set(Parameters.__annotations__)
+        return [
+            method
+            for method in self.tried.values()
+            if method and all(getattr(method.parameters, name) == getattr(self.asked, name) for name in mine)
+        ]
+
+    def _base(self, variant: str) -> tuple[Entry, dict]:
+        """Who renders, and what of the job is changed before all else: as little is left out as can be."""
+        known, reasons = self.trial.known, []
+        for name in [variant] if variant else [name for name in FASTEST if name in known]:
+            entry = known[name]
+            samplers = self._samplers() or [{"sampler": "jittered", "samples": FIRST[1]}]  # to measure the rest with
+            for arithmetic, sampler, optics, cutoff in product(
+                ARITHMETIC, samplers, self._optics(), (self.truth.cutoff, 0.0)
+            ):
+                changes = {**self.own({**self.deep, "cutoff": cutoff, **arithmetic, **optics}), **sampler}
+                made = general(entry, replace(self.asked, **changes))
+                why = entry.unavailable or repetition.unsupported(entry, made, self.trial.needs_of(made))
+                if why is None:
+                    return entry, changes
+                reasons.append(f"{name}: {why}")
+        raise UserError("no renderer can do this job: " + "; ".join(dict.fromkeys(reasons)))
+
+    def _hard(self) -> np.ndarray | None:
+        """Where samples of the whole picture differ from each other, as trial.error takes it."""
+        if len(self.places) == 1 or self.base["sampler"] != "jittered":
+            return None
+        job, seed = replace(self.job(), samples=FIRST[0]), self.asked.seed
+        shots = [
+            self.trial.shoot(self.entry, replace(job, seed=one), [self.asked.bounds()], 0)
+            for one in ((seed + 1) % 2**32, (seed + 2) % 2**32)
+        ]
+        return (shots[0][0] - shots[1][0]) ** 2 if all(shots) else None
+
+    def own(self, changes: dict) -> dict:
+        """`changes`, with the user's values where they are fixed."""
+        return {name: getattr(self.asked, name) if name in self.fixed else value for name, value in changes.items()}
+
+    def _samplers(self) -> list[dict]:
+        """Samplers that may be taken, with a first number of samples."""
+        fixed = {"samples"} & self.fixed
+        wanted = [
+            {"sampler": name, "samples": self.asked.samples if fixed else FIRST[1]} for name in ("jittered", "uniform")
+        ]
+        wanted.append({"sampler": "one", "samples": 1})
+        if self.trial.against == "centres":
+            wanted = wanted[-1:]
+        return [one for one in wanted if self.free(**one) is not None]
+
+    def _optics(self) -> list[dict]:
+        """Feelers and glossy rays that may be taken, those of the truth first."""
+        if self.trial.against == "centres":
+            return [{}]
+        most = replace(self.asked, feelers=1, glossy_rays=1, sampler="jittered", **self.deep)
+        needs = self.trial.needs_of(most)
+        feelers, glossy = ((1, 0) if need in needs else (0,) for need in ("soft", "glossy"))
+        found = [{"feelers": f, "glossy_rays": g} for g, f in product(glossy, feelers)]
+        found += [{"feelers": 4, "glossy_rays": glossy[0]}] * feelers[0]
+        return list({repr(one): one for one in map(self.own, found)}.values())
+
+    def _families(self) -> None:
+        found = self.families
+        samplers, first = self._samplers(), self._optics()[0]
+        for optics, sampler in product(self._optics(), samplers):
+            one = sampler["sampler"] == "one"
+            if optics != first and not one and sampler["sampler"] != max(found, key=_worth).changes["sampler"]:
+                continue  # of jittered and uniform samples the better ones are enough
+            sides = (sampler["samples"],) if one or "samples" in self.fixed else SIDES[1:]
+            family = Family({**optics, "sampler": sampler["sampler"]}, sides)
+            for side in sides[:1] if len(sides) == 1 else FIRST:
+                if method := self.measure(self.job(**family.changes, samples=side)):
+                    family.measured[side] = method
+            found += [family] * bool(family.measured)
+
+    def _part(self, **changes) -> Part | None:
+        """What these changes of the base do to it."""
+        few = {} if self.base["sampler"] == "one" or "samples" in self.fixed else {"samples": FIRST[0]}
+        few = {} if {"precision", "vector"} & changes.keys() else few
+        plain = self.job(**few)
+        if not (before := self.measure(plain)):
+            return None
+        made = self.job(before.seconds, **few, **changes)
+        if not (after := self.measure(made)):
+            return None
+        (one, rays), (other, fewer) = (self.pictures[replace(job, kernel=DEFAULT.kernel)] for job in (plain, made))
+        # Times of tiles are noisy, and where the arithmetic is the same the rays take them.
+        same = rays and fewer and not {"precision", "vector"} & changes.keys()
+        ratio = fewer / rays if same else after.seconds / before.seconds
+        return Part(changes, float(np.sqrt(np.mean((other.astype(np.float64) - one) ** 2))), ratio)
+
+    @staticmethod
+    def _paying(parts: list[Part]) -> list[Part]:
+        """Those that are quicker than all that leave out less."""
+        found = []
+        for part in sorted(parts, key=lambda part: part.bias):
+            if not found or part.ratio < PAYS * min(one.ratio for one in found):
+                found.append(part)
+        return found
+
+    def _paths(self) -> list[Part]:
+        """Depths and cut-offs that may be taken."""
+        found = [Part({}, 0.0, 1.0)]
+        if not self.truth.depth:
+            return found
+        for depth in (0, *DEPTHS):
+            changes = {"depth": depth, "cutoff": self.base["cutoff"] if depth else 0.0}
+            if depth >= self.truth.depth or self.free(**changes) is None:
+                continue
+            part = self._part(**changes)
+            found += [part] * bool(part)
+            if part and part.bias < self.trial.limit / 16:
+                break
+        for cutoff in reversed(CUTOFFS):
+            if self.free(cutoff=cutoff) is None or not (part := self._part(cutoff=cutoff)):
+                continue
+            found.append(part)
+            if part.bias > self.trial.limit:
+                break
+        found = self._paying(found)
+        # All else is measured with the quickest that leaves out next to nothing.
+        best = min((part for part in found if part.bias <= self.trial.limit / 16), key=lambda part: part.ratio)
+        self.base |= best.changes
+        rest = [part for part in found if part.ratio < best.ratio]
+        return [Part({}, best.bias, 1.0), *(replace(part, ratio=part.ratio / best.ratio) for part in rest)]
+
+    def _arithmetic(self) -> list[Part]:
+        found = [Part({}, 0.0, 1.0)]
+        for changes in ARITHMETIC:
+            if self.free(**changes) is not None and any(self.base[name] != value for name, value in changes.items()):
+                part = self._part(**changes)
+                found += [part] * bool(part)
+        return self._paying(found)
+
+    def _adaptive(self) -> None:
+        """Families of adaptive samples, which know no cut-off, at the first depth that leaves out little."""
+        if self.trial.against == "centres" or not {"samples"}.isdisjoint(self.fixed):
+            return
+        depths = [
+            part.changes["depth"] for part in self.paths if "depth" in part.changes and part.bias < self.trial.limit / 4
+        ]
+        paths = self.own({"depth": min(depths, default=self.truth.depth), "cutoff": 0.0})
+        if paths["depth"] > max(DEPTHS[:6]) and "depth" not in self.fixed:
+            return  # a tree of rays that nothing cuts off
+        own = {"adaptive_depth", "adaptive_threshold"} & self.fixed
+        asked = self.asked.adaptive_depth, self.asked.adaptive_threshold
+        optics = self._optics()
+        quiet = [one for one in optics if not any(one.values())]  # noise halves every pixel
+        for one in optics if "sampler" in self.fixed else quiet:
+            before = np.inf
+            for depth, threshold in (asked,) if len(own) == 2 else ADAPTIVE:
+                way = self.own({"adaptive_depth": depth, "adaptive_threshold": threshold})
+                changes = {"sampler": "adaptive", **paths, **way, **one}
+                if self.free(**changes) is None or not (method := self.measure(self.job(**changes))):
+                    continue
+                self.families.append(Family(changes, (1,), {1: method}, whole=True))
+                if method.rmse < self.trial.limit or method.rmse > PAYS * before:
+                    break
+                before = method.rmse
+
+    def forecasts(self) -> list[tuple[float, float, Family, float, Parameters]]:
+        """(seconds, RMSE with its margin, family, RMSE, changes) of every method, the quickest first."""
+        found = []
+        for family in self.families:
+            paths = self.paths[:1] if family.whole else self.paths
+            for side in family.sides:
+                sampled, doubt, seconds = family.forecast(side)
+                step = {} if family.whole else {"samples": side}
+                for path, arithmetic in product(paths, self.arithmetic):
+                    error = float(np.sqrt(sampled**2 + path.bias**2 + arithmetic.bias**2))
+                    changes = {**family.changes, **step, **path.changes, **arithmetic.changes}
+                    time = seconds * path.ratio * arithmetic.ratio
+                    found.append((time, error * family.worse * (1 + SURE * doubt), family, error, changes))
+        return sorted(found, key=lambda one: one[0])
+
+    def holds(self, method: Method, limit: float) -> bool:
+        return (method.rmse + SURE * method.standard_error) * self.miss + (self.truth.change or 0.0) <= limit
+
+    def choose(self) -> Method | None:
+        """The quickest measured method that holds, after those were measured that should be quicker; None if there is
+        none. TimeUp.
+        """
+        if not self.ready:
+            self.paths = self._paths()
+            self._families()
+            self.arithmetic = self._arithmetic()
+            self._adaptive()
+            self.ready = True
+        limit = self.trial.limit
+        for _ in range(MOST):
+            best = self.best
+            for seconds, error, *told in self.forecasts():
+                if best and seconds > PAYS * best.seconds:
+                    return self._others(best)
+                family, plain, changes = told
+                made = self.job(seconds, **changes)
+                known = (self.entry.name, replace(made, kernel=DEFAULT.kernel)) in self.tried
+                if not known and error * self.miss + (self.truth.change or 0.0) <= limit:
+                    break
+            else:
+                return best and self._others(best)
+            if (method := self.measure(made, seconds=seconds)) and plain:
+                family.worse = max(method.rmse / plain, 0.25)
+        return self.best and self._others(self.best)
+
+    @property
+    def best(self) -> Method | None:
+        """The quickest measured method that holds."""
+        good = (method for method in self.measured if self.holds(method, self.trial.limit))
+        return min(good, key=lambda method: method.seconds, default=None)
+
+    @property
+    def guess(self) -> Method | None:
+        """`best`, or if the time is up before there is one the quickest that should hold by what is measured so far."""
+        if self.best:
+            return self.best
+        for seconds, error, _, plain, changes in self.forecasts():
+            if error * self.miss + (self.truth.change or 0.0) <= self.trial.limit:
+                return Method(self.entry, self.job(seconds, **changes), plain, (error - plain) / SURE, seconds)
+        return None
+
+    def _others(self, best: Method) -> Method:
+        """The quickest variant for a method, of those that measure it in less time than the picture takes."""
+        known = self.trial.known
+        others = [name for name in truth.MAKERS if name in known and known[name].renderer is not best.entry.renderer]
+        return best if self.variant or best.seconds < LONG else self._quickest(best, others)
+
+    def _quickest(self, best: Method, others: list[str]) -> Method:
+        end, job = self.trial.end, replace(best.parameters, kernel=self.asked.kernel)
+        for name in others:
+            entry = self.trial.known[name]
+            self.trial.end = min(end, end - self.trial.left + best.seconds)
+            try:
+                method = None if entry.unavailable else self.measure(general(entry, job), entry, best.seconds)
+            except TimeUp:
+                method = None
+            finally:
+                self.trial.end = end
+            if method and method.seconds < best.seconds and self.holds(method, self.trial.limit):
+                best = method
+        return best
+
+    def learn(self, method: Method, rmse: float) -> None:
+        """That the whole picture by `method` has this error."""
+        if method.rmse:
+            self.miss = max(self.miss, 1.02 * rmse / (method.rmse + SURE * method.standard_error))
+
+    def in_the_way(self) -> list[str]:
+        """Options of the user without which the most accurate method would hold; else those that cost it most."""
+        best = min(self.measured, key=lambda method: method.rmse)
+        freed = {"samples": self.side, "sampler": "jittered", "feelers": 1, "glossy_rays": 1, **self.deep}
+        found = []
+        for name in sorted(self.fixed & set(Parameters.__annotations__)):
+            value = freed.get(name, getattr(DEFAULT, name))
+            if value == getattr(best.parameters, name):
+                continue
+            more = {"samples": self.side} if name == "sampler" and "samples" not in self.fixed else {}
+            more |= {"sampler": "jittered"} if name == "samples" and "sampler" not in self.fixed else {}
+            method = self.measure(general(best.entry, replace(best.parameters, **{name: value}, **more)))
+            if method:
+                found.append((method.rmse, name))
+        alone = [name for rmse, name in found if rmse <= self.trial.limit]
+        return alone or [name for rmse, name in sorted(found) if rmse < 0.9 * best.rmse]

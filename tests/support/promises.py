@@ -1,0 +1,214 @@
+"""How often `rayrace render --max-error` keeps its promise, on random scenes that nobody chose, and what it costs.
+
+    .venv/bin/python tests/support/promises.py --scenes 40 --seed WORD > table.md
+
+Each picture is compared with a truth of its own by another renderer (numba-parallel, 24 x 24 samples a pixel, in four
+pictures). In hindsight the best method is the quickest of a grid whose picture is within the limit of that truth; both
+are then timed in turn, in one process.
+"""
+
+import argparse
+import hashlib
+import itertools
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
+
+from wild_scenes import Wild, draw  # noqa: E402
+
+from harness.judge import judge, truth  # noqa: E402
+from harness.process.session import Sessions  # noqa: E402
+from harness.renderer import registry  # noqa: E402
+from harness.renderer.parameters import Parameters  # noqa: E402
+from harness.scene.flatten import flatten  # noqa: E402
+from harness.scene.needs import needs as needs_of  # noqa: E402
+from harness.single import single  # noqa: E402
+from harness.single.trial import Method, general  # noqa: E402
+
+LIMITS = ("1/32", "1/64", "1/128", "1/255", "1/512")
+SIZES = ((64, 64), (80, 60), (104, 80), (128, 96))
+SIDE, PICTURES = 12, 4  # as many samples as 24 x 24, in pictures whose spread tells their noise
+FIRST_SEED = 0x5EED0000  # of the independent truth
+SIDES = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)
+PATHS = ((1, 2.0**-6), (2, 2.0**-6), (4, 2.0**-8))  # depth and cut-off; and those of the truth
+ADAPTIVE = tuple(itertools.product((2, 3, 4), (0.1, 0.03)))
+TURNS = 7  # in which two methods are timed
+
+
+class Subject:
+    """A scene, its job and what renders it."""
+
+    def __init__(self, wild: Wild, size: tuple[int, int], known: dict, run):
+        self.wild, self.known, self.run = wild, known, run
+        lens = {name: wild.job[name] for name in ("lens_radius", "focal_distance") if name in wild.job}
+        self.job = Parameters(width=size[0], height=size[1], shadows=wild.job["shadows"], **lens)
+        self.arrays = flatten(wild.scene)
+
+    def options(self) -> list[str]:
+        words = ["--width", self.job.width, "--height", self.job.height]
+        words += [] if self.job.shadows else ["--no-shadows"]
+        if self.job.lens_radius:
+            words += ["--lens-radius", self.job.lens_radius, "--focal-distance", self.job.focal_distance]
+        return list(map(str, words))
+
+    def shoot(self, name: str, job: Parameters, frames: int = 1):
+        """The picture and the time of a frame; None where the variant cannot make it."""
+        entry = self.known[name]
+        made = replace(general(entry, job), threads=entry.threads(), frames=frames)
+        result = self.run(entry, self.arrays, made, needs_of(self.wild.scene, made), cache=single.kernels(entry))
+        if result.status != "ok":
+            return None
+        return result.array, min(frame["end"] - frame["start"] for frame in result.said.frames)
+
+    def truth(self, name: str, depth: int, cutoff: float) -> tuple[np.ndarray, np.ndarray]:
+        """The mean of pictures by a variant, and its standard error."""
+        job = replace(self.job, sampler="jittered", samples=SIDE, feelers=1, glossy_rays=1, depth=depth, cutoff=cutoff)
+        return truth.mean(self.shoot(name, replace(job, seed=FIRST_SEED + k), 0)[0] for k in range(PICTURES))
+
+
+def grid(subject: Subject, depth: int, cutoff: float):
+    """Lists of jobs, each from the quickest to the slowest."""
+    needs = needs_of(subject.wild.scene, replace(subject.job, depth=8, feelers=1, glossy_rays=1, sampler="jittered"))
+    feelers, glossy = ((1, 0) if need in needs else (0,) for need in ("soft", "glossy"))
+    paths = [*PATHS, (depth, cutoff)] if depth else [(0, 0.0)]
+    arithmetic = itertools.product(("float64", "float32"), ("off", "on"))
+    for f, g, (d, w), (p, v) in itertools.product(feelers, glossy, paths, list(arithmetic)):
+        job = replace(subject.job, feelers=f, glossy_rays=g, depth=d, cutoff=w, precision=p, vector=v)
+        yield [job]
+        for sampler in ("jittered", "uniform"):
+            yield [replace(job, sampler=sampler, samples=n) for n in SIDES]
+        if w == 0 or d <= 4:
+            steps = [{"adaptive_depth": a, "adaptive_threshold": t} for a, t in ADAPTIVE]
+            yield from ([replace(job, cutoff=0.0, sampler="adaptive", **step)] for step in steps)
+
+
+def hindsight(subject: Subject, name: str, mine: Parameters, limit: float, right, depth: int, cutoff: float):
+    """The quickest job of the grid within the limit that is quicker than `mine`; `mine` if none is."""
+    best, least = mine, subject.shoot(name, mine, 4)[1]
+    for jobs in grid(subject, depth, cutoff):
+        for job in jobs:
+            shot = subject.shoot(name, job)
+            if shot is None or shot[1] > 1.2 * least:
+                break
+            if judge.errors(shot[0], *right, None)["rmse"] <= limit:
+                seconds = min(shot[1], subject.shoot(name, job, 4)[1])
+                if seconds < least:
+                    best, least = job, seconds
+                break
+    return best
+
+
+def slower(subject: Subject, name: str, mine: Parameters, best: Parameters) -> float:
+    """The time of `mine` over that of `best`, the median of turns."""
+    if mine == best:
+        return 1.0
+    return float(np.median([subject.shoot(name, mine)[1] / subject.shoot(name, best)[1] for _ in range(TURNS)]))
+
+
+def examine(number: int, seed: str, known: dict, run, seconds: float) -> dict:
+    """One scene: what was promised, what was kept, what the best would have taken."""
+    wild = draw(list(np.frombuffer(hashlib.sha256(f"{seed} {number}".encode()).digest(), np.uint32)))
+    limit, size = LIMITS[number % len(LIMITS)], SIZES[number // len(LIMITS) % len(SIZES)]
+    subject = Subject(wild, size, known, run)
+    row = {"scene": number, "limit": limit, "size": f"{size[0]} x {size[1]}"}
+    with tempfile.TemporaryDirectory() as folder:
+        file, out = wild.keep(Path(folder) / "scene.txt"), Path(folder) / "p.npy"
+        words = [
+            sys.executable,
+            "-m",
+            "rayrace",
+            "render",
+            file,
+            "--max-error",
+            limit,
+            *subject.options(),
+            "-o",
+            out,
+            "--json",
+        ]
+        words += ["--max-seconds", str(seconds)]
+        began = time.monotonic()
+        done = subprocess.run(
+            list(map(str, words)),
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )
+        row["seconds"] = time.monotonic() - began
+        if done.returncode:
+            return {**row, "told": done.stderr.strip().splitlines()[-1].removeprefix("error: ")}
+        told, array = json.loads(done.stdout), np.load(out)
+    depth, cutoff = told["error"]["depth"], 2.0**-18
+    right = subject.truth("numba-parallel", depth and depth + 8, cutoff if depth else 0.0)
+    got, most = judge.errors(array, *right, None), 1 / int(limit[2:])
+    names = Parameters.__annotations__.keys() & told["job"].keys()
+    mine = replace(subject.job, **{key: told["job"][key] for key in names - {"region", "threads", "frames", "kernel"}})
+    best = hindsight(subject, told["renderer"], mine, most, right, depth, told["job"]["cutoff"] or 2.0**-12)
+    ratio = slower(subject, told["renderer"], mine, best)
+    named = Method(known[told["renderer"]], best, 0, 0, 0).name
+    expected = told["expected"]["rmse"]
+    return {**row, "method": told["method"], "expected": expected, "rmse": got["rmse"] / most,
+            "doubt": got["rmse_standard_error"] / most, "ratio": ratio, "best": named,
+            "pictures": len(told["pictures"])}  # fmt: skip
+
+
+def table(rows: list[dict]) -> str:
+    """The rows and their sum, as Markdown."""
+    lines = [
+        "| scene | limit | pixels | method | error ÷ limit | time ÷ best | s in all |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        head = f"| {row['scene']} | {row['limit']} | {row['size']} "
+        if "told" in row:
+            lines.append(f"{head}| {row['told']} | | | {row['seconds']:.0f} |")
+        else:
+            share = f"{row['rmse']:.2f} ± {row['doubt']:.2f}"
+            lines.append(f"{head}| {row['method']} | {share} | {row['ratio']:.2f} | {row['seconds']:.0f} |")
+    made = [row for row in rows if "told" not in row]
+    kept = sum(row["rmse"] <= 1 for row in made)
+    ratios = [row["ratio"] for row in made]
+    middle, worst = (np.median(ratios), max(ratios)) if made else (np.nan, np.nan)
+    again = sum(row["pictures"] > 1 for row in made)
+    lines += [
+        "",
+        f"{len(rows)} scenes: {len(made)} promises, {kept} kept ({100 * kept / max(1, len(made)):.0f} %),"
+        f" {len(rows) - len(made)} times it told that it cannot. {again} took a second picture.",
+        f"Time of the method over that of the best in hindsight: median {middle:.2f}, largest {worst:.2f}.",
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("--scenes", type=int, default=40)
+    asked.add_argument("--first", type=int, default=0)
+    asked.add_argument("--seed", default="promise")
+    asked.add_argument("--seconds", type=float, default=240.0, help="that a picture may take")
+    asked.add_argument("--read", nargs="*", type=Path, help="print the table of what earlier calls wrote to stderr")
+    told, rows = asked.parse_args(), []
+    if told.read:
+        lines = [line for file in told.read for line in file.read_text().splitlines() if line.startswith("{")]
+        print(table([json.loads(line) for line in lines]))
+        return
+    known = registry.entries(())
+    for number in range(told.first, told.first + told.scenes):
+        with Sessions() as sessions:
+            rows.append(examine(number, told.seed, known, sessions.run, told.seconds))
+        print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
+    print(table(rows))
+
+
+if __name__ == "__main__":
+    main()
