@@ -41,7 +41,10 @@ MEMORY = 8 << 30  # bytes of one process: a mutant may ask for memory without en
 ARITHMETIC, IDENTITY = {"Add", "Sub", "Mul", "Div", "FloorDiv", "Mod", "Pow"}, {"Is", "IsNot"}
 
 # What a failing test says where the compiler of C++ or Numba refuses the mutant, which then is none.
-REFUSED = re.compile(r"its build failed|numba\.core\.errors\.(Typing|Lowering|Unsupported)Error|nopython mode pipeline")
+NOT_COMPILED = re.compile(
+    r"its build failed|numba\.core\.errors\.(Typing|Lowering|Unsupported)Error|nopython mode pipeline"
+)
+REFUSED = "does not compile"
 RULES = ["universal.rules", "c_like.rules", "cpp.rules"]  # of universalmutator
 
 FAILED = re.compile(r"^(?:FAILED|ERROR) (.*?)(?: - .*)?$", re.M)
@@ -163,6 +166,7 @@ class Mutant:
         start = next((n for n, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), min(len(old), len(new)))
         while len(old) > start and len(new) > start and old[-1] == new[-1]:
             old.pop(), new.pop()
+        start -= len(old) == start  # a line that is new is shown, and found again, by the one before it
         return cls(part, file, start + 1, tuple(old[start:]), tuple(new[start:]))
 
     @classmethod
@@ -228,7 +232,7 @@ def _sensible(operator: str) -> bool:
 
 
 def in_cpp(part: str, file: str, source: str, rng: random.Random) -> Iterator[Mutant]:
-    """Mutants of a header, in random order, one for each line; they need not compile."""
+    """Mutants of a header, from all its lines alike; most do not compile."""
     from universalmutator import mutator
 
     lines, by_line = source.splitlines(keepends=True), {}
@@ -237,12 +241,10 @@ def in_cpp(part: str, file: str, source: str, rng: random.Random) -> Iterator[Mu
     for number, line, *_ in found:
         if _code(line) != _code(lines[number - 1]):
             by_line.setdefault(number, []).append(line)
-    for number in rng.sample(sorted(by_line), len(by_line)):
-        for line in rng.sample(by_line[number], len(by_line[number])):
-            changed = "".join([*lines[: number - 1], line, *lines[number:]])
-            if compiles(file, changed):
-                yield Mutant.of(part, file, source, changed)
-                break
+    for _ in range(10):
+        for number in rng.sample(sorted(by_line), len(by_line)):
+            line = rng.choice(by_line[number])
+            yield Mutant.of(part, file, source, "".join([*lines[: number - 1], line, *lines[number:]]))
 
 
 def _code(line: str) -> str:
@@ -250,15 +252,9 @@ def _code(line: str) -> str:
     return re.sub(r"/\*.*?\*/|//.*|\s", "", line)
 
 
-def compiles(file: str, text: str) -> bool:
-    path = COPY / file
-    old = path.read_text("utf-8")
-    try:
-        path.write_text(text, "utf-8")
-        words = ["c++", "-std=c++20", "-fsyntax-only", '-DFLAGS=""', path.parent / "main.cpp"]
-        return subprocess.run(words, capture_output=True).returncode == 0
-    finally:
-        path.write_text(old, "utf-8")
+def compiles(header: Path) -> bool:
+    words = ["c++", "-std=c++20", "-fsyntax-only", '-DFLAGS=""', header.parent / "main.cpp"]
+    return subprocess.run(words, capture_output=True).returncode == 0
 
 
 def draw(part: Part, seed: str) -> Iterator[Mutant]:
@@ -270,8 +266,11 @@ def draw(part: Part, seed: str) -> Iterator[Mutant]:
     found = {
         file: (in_python if file.endswith(".py") else in_cpp)(part.name, file, sources[file], rng) for file in files
     }
+    drawn = set()
     for file in rng.sample(turns, len(turns)):
-        if mutant := next(found[file], None):
+        mutant = next(found[file], None)
+        if mutant and mutant not in drawn:
+            drawn.add(mutant)
             yield mutant
 
 
@@ -337,12 +336,14 @@ def judge(mutant: Mutant, part: Part, seed: str) -> Verdict:
         return Verdict("none", how="its lines are not there any more")
     try:
         write(path, changed)
+        if path.suffix == ".hpp" and not compiles(path):
+            return Verdict("none", how=REFUSED)
         for stage in part.stages:
             status, output = run_tests(stage, part.marks, seed)
             if status in (0, 5):  # 5: the stage has no test of this renderer
                 continue
-            if REFUSED.search(output):
-                return Verdict("none", how="does not compile")
+            if NOT_COMPILED.search(output):
+                return Verdict("none", how=REFUSED)
             test = next(iter(FAILED.findall(output)), f"pytest ends with status {status}: {output[-300:]}")
             how = "too long" if TIMED_OUT.search(output) or status < 0 else "failed"
             return Verdict("caught", test, how, time.monotonic() - begun)
@@ -398,7 +399,8 @@ def run(parts: list[Part], seed: str, count: int, commit: str, again: Path | Non
                 records.append(record)
                 with open(path, "a", encoding="utf-8") as file:
                     file.write(json.dumps(record) + "\n")
-                print(f"{record['seconds']:5.0f} s {record['verdict']:8} {mutant} {record['test']}", flush=True)
+                if record["verdict"] != "none":
+                    print(f"{record['seconds']:5.0f} s {record['verdict']:8} {mutant} {record['test']}", flush=True)
             left -= record["verdict"] != "none"
     return records
 
