@@ -19,6 +19,7 @@ import re
 import resource
 import secrets
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -33,9 +34,11 @@ ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "build" / "mutants"
 COPY = Path(tempfile.gettempdir()) / "rayrace-mutants"
 
+PACKED = "reports/page/plotly.min.js"  # made by the installation (build.py)
+
 MARKS = "not nightly and not alone"  # the tests of CI that may run beside other processes
 ALONE = "not nightly and not (alone and slow)"  # these, and the tests of CI that measure
-TEST_S, STAGE_S = 300, 3600  # limits of one test, and of the tests of a stage
+STAGE_S = 3600  # limit of the tests of a stage
 MEMORY = 8 << 30  # bytes of one process: a mutant may ask for memory without end
 
 ARITHMETIC, IDENTITY = {"Add", "Sub", "Mul", "Div", "FloorDiv", "Mod", "Pow"}, {"Is", "IsNot"}
@@ -53,39 +56,47 @@ TIMED_OUT = re.compile(r"^Timeout \(", re.M)
 
 @dataclass(frozen=True)
 class Part:
-    """A part of rayrace. share: how many of all mutants it gets, relatively. stages: arguments of pytest, in order."""
+    """A part of rayrace.
+
+    share: how many of all mutants it gets, relatively. stages: arguments of pytest, in order. limit: of one test, s.
+    """
 
     name: str
     files: tuple[str, ...]
     share: int
     stages: tuple[str, ...]
     marks: str = MARKS
+    limit: int = 150
 
 
 def of_harness() -> Iterator[Part]:
-    report = "tests/reports/run tests/reports/times tests/reports/compare tests/reports/scaling tests/reports/page"
+    race = "tests/harness/race/test_mock.py tests/harness/race/test_stopping.py tests/harness/race/test_judging.py"
     yield Part(
         "judge",
         ("harness/judge/*.py",),
         11,
         (
             "tests/harness/judge",
-            "tests/harness/race tests/harness/contract tests/harness/single tests/harness/stress",
+            f"-k 'not numba' {race} tests/harness/contract tests/harness/single tests/harness/stress",
             "-k 'not numba' tests/conformance/test_masks.py tests/conformance/test_precision.py",
-            "tests/rayrace tests/hostile/test_faults_cache.py tests/hostile/test_rays.py",
+            "-k 'not numba' tests/rayrace tests/hostile/test_faults_cache.py tests/hostile/test_rays.py",
         ),
+    )
+    reports = " ".join(
+        f"tests/reports/{name}"
+        for name in ("exporters", "paper", "compare", "run", "scaling", "page/test_report.py", "page/test_trust.py")
     )
     yield Part(
         "statistics",
         ("harness/statistics/statistics.py", "harness/statistics/fit.py"),
         11,
-        ("tests/harness/statistics", report, "tests/reports tests/rayrace/test_options.py"),
+        ("tests/harness/statistics", reports, "tests/reports --ignore=tests/reports/page/test_page_browser.py"),
     )
     yield Part(
         "steady",
         ("harness/statistics/steady.py",),
         11,
-        ("tests/harness/statistics/test_steady.py", report, "tests/harness/race"),
+        ("tests/harness/statistics/test_steady.py", f"tests/harness/race/test_mock.py {reports}"),
     )
     yield Part(
         "store",
@@ -93,9 +104,9 @@ def of_harness() -> Iterator[Part]:
         11,
         (
             "tests/harness/store",
-            "tests/hostile/test_runs.py tests/rayrace/test_old_run.py tests/harness/race",
-            "tests/harness/cluster tests/harness/plan tests/hostile/test_faults_disk.py",
-            "tests/reports tests/rayrace",
+            f"tests/hostile/test_runs.py tests/rayrace/test_old_run.py {race} tests/harness/plan/test_resume.py",
+            f"tests/harness/cluster/test_campaign.py tests/hostile/test_faults_disk.py {reports}",
+            "-k 'not numba' tests/rayrace tests/harness/race",
         ),
     )
     yield Part(
@@ -104,10 +115,11 @@ def of_harness() -> Iterator[Part]:
         11,
         (
             "tests/harness/process/test_process.py tests/harness/process/test_family.py",
-            "tests/harness/process tests/harness/race",
-            "tests/hostile/test_faults_clock.py tests/hostile/test_faults_signals.py tests/hostile/test_faults_gpu.py",
+            "tests/harness/race/test_load_pass.py tests/harness/race/test_memory.py tests/harness/race/test_phases.py",
+            "tests/harness/process/test_bad_renderers.py tests/hostile/test_faults_gpu.py tests/hostile/test_faults_clock.py",
+            "tests/hostile/test_faults_signals.py tests/harness/process",
         ),
-        ALONE,
+        marks=ALONE,
     )
 
 
@@ -128,6 +140,8 @@ def of_renderers() -> Iterator[Part]:
             first = " ".join(
                 f"tests/{file}" if "/" in file else f"tests/conformance/{file}" for file in telling.split()
             )
+            done = ("tests/conformance/test_covering.py", "tests/conformance/test_wild_scenes.py", *first.split())
+            ignored = " ".join(f"--ignore={file}" for file in done)
             simulated = ()
             if renderer == "numba":  # it compiles nothing, so it is the quickest; `make cudasim` runs all of it
                 simulated = ("SIMULATED -k numba-cuda tests/conformance/test_hits.py",)
@@ -142,8 +156,9 @@ def of_renderers() -> Iterator[Part]:
                     *simulated[1:],
                     f"{only} tests/conformance/test_covering.py",
                     "tests/conformance/test_wild_scenes.py",
-                    f"-k {renderer} tests/conformance tests/stability tests/renderers tests/harness",
+                    f"{only} tests/conformance tests/stability tests/renderers {ignored}",
                 ),
+                limit=600 if renderer == "numba" else 150,  # it compiles for up to 100 s
             )
 
 
@@ -291,15 +306,15 @@ def write(path: Path, text: str) -> None:
         Path(importlib.util.cache_from_source(path)).unlink(missing_ok=True)
 
 
-def run_tests(stage: str, marks: str, seed: str, more: tuple[str, ...] = ()) -> tuple[int, str]:
+def run_tests(stage: str, marks: str, limit: int, seed: str) -> tuple[int, str]:
     """pytest's exit status and output for a stage of tests, in the copy."""
     words = shlex.split(stage)
     environment = {**os.environ, "PYTHONPATH": str(COPY), "RAYRACE_SEED": seed}
     if words[0] == "SIMULATED":
         environment["RAYRACE_CUDASIM"] = "1"
         words.pop(0)
-    limits = ["-o", f"faulthandler_timeout={TEST_S}", "-o", "faulthandler_exit_on_timeout=true"]
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=short", "-m", marks, *limits, *more, *words]
+    limits = ["-o", f"faulthandler_timeout={limit}", "-o", "faulthandler_exit_on_timeout=true"]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-rfE", "--tb=short", "-m", marks, *limits, *words]
     with tempfile.TemporaryFile("w+", errors="replace") as output:
         process = subprocess.Popen(
             command,
@@ -339,7 +354,7 @@ def judge(mutant: Mutant, part: Part, seed: str) -> Verdict:
         if path.suffix == ".hpp" and not compiles(path):
             return Verdict("none", how=REFUSED)
         for stage in part.stages:
-            status, output = run_tests(stage, part.marks, seed)
+            status, output = run_tests(stage, part.marks, part.limit, seed)
             if status in (0, 5):  # 5: the stage has no test of this renderer
                 continue
             if NOT_COMPILED.search(output):
@@ -361,6 +376,8 @@ def clone() -> str:
         _git(ROOT, "clone", "-q", "--no-checkout", str(ROOT), str(COPY))
     _git(COPY, "fetch", "-q", str(ROOT), "HEAD")
     _git(COPY, "checkout", "-q", "--force", "--detach", commit)
+    if (ROOT / PACKED).exists():
+        shutil.copy(ROOT / PACKED, COPY / PACKED)
     return commit
 
 
@@ -413,7 +430,7 @@ def control(records: list[dict], seed: str) -> str | None:
             file.write("".join(f"{test}\n" for test in sorted(tests) if "::" in test))
             file.flush()
             if file.tell():
-                status, output = run_tests(f"{'SIMULATED' * simulated} @{file.name}", ALONE, seed)
+                status, output = run_tests(f"{'SIMULATED' * simulated} @{file.name}", ALONE, STAGE_S, seed)
                 print(output.splitlines()[-1])
                 if status:
                     return output[-3000:]
@@ -453,7 +470,7 @@ def broken(parts: list[Part], seed: str) -> bool:
             try:
                 write(path, source + wrong)
                 for stage in part.stages:
-                    noticed = run_tests(stage, part.marks, seed)[0] not in (0, 5)
+                    noticed = run_tests(stage, part.marks, part.limit, seed)[0] not in (0, 5)
                     print(f"{'noticed' if noticed else 'MISSED':8} {file}: {stage}", flush=True)
                     missed += [] if noticed else [(file, stage)]
             finally:
@@ -469,6 +486,7 @@ def main() -> int:
     parser.add_argument("--again", type=Path, help="FILE.jsonl of an earlier commit: only its survivors")
     parser.add_argument("--broken", action="store_true", help="break each file as a whole, and see all tests notice")
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that what it began ends with it
     parts = [part for part in PARTS if re.search(options.part, part.name)]
     commit = clone()
     print(f"commit {commit}, seed {options.seed}, in {COPY}", flush=True)
