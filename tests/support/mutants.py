@@ -324,7 +324,7 @@ def run_tests(stage: str, marks: str, limit: int, seed: str) -> tuple[int, str]:
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,
             start_new_session=True,
-            preexec_fn=_limit_memory,
+            preexec_fn=_begin,
         )
         try:
             status = process.wait(STAGE_S)
@@ -338,8 +338,10 @@ def run_tests(stage: str, marks: str, limit: int, seed: str) -> tuple[int, str]:
         return status, output.read()
 
 
-def _limit_memory() -> None:
+def _begin() -> None:
+    """What the tests' process is given: a limit of memory, and Ctrl-C, to which a process in the background is deaf."""
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, resource.getrlimit(resource.RLIMIT_DATA)[1]))
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def judge(mutant: Mutant, part: Part, seed: str) -> Verdict:
