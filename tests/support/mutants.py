@@ -108,6 +108,7 @@ def of_harness() -> Iterator[Part]:
             f"tests/harness/cluster/test_campaign.py tests/hostile/test_faults_disk.py {reports}",
             "-k 'not numba' tests/rayrace tests/harness/race",
         ),
+        marks=ALONE,
     )
     yield Part(
         "measurer",
