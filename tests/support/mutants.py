@@ -126,7 +126,8 @@ def of_harness() -> Iterator[Part]:
 
 
 TELLING = {
-    "sphere": "test_hits.py conformance/test_sphere_methods.py stability/test_spheres.py stability/test_ellipsoids.py",
+    "sphere": "test_hits.py conformance/test_sphere_methods.py renderers/test_python_robust.py stability/test_spheres.py "
+    "stability/test_ellipsoids.py",
     "mesh": "test_meshes.py stability/test_cracks.py stability/test_slivers.py",
     "csg": "test_csg.py stability/test_coincident.py",
     "shade": "test_closed_forms.py conformance/test_media.py stability/test_highlight.py stability/test_refraction.py",

@@ -1,6 +1,7 @@
 """The measurer on a clock of its own: which deadlines it meets, what it writes, and its audit. Times in s."""
 
 import json
+import os
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -117,3 +118,31 @@ def test_a_harness_that_is_gone_is_told_nothing(tmp_path):
     command = [sys.executable, "-c", MAIN, tmp_path / "series.csv", "[]"]
     done = subprocess.run(command, input=b"", capture_output=True, timeout=60)
     assert done.stdout == b"ready\n" and done.returncode == 0 and not (tmp_path / "series.csv").exists()
+
+
+def start(series, **how):
+    command = [sys.executable, "-m", "harness.process.measurer", series, "0.5"]
+    return subprocess.run(command, capture_output="stdout" not in how, timeout=60, **how)
+
+
+def test_as_a_program(tmp_path):
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    done = start(tmp_path / "series.csv", input=json.dumps({**TARGET, "pid": gone.pid}).encode() + b"\n")
+    audit = json.loads(done.stdout.splitlines()[1])
+    assert done.returncode == 0 and audit["interval_s"] == 0.5 and audit["ticks"] == 0
+    assert (tmp_path / "series.csv").read_text().splitlines() == [",".join(measurer.COLUMNS)]
+
+
+def test_it_ends_quietly_if_nobody_listens(tmp_path):
+    read, write = os.pipe()
+    os.close(read)
+    done = start(tmp_path / "series.csv", stdin=subprocess.DEVNULL, stdout=write, stderr=subprocess.PIPE)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (1, b"")
+
+
+def test_a_series_that_cannot_be_written(tmp_path):
+    done = start(tmp_path / "nowhere" / "series.csv", input=b"{}\n")
+    assert done.returncode == 1
+    assert done.stderr.decode() == f"measurer: {tmp_path / 'nowhere' / 'series.csv'}: No such file or directory\n"
