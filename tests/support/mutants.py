@@ -126,12 +126,16 @@ def of_harness() -> Iterator[Part]:
 
 
 TELLING = {
-    "sphere": "test_hits.py conformance/test_sphere_methods.py renderers/test_python_robust.py stability/test_spheres.py "
-    "stability/test_ellipsoids.py",
-    "mesh": "test_meshes.py stability/test_cracks.py stability/test_slivers.py",
-    "csg": "test_csg.py stability/test_coincident.py",
-    "shade": "test_closed_forms.py conformance/test_media.py stability/test_highlight.py stability/test_refraction.py",
+    "sphere": ("hits", "sphere_methods", "csg", "renderers/python_robust", "stability/spheres", "stability/ellipsoids"),
+    "mesh": ("meshes", "csg", "stability/cracks", "stability/slivers"),
+    "csg": ("csg", "stability/coincident"),
+    "shade": ("closed_forms", "media", "stability/highlight", "stability/refraction"),
 }
+
+
+def _file(name: str) -> str:
+    folder, slash, last = name.rpartition("/")
+    return f"{folder}{slash}test_{last}.py"
 
 
 def of_renderers() -> Iterator[Part]:
@@ -140,10 +144,10 @@ def of_renderers() -> Iterator[Part]:
         only = f"-k '{renderer} and not parallel and not threads and not cuda'"
         for name, telling in TELLING.items():
             names = (name, "ellipsoid") if name == "sphere" else (name,)
-            first = " ".join(
-                f"tests/{file}" if "/" in file else f"tests/conformance/{file}" for file in telling.split()
-            )
-            done = ("tests/conformance/test_covering.py", "tests/conformance/test_wild_scenes.py", *first.split())
+            # For C++, tests of methods come last: each method is a program to build.
+            files = [file for file in telling if renderer != "cpp" or "/" not in file]
+            first = [f"tests/{'' if '/' in file else 'conformance/'}{_file(file)}" for file in files]
+            done = ["tests/conformance/test_covering.py", "tests/conformance/test_wild_scenes.py", *first]
             ignored = " ".join(f"--ignore={file}" for file in done)
             simulated = ()
             if renderer == "numba":  # the simulator compiles nothing, so it is quick; `make cudasim` runs all of this
@@ -156,7 +160,7 @@ def of_renderers() -> Iterator[Part]:
                 5,
                 (
                     *simulated,
-                    f"{only} {first}",
+                    f"{only} {' '.join(first)}",
                     f"{only} tests/conformance/test_covering.py",
                     "tests/conformance/test_wild_scenes.py",
                     f"{only} tests/conformance tests/stability tests/renderers {ignored}",
