@@ -128,6 +128,9 @@ def test_hosts_with_other_numbers_of_threads(made):
     with pytest.raises(UserError, match=r"h-\w+, i-\w+; choose with --host"):
         store.read(folder)
     names = list(store.hosts(folder))
+    assert [store.named(folder, told) for told in ("", "h", names[1])] == [None, names[:1], names[1:]]
+    with pytest.raises(UserError, match="--host k: .* has rows of h-"):
+        store.named(folder, "k")
     for name, wanted in zip(names, (few, many), strict=True):
         facts, records = store.read(folder, [name])
         assert facts["cells"] == [wanted] and [r["cell"] for r in records] == [wanted["cell"]]

@@ -4,7 +4,7 @@ import re
 import pytest
 
 from harness.errors import UserError
-from harness.store import store
+from harness.store import alone, store
 
 pytestmark = pytest.mark.alone
 
@@ -77,6 +77,7 @@ def test_a_damaged_line_in_the_middle(run, damage):
         ("run.json", "{", "not a run"),
         ("run.json", "[]", "run.json: expected format 1"),
         ("run.json", '{"format": 2}', "run.json: expected format 1"),
+        ("run.json", '{"format": 1, "cells": [{"cell": "a"}, {"variant": "b"}]}', "cells.1.cell is missing"),
         ("repetitions.jsonl", None, "not a run"),
     ],
 )
@@ -84,6 +85,14 @@ def test_no_run(run, name, text, message):
     (run / name).unlink() if text is None else (run / name).write_text(text)
     with pytest.raises(UserError, match=message):
         store.read(run)
+
+
+def test_a_run_is_of_one_process_at_a_time(tmp_path):
+    with alone.only_one(tmp_path):
+        with pytest.raises(UserError, match="another rayrace is at work on this run"), alone.only_one(tmp_path):
+            pass
+    with alone.only_one(tmp_path):
+        pass
 
 
 def test_a_number_that_json_has_not_is_refused(tmp_path):
