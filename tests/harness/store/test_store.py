@@ -88,9 +88,9 @@ def test_no_run(run, name, text, message):
 
 
 def test_a_run_is_of_one_process_at_a_time(tmp_path):
-    with alone.only_one(tmp_path):
-        with pytest.raises(UserError, match="another rayrace is at work on this run"), alone.only_one(tmp_path):
-            pass
+    busy = pytest.raises(UserError, match="another rayrace is at work on this run")
+    with alone.only_one(tmp_path), busy, alone.only_one(tmp_path):
+        pass
     with alone.only_one(tmp_path):
         pass
 
