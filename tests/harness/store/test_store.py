@@ -2,9 +2,10 @@ import json
 import re
 
 import pytest
+import stored_run
 
 from harness.errors import UserError
-from harness.store import alone, store
+from harness.store import alone, schema, store
 
 pytestmark = pytest.mark.alone
 
@@ -85,6 +86,25 @@ def test_no_run(run, name, text, message):
     (run / name).unlink() if text is None else (run / name).write_text(text)
     with pytest.raises(UserError, match=message):
         store.read(run)
+
+
+@pytest.mark.parametrize(
+    ("where", "lacks", "message"),
+    [
+        (lambda facts, rows: facts, "started", "started is missing"),
+        (lambda facts, rows: facts["experiment"], "image", r"experiment\.image is missing"),
+        (lambda facts, rows: facts["environment"]["cores"], "logical", r"environment\.cores\.logical is missing"),
+        (lambda facts, rows: facts["cells"][1], "parameters", r"cells\.1\.parameters is missing"),
+        (lambda facts, rows: facts["pair"], "label", r"pair\.label is missing"),
+        (lambda facts, rows: rows[1], "wall_s", r"repetition \d of \w+: wall_s is missing"),
+    ],
+)
+def test_a_report_needs_every_key(tmp_path, where, lacks, message):
+    facts, rows = stored_run.facts(), stored_run.rows()
+    schema.complete(facts, rows, tmp_path)
+    del where(facts, rows)[lacks]
+    with pytest.raises(UserError, match=message):
+        schema.complete(facts, rows, tmp_path)
 
 
 def test_a_run_is_of_one_process_at_a_time(tmp_path):
