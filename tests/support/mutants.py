@@ -117,7 +117,6 @@ def of_harness() -> Iterator[Part]:
         (
             "tests/harness/process/test_measurer.py",
             "tests/harness/process/test_process.py tests/harness/process/test_family.py",
-            "tests/harness/race/test_load_pass.py tests/harness/race/test_memory.py tests/harness/race/test_phases.py",
             "tests/harness/process/test_bad_renderers.py tests/hostile/test_faults_gpu.py",
             "tests/hostile/test_faults_clock.py tests/hostile/test_faults_signals.py tests/harness/process",
         ),
