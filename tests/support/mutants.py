@@ -125,10 +125,18 @@ def of_harness() -> Iterator[Part]:
 
 
 TELLING = {
-    "sphere": ("hits", "sphere_methods", "csg", "renderers/python_robust", "stability/spheres", "stability/ellipsoids"),
+    "sphere": (
+        "hits",
+        "sphere_methods",
+        "csg",
+        "meshes",
+        "renderers/python_robust",
+        "stability/spheres",
+        "stability/ellipsoids",
+    ),
     "mesh": ("meshes", "csg", "stability/cracks", "stability/slivers"),
     "csg": ("csg", "stability/coincident"),
-    "shade": ("closed_forms", "media", "stability/highlight", "stability/refraction"),
+    "shade": ("closed_forms", "media", "samples", "stability/highlight", "stability/refraction"),
 }
 
 
