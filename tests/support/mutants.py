@@ -384,7 +384,7 @@ def judge(mutant: Mutant, part: Part, seed: str, passed: int, most: int) -> Verd
                 continue
             if NOT_COMPILED.search(output):
                 return Verdict("none", how=REFUSED)
-            test = next(iter(FAILED.findall(output)), f"pytest ends with status {status}: {output[-300:]}")
+            test = next(iter(FAILED.findall(output)), f"no test starts (pytest ends with {status})")
             how = "too long" if TIMED_OUT.search(output) or status < 0 else "failed"
             return Verdict("caught", test, how, time.monotonic() - begun, number)
         return Verdict("survived", seconds=time.monotonic() - begun, stages=min(most, len(part.stages)))
