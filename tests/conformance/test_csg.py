@@ -169,6 +169,20 @@ def test_a_thin_part_is_lost_by_the_distance_of_its_hit(bench, serial, steps, is
     assert (found[:, 0] == (far if is_there else np.inf)).all(), found[:, 0]
 
 
+def test_tiny_parts_are_there(bench, serial):
+    """Each 2^-51 thick, where nothing is farther than 2^-45 from the origin: their own size decides (CSG-4)."""
+    tiny, parts, rays = 2.0**-52, "", []
+    for x, kind in enumerate(("SPHERE", "ELLIPSOID", "BOX")):
+        centre, axes = np.array([32.0 * tiny * x, 0, 0]), tiny * np.eye(3)
+        if kind == "BOX":
+            parts += f"BOX {words(centre - tiny)} {' '.join(map(words, 2 * axes))} "
+        else:
+            parts += f"{kind} {words(centre)} " + (repr(tiny) if kind == "SPHERE" else " ".join(map(words, axes))) + " "
+        rays.append([centre[0], 0, 4 * tiny, 0, 0, -1])
+    found = bench.hits(serial, f"{STAGE}OR {parts} END {MATTE}\n", rays)
+    np.testing.assert_allclose(found[:, 0], 3 * tiny, rtol=1e-12)
+
+
 def test_a_mesh_is_a_part_like_a_box(bench, serial, tmp_path):
     """A block of triangles less a ball, against the BOX less the ball; rays through its edges too."""
     path = tmp_path / "block.obj"
