@@ -31,6 +31,11 @@ nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
 	$(SIMULATOR) -m "not slow" $(filter-out $(SIMULATED),$(wildcard tests/conformance/test_*.py))
 	$(SIMULATOR) -m nightly $(SIMULATED)
 
+mutants: .venv/installed  ## changes the code in 135 random places and runs CI's tests on each change; SEED=word chooses others
+	$(BIN)/pip install -q -c constraints.txt -e '.[mutation]'
+	$(BIN)/pip install -q -c constraints.txt --no-deps universalmutator
+	$(BIN)/python tests/support/mutants.py $(addprefix --seed=,$(SEED)) $(MORE)
+
 gallery: .venv/installed  ## the study's figures, with scenes of our own
 	$(BIN)/rayrace run experiments/gallery.toml --report
 
@@ -58,4 +63,4 @@ format: .venv/installed
 clean:  ## removes the environment; keeps results
 	rm -rf .venv .pytest_cache build/site build/figures dist *.egg-info
 
-.PHONY: study test quick cudasim nightly figures docs gallery stability smoke format clean
+.PHONY: study test quick cudasim nightly mutants figures docs gallery stability smoke format clean

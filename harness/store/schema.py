@@ -19,7 +19,7 @@ Seconds = Annotated[float, Field(ge=0, le=1e12, allow_inf_nan=False)]
 Long = Annotated[float, Field(gt=0, le=1e12, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=0, le=2**63)]
 Text = str | None
-Plain = str | bool | Annotated[int, Field(ge=-(2**63), le=2**63)] | Real | None
+Plain = str | bool | Real | None  # a Real may be a whole number
 Value = Plain | list[Plain] | dict[str, Plain]
 
 

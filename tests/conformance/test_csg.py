@@ -1,5 +1,7 @@
 """CSG solids against point membership, closed forms and each other (CSG-1 to CSG-5)."""
 
+import itertools
+
 import numpy as np
 import pytest
 from random_scenes import random_rays, words
@@ -152,6 +154,33 @@ def test_faces_in_one_place_leave_no_gap_and_no_sliver(bench, serial, shift, pre
     length = np.linalg.norm(directions, axis=1)
     assert (np.abs(union[:, 0] - 0.5 * length) > 1e-3 * length).all(), "a gap within the OR"
     assert np.isinf(common[:, 0]).all(), "a sliver of the AND"
+
+
+@pytest.mark.parametrize(("steps", "is_there"), [(4, False), (32, True)])
+def test_a_thin_part_is_lost_by_the_distance_of_its_hit(bench, serial, steps, is_there):
+    """Boxes all around, 2^20 away from where the rays start: faces up to 8 steps of float64 apart are one (CSG-4)."""
+    far, thick, boxes, rays = 2.0**20, steps * 2.0**-32, "", []
+    for axis, sign in itertools.product(range(3), (-1, 1)):
+        corner, edges = np.full(3, -0.5), np.eye(3)
+        corner[axis], edges[axis, axis] = sign * far, sign * thick
+        boxes += "BOX " + " ".join(map(words, (corner, *edges))) + " "
+        rays.append([0, 0, 0, *(sign * np.eye(3)[axis])])
+    found = bench.hits(serial, f"{STAGE}OR {boxes} END {MATTE}\n", rays)
+    assert (found[:, 0] == (far if is_there else np.inf)).all(), found[:, 0]
+
+
+def test_tiny_parts_are_there(bench, serial):
+    """Each 2^-51 thick, where nothing is farther than 2^-45 from the origin: their own size decides (CSG-4)."""
+    tiny, parts, rays = 2.0**-52, "", []
+    for x, kind in enumerate(("SPHERE", "ELLIPSOID", "BOX")):
+        centre, axes = np.array([32.0 * tiny * x, 0, 0]), tiny * np.eye(3)
+        if kind == "BOX":
+            parts += f"BOX {words(centre - tiny)} {' '.join(map(words, 2 * axes))} "
+        else:
+            parts += f"{kind} {words(centre)} " + (repr(tiny) if kind == "SPHERE" else " ".join(map(words, axes))) + " "
+        rays.append([centre[0], 0, 4 * tiny, 0, 0, -1])
+    found = bench.hits(serial, f"{STAGE}OR {parts} END {MATTE}\n", rays)
+    np.testing.assert_allclose(found[:, 0], 3 * tiny, rtol=1e-12)
 
 
 def test_a_mesh_is_a_part_like_a_box(bench, serial, tmp_path):

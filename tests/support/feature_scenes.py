@@ -72,7 +72,10 @@ def features(folder):
             crowd(),
             {"depth": 0, "sampler": "jittered", "samples": 2, "lens_radius": 0.3, "focal_distance": 6.0, "seed": 6},
         ),
-        "soft": (crowd(radius=0.8), {"depth": 0, "shadows": True, "feelers": 3, "seed": 7}),
+        "soft": (
+            crowd(radius=0.8, extra="LIGHT (-3,4,5) (0.2,0.3,0.2) 0\n"),
+            {"depth": 0, "shadows": True, "feelers": 3, "seed": 7},
+        ),
         "glossy": (crowd(random_material), {"depth": 2, "glossy_rays": 3, "seed": 8}),
         "glossy, the study's weight": (
             crowd(random_material),

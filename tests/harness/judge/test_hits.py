@@ -115,6 +115,14 @@ def test_distances_are_judged_by_their_share(known_right, precision):
     assert "1 distances off by more than" in verdict.wrong
 
 
+def test_the_distance_of_a_miss_is_not_judged(known_right):
+    found, _ = known_right
+    off = answers(found)
+    off[found.picture[:, 7] < 0, 0] = 5
+    verdict = hits.judge(off, found, "float64")
+    assert verdict.wrong is None and verdict.max_outside == 0
+
+
 def test_another_object_is_wrong_outside_the_mask_and_inside_if_many_have_it(known_right):
     found, _ = known_right
     hundred = masked(found, np.arange(len(found.mask)) < 100)

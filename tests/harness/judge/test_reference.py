@@ -1,5 +1,6 @@
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +23,19 @@ SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,6)\nSPHERE (0,0,-1) 0.8 (0.7,0.5,0.
 @pytest.fixture(scope="module")
 def scene():
     return text.read(SCENE)
+
+
+def test_the_documentation_has_the_numbers_of_moved_copies():
+    told = (Path(__file__).parents[3] / "docs" / "measuring-well.md").read_text("utf-8")
+    by, further = reference.PERTURBATIONS, reference.FURTHER
+    assert reference.FURTHER_ULPS["float64"] == 1
+    for words in (
+        f"when the sample moves by {reference.ULPS} float32 steps",
+        f"moved copies ({by['float64']}, for float32 {by['float32']})",
+        f"moved copies ({further['float64']}, by a float32 step; for float32 {further['float32']}, by "
+        f"{reference.FURTHER_ULPS['float32']})",
+    ):
+        assert words in told, words
 
 
 def wants(scene, parameters):

@@ -105,28 +105,36 @@ with alone.only_one(folder), host.ThisHost().exclusive():
 """
 
 
-def start_waiting(environment, tmp_path, measuring):
-    """A process that measures, in a folder, and a `rayrace run` that waits for it; the line that the latter says."""
-    holder = subprocess.Popen(
-        [sys.executable, "-c", HOLDER, measuring],
-        env=environment,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert holder.stdout.readline() == "held\n"
-    (tmp_path / "scene.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\n")
-    (tmp_path / "e.toml").write_text('title = "t"\nscenes = ["scene.txt"]\nrenderers = ["python"]\nprocesses = 1\n'
-                                     "[image]\nwidth = 4\nheight = 4\n")  # fmt: skip
-    program = Path(sys.executable).with_name("rayrace")
-    words = [program, "run", tmp_path / "e.toml", "--out", tmp_path / "run"]
-    waiting = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True)
-    return holder, waiting, waiting.stderr.readline()
+@pytest.fixture
+def start_waiting(environment, tmp_path):
+    """Starts a process that measures, in a folder, and a `rayrace run` that waits for it.
+
+    Returns both, and the line that the latter says.
+    """
+    begun = []
+
+    def start(measuring):
+        (tmp_path / "scene.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\n")
+        (tmp_path / "e.toml").write_text('title = "t"\nscenes = ["scene.txt"]\nrenderers = ["python"]\nprocesses = 1\n'
+                                         "[image]\nwidth = 4\nheight = 4\n")  # fmt: skip
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        holder = subprocess.Popen([sys.executable, "-c", HOLDER, measuring], env=environment, **pipes)
+        begun.append(holder)
+        assert holder.stdout.readline() == "held\n"
+        words = [Path(sys.executable).with_name("rayrace"), "run", tmp_path / "e.toml", "--out", tmp_path / "run"]
+        waiting = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, preexec_fn=hear_ctrl_c)
+        begun.append(waiting)
+        return holder, waiting, waiting.stderr.readline()
+
+    yield start
+    for process in begun:  # a holder left behind would keep all later tests waiting
+        process.kill()
+        process.communicate()
 
 
-def test_the_lock_of_measuring(environment, tmp_path):
+def test_the_lock_of_measuring(start_waiting, tmp_path):
     """While one rayrace measures, another one waits, and says for which."""
-    holder, waiting, said = start_waiting(environment, tmp_path, tmp_path / "a folder")
+    holder, waiting, said = start_waiting(tmp_path / "a folder")
     who = f"process {holder.pid}, {tmp_path / 'a folder'}"
     assert said == f"another rayrace is measuring on this machine, {who}; waiting for it to end\n"
     assert not (tmp_path / "run" / "run.json").exists()
@@ -135,13 +143,12 @@ def test_the_lock_of_measuring(environment, tmp_path):
     assert waiting.returncode == 0
 
 
-def test_ctrl_c_while_waiting_claims_no_run(environment, tmp_path):
-    holder, waiting, _ = start_waiting(environment, tmp_path, tmp_path / "other")
+def test_ctrl_c_while_waiting_claims_no_run(start_waiting, tmp_path):
+    _, waiting, _ = start_waiting(tmp_path / "other")
     waiting.send_signal(signal.SIGINT)
     _, said = waiting.communicate(timeout=60)
     assert said.splitlines()[0] == "stopped; nothing was measured" and "--resume" not in said and "run:" not in said
     assert waiting.returncode == 130 and not (tmp_path / "run").exists()
-    holder.communicate()
 
 
 DROPPED = """import os, signal

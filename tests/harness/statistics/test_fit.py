@@ -73,6 +73,7 @@ def test_a_constant_lowers_an_exponent_by_its_share():
     [
         ([1, 2, 3, 4], "4 cells, 5 are needed"),
         ([2, 2, 2, 2, 2], "work not varied"),
+        ([0, 0, 0, 0, 0], "work not varied"),
         ([1, 1, 1, 1, 2], "a coefficient depends on one cell alone"),
     ],
 )

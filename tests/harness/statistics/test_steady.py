@@ -109,9 +109,25 @@ def test_the_note_says_what_changed():
 
 
 def test_few_frames_are_assumed_to_be_steady():
-    assert steady.find([9.0, 1.0, 2.0]) == steady.Steady(1, "assumed")
+    assert steady.find([9.0, 1.0]) == steady.find([9.0, 1.0, 2.0]) == steady.Steady(1, "assumed")
     assert steady.find([9.0] + [1.0] * 9).state == "assumed"
     assert steady.find([9.0] + [1.0] * 10) == steady.Steady(1, "steady", warm_up=1)
+
+
+@pytest.mark.parametrize(
+    ("following", "starts"),
+    [
+        ("....||||...", True),  # 4 of the next 8
+        ("|...|||....", True),
+        ("....|||.|||", False),  # 3, not counting itself; and those behind the 8 do not matter
+        ("|..|....|||", False),
+    ],
+)
+def test_a_warm_up_ends_before_8_frames_half_of_which_are_in_the_band(following, starts):
+    """Frames in the band are |, frames above it are a point."""
+    warm = [3.0, 1.0, *(1.0 if sign == "|" else 1.5 for sign in following)]
+    found = steady.find([*warm, *[1.5] * 4, *[1.0] * 60])
+    assert found.state == "steady" and (found.warm_up == 1) == starts, found
 
 
 @pytest.mark.parametrize("frames_s", [[], [1.0]])

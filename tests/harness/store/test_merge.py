@@ -128,12 +128,22 @@ def test_hosts_with_other_numbers_of_threads(made):
     with pytest.raises(UserError, match=r"h-\w+, i-\w+; choose with --host"):
         store.read(folder)
     names = list(store.hosts(folder))
+    assert [store.named(folder, told) for told in ("", "h", names[1])] == [None, names[:1], names[1:]]
+    with pytest.raises(UserError, match=r"--host k: .* has rows of h-"):
+        store.named(folder, "k")
     for name, wanted in zip(names, (few, many), strict=True):
         facts, records = store.read(folder, [name])
         assert facts["cells"] == [wanted] and [r["cell"] for r in records] == [wanted["cell"]]
     facts, records = store.read(folder, names)
     assert facts["cells"] == [few, many] and len(records) == 2
     assert status.of(folder).done == 2
+
+
+def test_a_cell_that_lacks_a_key_is_no_run_on_a_cluster(made):
+    a, b = cell("a", 0), cell("b", 0)
+    del b["parameters"]
+    with pytest.raises(UserError, match=r"cells\.1\.parameters is missing"):
+        store.read(made([[a, b]], [], []))
 
 
 def test_turns(made):

@@ -2,9 +2,10 @@ import json
 import re
 
 import pytest
+import stored_run
 
 from harness.errors import UserError
-from harness.store import store
+from harness.store import alone, schema, store
 
 pytestmark = pytest.mark.alone
 
@@ -77,6 +78,7 @@ def test_a_damaged_line_in_the_middle(run, damage):
         ("run.json", "{", "not a run"),
         ("run.json", "[]", "run.json: expected format 1"),
         ("run.json", '{"format": 2}', "run.json: expected format 1"),
+        ("run.json", '{"format": 1, "cells": [{"cell": "a"}, {"variant": "b"}]}', "cells.1.cell is missing"),
         ("repetitions.jsonl", None, "not a run"),
     ],
 )
@@ -84,6 +86,33 @@ def test_no_run(run, name, text, message):
     (run / name).unlink() if text is None else (run / name).write_text(text)
     with pytest.raises(UserError, match=message):
         store.read(run)
+
+
+@pytest.mark.parametrize(
+    ("where", "lacks", "message"),
+    [
+        (lambda facts, rows: facts, "started", "started is missing"),
+        (lambda facts, rows: facts["experiment"], "image", r"experiment\.image is missing"),
+        (lambda facts, rows: facts["environment"]["cores"], "logical", r"environment\.cores\.logical is missing"),
+        (lambda facts, rows: facts["cells"][1], "parameters", r"cells\.1\.parameters is missing"),
+        (lambda facts, rows: facts["pair"], "label", r"pair\.label is missing"),
+        (lambda facts, rows: rows[1], "wall_s", r"repetition \d of \w+: wall_s is missing"),
+    ],
+)
+def test_a_report_needs_every_key(tmp_path, where, lacks, message):
+    facts, rows = stored_run.facts(), stored_run.rows()
+    schema.complete(facts, rows, tmp_path)
+    del where(facts, rows)[lacks]
+    with pytest.raises(UserError, match=message):
+        schema.complete(facts, rows, tmp_path)
+
+
+def test_a_run_is_of_one_process_at_a_time(tmp_path):
+    busy = pytest.raises(UserError, match="another rayrace is at work on this run")
+    with alone.only_one(tmp_path), busy, alone.only_one(tmp_path):
+        pass
+    with alone.only_one(tmp_path):
+        pass
 
 
 def test_a_number_that_json_has_not_is_refused(tmp_path):
