@@ -33,6 +33,7 @@ VARIANTS = tuple(
 # many. Of a slow test, or one in a file of FIRST, CI runs the first case, unless it is marked `whole`.
 FIRST = "test_cuda.py", "test_cuda_compile.py", "test_peers.py"
 ANOTHER = "it is slow, and CI runs the first case of this test"
+ALONE = "it is slow, and nothing may run beside it"
 COMPILES = "Numba compiles 3 to 100 s for each case; CI runs its pairs (test_covering.py), and this test with others"
 SIMULATES = "the simulator of a GPU takes a millisecond for a ray; CI runs its pairs (test_covering.py)"
 OF_NUMBA = "numba", "numba-parallel"
@@ -69,38 +70,75 @@ def pytest_runtest_makereport(item, call):
     return report
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    """Makes marks `nightly` without a reason an error. Not a UsageError, whose text xdist loses."""
+    report = yield
+    bare = {
+        f"{item.location[0]}:{item.location[1] + 1}: {item.originalname}"
+        for item in report.result or ()
+        if isinstance(item, pytest.Function) and not all(mark.args for mark in item.iter_markers("nightly"))
+    }
+    if bare:
+        told = (
+            'a mark nightly without a reason: write why CI leaves the test out, as in nightly("test_x shows the same")'
+        )
+        report.outcome, report.result = "failed", []
+        report.longrepr = "\n".join(f"{test}: {told}" for test in sorted(bare))
+    return report
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Marks the tests that CI leaves out, those that are too slow for `make quick`, and those that may run again."""
-    seen = set()
+    firsts = _firsts(items)
     for item in items:
         if item.get_closest_marker("alone"):
             item.add_marker(pytest.mark.flaky(reruns=AGAIN, reruns_delay=5, condition=disturbed))
         told = item.callspec.params.values() if hasattr(item, "callspec") else ()
         variant = next((value for value in told if isinstance(value, str) and value in VARIANTS), None)
         product = variant if item.path.parent.name in ("conformance", "stability") else None
-        if reason := left_to_the_night(item, product, seen):
+        if reason := left_to_the_night(item, variant, product, firsts):
             item.add_marker(pytest.mark.nightly(reason))
         if product in COMPILED:
             item.add_marker(pytest.mark.slow)
 
 
-def left_to_the_night(item, variant, seen):
+def _sampled(item):
+    """Whether CI runs one case of this test: of slow tests and those of some files."""
+    marked = item.get_closest_marker
+    return (marked("slow") or item.path.name in FIRST) and not marked("whole") and not marked("nightly")
+
+
+def _compiles(item):
+    return "numba" in item.name.partition("[")[2]
+
+
+def _firsts(items):
+    """The cases that CI runs of sampled tests: the first that Numba does not compile for, else the first."""
+    cases = {}
+    for item in filter(_sampled, items):
+        cases.setdefault((item.path, item.originalname), []).append(item)
+    return {min(of_one, key=_compiles) for of_one in cases.values()}
+
+
+def left_to_the_night(item, variant, product, firsts):
     """None, or why CI leaves out a test.
 
-    variant: of a test of conformance or stability; else None. seen: slow tests of which CI runs a case already.
+    product: the variant of a test of conformance or stability; else None. firsts: the cases that CI runs of slow tests.
     """
     file, marked = item.path.name, item.get_closest_marker
-    if marked("whole") or marked("nightly"):
+    if marked("nightly"):
         return None
-    if marked("slow") or file in FIRST:
-        test = item.path, item.originalname
-        if test in seen or "numba" in item.nodeid.rpartition("[")[2] or marked("alone"):
-            return ANOTHER
-        seen.add(test)
-    elif variant in OF_NUMBA and (item.path.parent.name == "stability" or file in OWN_KERNELS):
+    if marked("slow") and marked("alone"):
+        return ALONE
+    if marked("whole"):
+        return None
+    if _sampled(item):
+        return None if item in firsts else ANOTHER
+    if product in OF_NUMBA and (item.path.parent.name == "stability" or file in OWN_KERNELS):
         return COMPILES
-    elif variant == "numba-cuda" and file not in SIMULATED:
+    if variant == "numba-cuda" and file not in SIMULATED:
         return SIMULATES
     return None
 

@@ -192,7 +192,7 @@ def test_refuses_without_a_hierarchy_what_rays_have_no_lanes_for(bench, laned, p
     assert "vector" in result.reason, result.reason
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_a_hierarchy_in_lanes_with_other_methods compares bytes by day; here C++ is built 4 times")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["media", "open mesh", "csg mesh", "soft", "mix: all of it"])
 @pytest.mark.parametrize("precision", ["float64", "float32"])

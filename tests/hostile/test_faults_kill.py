@@ -127,7 +127,7 @@ def test_killed_at_any_instant(machine, place, tiny, undisturbed, injected):
     injected("kill -9", kill_again_and_again(machine, place, tiny, undisturbed, 15))
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_killed_at_any_instant has 15 kills by day")
 def test_killed_at_300_instants(machine, place, tiny, undisturbed, injected):
     injected("kill -9", kill_again_and_again(machine, place, tiny, undisturbed, 300))
 
@@ -179,7 +179,7 @@ def test_an_error_at_any_instant(machine, place, tiny, undisturbed, injected, la
     injected("error of the system", fail(machine, place, tiny, undisturbed, some, lasting))
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_an_error_at_any_instant has 8 errors by day")
 @pytest.mark.parametrize("lasting", [False, True])
 def test_an_error_at_each_sixth_instant(machine, place, tiny, undisturbed, injected, lasting):
     some = range(3 * lasting, undisturbed[1], 6)

@@ -13,7 +13,7 @@ GUIDED = Path(__file__).parents[1] / "support" / "guided.py"
 KINDS = "scene text", "NFF", "RAYS.csv", "renderer.toml", "experiment", "lines of a renderer", "stored runs"
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("it needs atheris, which CI does not install; CI draws cases at random (test_cases)")
 @pytest.mark.parametrize("kind", KINDS)
 def test_guided(kind, tmp_path, record_property):
     if importlib.util.find_spec("atheris") is None:

@@ -50,8 +50,7 @@ int add_material(Scene& scene, double eps, double mu, double attenuation)
 Job job_of(int depth, const char* epsilon)
 {
     const std::string order = "--depth=" + std::to_string(depth);
-    const char* flags[] = {"", "--job=x", "--out=x", "--width=1", "--height=1", epsilon, order.c_str()};
-    return Job(Flags(7, const_cast<char**>(flags)));
+    return Job(Flags({"--job=x", "--out=x", "--width=1", "--height=1", epsilon, order}));
 }
 
 template<typename Real>

@@ -64,7 +64,7 @@ def test_said_with_a_hierarchy_and_not_without(bench, entry, tmp_path):
         assert told[0][1] == 0 and sum(end - start for _, start, end in told) == pytest.approx(told[-1][2])
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_of_a_mesh_that_is_a_part(bench, entry, tmp_path):
     """Meshes in solids have hierarchies of their own."""
     (tmp_path / "sphere.obj").write_text(obj(1))

@@ -10,7 +10,6 @@ from harness.renderer.builder import find_compiler
 HERE = Path(__file__).parent
 
 
-@pytest.mark.nightly
 @pytest.mark.skipif(find_compiler("c++") is None, reason="no C++ compiler")
 def test_glass(tmp_path):
     flags = ["-std=c++20", "-O1", "-ffp-contract=off", "-pthread", "-Wall", "-Wextra", "-Werror"]

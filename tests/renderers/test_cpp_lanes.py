@@ -21,7 +21,6 @@ NARROW = "-march=x86-64-v3", "-mprefer-vector-width=128"
 FUSED = r"\tvfn?m(?:add|sub)\d+{}[sd]\b"
 
 
-@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="the code of x86-64 is looked at")
 @pytest.mark.skipif(not find_compiler("c++") or not shutil.which("objdump"), reason="no C++ compiler, or no objdump")

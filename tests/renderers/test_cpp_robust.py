@@ -23,7 +23,6 @@ def mesh(tmp_path_factory):
     return f'MESH "{path}" (0,0,0) (0,0,0) 1 {MATERIAL}\n'
 
 
-@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("methods", ALL, ids=[methods["sphere"] for methods in ALL])
 def test_pictures_are_those_of_python(bench, tmp_path, methods):
@@ -46,7 +45,6 @@ def test_pictures_are_those_of_python(bench, tmp_path, methods):
     assert found.said.rays["non_finite"] > 0 or "fresnel" not in methods
 
 
-@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_no_ray_is_lost_between_triangles_that_a_compiler_fuses(bench, mesh, precision):
@@ -66,7 +64,6 @@ def test_no_ray_is_lost_between_triangles_that_a_compiler_fuses(bench, mesh, pre
     assert lost[0] == 0 < lost[1]
 
 
-@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize(("precision", "u"), [("float32", 2.0**-24), ("float64", 2.0**-53)])
 def test_wide_is_right_beside_a_huge_sphere_and_far_from_a_small_one(bench, precision, u):
@@ -93,7 +90,6 @@ def test_wide_is_right_beside_a_huge_sphere_and_far_from_a_small_one(bench, prec
     assert errors[1e6, "robust"][0] > 1e4
 
 
-@pytest.mark.nightly
 def test_given_directions_of_unit_length_are_taken_as_they_are(bench):
     """NUM-4: what is off by 2 u is not turned: t goes with it."""
     rays = np.array([[0, 0, 9, 0, 0, -1 - 2.0**-52], [0, 0, 9, 0, 0, -1 - 2.0**-48]])

@@ -18,6 +18,7 @@ from harness.scene.needs import needs, shapes
 
 TINY = {"width": 9, "height": 7, "depth": 2, "shadows": True, "block_width": 4, "block_height": 2}
 TOLERANCE = 1e-12
+PAIRS = "test_every_pair has it by day"
 
 
 @pytest.fixture(autouse=True)
@@ -84,7 +85,7 @@ def test_a_scene_larger_than_shared_memory_is_streamed(bench, kind):
     assert used["streamed"] and used["shared_bytes"] <= 49152 and used["walk"] == "stack"
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_a_scene_larger_than_shared_memory_is_streamed has each shape by day; it takes about 15 s")
 def test_a_mesh_is_streamed_beside_glass_and_a_csg_solid(bench, tmp_path):
     (tmp_path / "ball.obj").write_text(obj(*ball(3)))
     source = random_stage(np.random.default_rng(5)) + (
@@ -96,7 +97,6 @@ def test_a_mesh_is_streamed_beside_glass_and_a_csg_solid(bench, tmp_path):
     assert used["streamed"]
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("accel", ["none", "bvh"])
 def test_rays_streamed_or_through_a_tree(bench, accel):
     source = crowd(33, sphere=900)
@@ -127,7 +127,7 @@ def test_streamed_with_fewer_threads_than_pixels(bench):
     compare(bench, crowd(35, sphere=850), **jobs, block_width=2, block_height=2, total_threads=8)
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly(PAIRS)
 @pytest.mark.parametrize("walk", ["table", "stack"])
 def test_walks_of_glass(bench, walk):
     glass = "SPHERE (0,0,0) 1.4 (0.1,0.1,0.1) 0.9 40 (0.9,0.8,1) 2.25 1\n"
@@ -135,7 +135,6 @@ def test_walks_of_glass(bench, walk):
     assert used["walk"] == walk and used["local_bytes"] > 0
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("launch", [{}, {"total_threads": 16}, {"sampler": "uniform", "samples": 2}])
 @pytest.mark.parametrize("glass", ["", "SPHERE (0,0,0) 1.4 (0.1,0.1,0.1) 0.9 40 (0.9,0.8,1) 2.25 1\n"])
 def test_rays_are_cut_off(bench, glass, launch):
@@ -143,21 +142,20 @@ def test_rays_are_cut_off(bench, glass, launch):
     assert result.dropped.max() > 0 and result.said.used["methods"]["cutoff"] == 0.2
 
 
-@pytest.mark.nightly
 def test_rays_are_cut_off_while_tiles_are_streamed(bench):
     jobs = {"width": 5, "height": 5, "accel": "none", "scene_memory": "shared", "block_width": 2}
     result = compare(bench, crowd(40, sphere=850), cutoff=2.0**-4, **jobs)
     assert result.dropped.max() > 0 and result.said.used["methods"]["streamed"]
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly(PAIRS)
 @pytest.mark.parametrize("method", ["textbook", "stable"])
 def test_methods_of_spheres(bench, method):
     used = compare(bench, crowd(41, **MIXED), sphere=method).said.used["methods"]
     assert used["sphere"] == method and used["floating_point"] == "strict"
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly(PAIRS)
 def test_single_precision_is_near(bench):
     source = crowd(37, sphere=4, box=2)
     pictures = [bench.picture(name, source, **TINY, precision="float32") for name in ("numba-cuda", "numba")]
@@ -209,7 +207,6 @@ def coloured(count, shift=0):
     return "\n".join(lines) + "\n"
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("block", [2, 4])
 def test_the_index_fault_gives_each_block_the_colours_from_another_row_on(bench, block):
     """The exhibit's picture is the one that its explanation predicts, to the last bit: AIR is the table's last row."""

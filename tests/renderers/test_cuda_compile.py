@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from feature_scenes import features
 from random_scenes import random_material, random_scene, random_stage
@@ -55,7 +56,6 @@ def test_the_mirrors_of_the_comparison_take_48_registers(inspect, target):
     assert kernel["float64_instructions"] == 0 and kernel["local_bytes"] == 0
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize("memory", ["global", "shared"])
 def test_no_memory_makes_the_mirrors_spill(inspect, memory):
     for precision in ("float32", "float64"):
@@ -64,7 +64,6 @@ def test_no_memory_makes_the_mirrors_spill(inspect, memory):
         assert (kernel["float64_instructions"] == 0) == (precision == "float32")
 
 
-@pytest.mark.nightly
 def test_nothing_is_contracted_unless_the_job_asks_for_it(inspect):
     """Without pow, whose own code rounds as it likes, there is no fused multiply-add at all (NUM-3)."""
     matte = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,5)\nLIGHT (3,4,5) (1,1,1) 0\n"
@@ -79,35 +78,37 @@ def test_nothing_is_contracted_unless_the_job_asks_for_it(inspect):
         assert fast["ptx_bytes"] != contract["ptx_bytes"]
 
 
-@pytest.mark.nightly
 def test_a_cap_on_registers_is_kept(inspect):
     (kernel,) = inspect(comparison(), precision="float64", depth=10, max_registers=40)
     assert kernel["registers"] <= 40 and kernel["spill_store_bytes"] > 0
 
 
-@pytest.mark.nightly
-def test_no_feature_brings_float64_into_float32(inspect, tmp_path):
-    known = features(tmp_path)
-    for name in ("media", "csg mesh", "adaptive", "lens", "glossy, the study's weight", "mix: all of it"):
-        source, parameters = known[name]
-        for kernel in inspect(source, precision="float32", **parameters):
-            assert kernel["float64_instructions"] == 0, name
-            assert kernel["spill_store_bytes"] == 0 or name.startswith("mix"), (name, kernel)
+@pytest.mark.parametrize(
+    "name", ["media", "csg mesh", "adaptive", "lens", "glossy, the study's weight", "mix: all of it"]
+)
+def test_no_feature_brings_float64_into_float32(inspect, tmp_path, name):
+    source, parameters = features(tmp_path)[name]
+    for kernel in inspect(source, precision="float32", **parameters):
+        assert kernel["float64_instructions"] == 0
+        assert kernel["spill_store_bytes"] == 0 or name.startswith("mix"), kernel
 
 
-@pytest.mark.nightly
-def test_trees_tables_and_tiles_compile(inspect):
-    import numpy as np
-
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        {"precision": "float32", "accel": "bvh", "scene_memory": "global"},
+        {"precision": "float64", "accel": "none", "scene_memory": "shared"},
+        {"precision": "float32", "accel": "none", "walk": "table", "total_threads": 1024},
+        {"precision": "float64", "sampler": "adaptive"},
+    ],
+    ids=["tree", "tiles", "table", "adaptive"],
+)
+def test_trees_tables_and_tiles_compile(inspect, parameters):
     rng = np.random.default_rng(3)
     source = random_scene(
         rng, 900, 20, 20, 20, material=random_material, rest=random_stage(rng)
     ) + "SPHERE (0,0,0) 1 (0.1,0.1,0.1) 0.9 40 (0.9,0.8,1) 2.25 1\n"  # fmt: skip
-    jobs = {"depth": 3, "shadows": True}
-    inspect(source, **jobs, precision="float32", accel="bvh", scene_memory="global")
-    inspect(source, **jobs, precision="float64", accel="none", scene_memory="shared")
-    inspect(source, **jobs, precision="float32", accel="none", walk="table", total_threads=1024)
-    inspect(source, **jobs, precision="float64", sampler="adaptive")
+    inspect(source, depth=3, shadows=True, **parameters)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +134,6 @@ def test_occupancy_of_an_unknown_capability():
     assert occupancy((3, 5), 256, 32, 0) is None
 
 
-@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("parameters", "option", "found"),
     [

@@ -81,6 +81,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.nightly("test_every_pair has each option with one cache by day; here Numba compiles 10 kernels")
 @pytest.mark.slow
 def test_options_are_kept_apart(render):
     """No process loads the code of one with another option, and the first finds its own again."""

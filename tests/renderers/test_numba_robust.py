@@ -19,6 +19,7 @@ METHODS = {
     "phong": ("unclamped",),
     "renormalise": ("off",),
 }
+PAIRS = "test_every_pair has these methods by day; Numba compiles 2 kernels or more for each case"
 FEW = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,5)\n"
 
 
@@ -53,16 +54,9 @@ def small(bench, variant, scene, **methods):
     return bench.result(variant, scene, exact=True, width=40, height=32, depth=2, shadows=True, **methods)
 
 
-REST = ("stable", "textbook", "moller-trumbore", "relative", "fixed")  # stability tests have them too
-PAIRS = [(method, value) for method in METHODS for value in METHODS[method]]
-
-
-@pytest.mark.nightly
+@pytest.mark.nightly(PAIRS)
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("method", "value"),
-    [pytest.param(*pair, marks=[pytest.mark.nightly] * (pair[1] in REST)) for pair in PAIRS],
-)
+@pytest.mark.parametrize(("method", "value"), [(method, value) for method in METHODS for value in METHODS[method]])
 def test_a_method_is_what_python_makes_of_it(bench, scene, method, value):
     source = scene(OF[method]) if method in OF else scene("sphere", "ellipsoid")
     usual, found = (small(bench, "numba", source, **chosen) for chosen in ({}, {method: value}))
@@ -74,7 +68,7 @@ def test_a_method_is_what_python_makes_of_it(bench, scene, method, value):
     assert found.said.rays == expected.said.rays
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly(PAIRS)
 @pytest.mark.parametrize("floating_point", ["contract", "fast"])
 def test_all_run_with_floating_point_that_is_not_strict(bench, scene, floating_point):
     for which, precision in ((0, "float32"), (-1, "float64")):
@@ -122,7 +116,6 @@ def exact(ray, radius):
     return k / (b + mp.sqrt(b * b - k))
 
 
-@pytest.mark.nightly
 def test_ellipsoids_follow_the_spheres(bench):
     """ELL-3: from afar the discriminant loses one; wide is the default."""
     source = FEW + f"ELLIPSOID (0,0,0) (0.5,0,0) (0,0.6,0) (0,0,0.7) {MATERIAL}\n"
@@ -136,7 +129,6 @@ def test_ellipsoids_follow_the_spheres(bench):
         np.testing.assert_array_equal(with_tree, found[method])
 
 
-@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("triangle", ["watertight", "watertight-kahan"])
 def test_no_ray_passes_between_two_triangles(bench, tmp_path, triangle):
@@ -159,7 +151,6 @@ def test_no_ray_passes_between_two_triangles(bench, tmp_path, triangle):
     assert (lost["contract"] == 0) == (triangle == "watertight-kahan")
 
 
-@pytest.mark.nightly
 def test_a_ray_in_the_plane_of_a_face_is_lost_by_the_plain_slab(bench):
     """BOX-3. The answers come from one folder of compiled code, so its key tells methods apart."""
     source = FEW + f"BOX (0,0,0) (1,0,0) (0,1,0) (0,0,1) {MATERIAL}\n"

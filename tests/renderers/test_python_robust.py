@@ -82,7 +82,6 @@ def test_an_ordinary_picture_is_the_same(bench, variant, choice, tmp_path):
     assert result.said.used["methods"].items() >= choice.items()
 
 
-@pytest.mark.nightly
 def test_every_method_with_60_digits(bench, tmp_path):
     """What is the same but for rounding is the same to the last of float64; the others are what float64 gives."""
     source, jobs = mixed(tmp_path), {"width": 6, "height": 6, "depth": 2, "shadows": True}

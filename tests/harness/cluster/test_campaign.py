@@ -120,7 +120,7 @@ def test_a_run_of_jobs_is_the_same_run(front, file, known):
     assert all(took > 0 for _, took in ended)
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_job_that_is_cancelled_leaves_what_it_had(front):
     """Its finished repetitions stay, the others are rows with the reason; going on runs these alone."""
     front.cluster.stop_after = {1: 3}
@@ -229,7 +229,7 @@ def test_another_renderer_is_refused(file, known, cluster, tmp_path):
     assert all("renderer_version was" in row["reason"] for row in rows) and len(rows) == 12
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_what_was_unavailable_is_tried_again(front, monkeypatch):
     """A host without a compiler makes rows that say so; another host may have one."""
     with monkeypatch.context() as patch:
@@ -280,7 +280,6 @@ def test_the_scheduler_takes_no_more(front):
     assert front.cluster.done == [0, 1, 2] and len(rows) == 12
 
 
-@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_pair_in_each_job(front):
     """The noise floor is of the host and the hour: each job has a pair of its own."""

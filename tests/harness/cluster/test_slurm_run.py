@@ -22,6 +22,7 @@ from harness.store import lines, store
 from harness.store.record import key
 
 pytestmark = pytest.mark.slow
+FAKE = " has it by day on a fake cluster (test_campaign.py); Slurm takes 20 s to 2 min"
 PROGRAM = Path(sys.executable).with_name("rayrace")
 EXPERIMENT = """title = "twenty cells"
 renderers = ["numpy", "cpp"]
@@ -86,7 +87,7 @@ def shell(real_cluster, tmp_path):
     shell.until(lambda: not shell.slurm("squeue", "--noheader"))
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_a_run_of_jobs_is_the_same_run" + FAKE)
 def test_twenty_cells_as_on_one_machine(shell):
     """No two repetitions overlap on the host, and the report is that of a local run in all but times."""
     told = shell.rayrace("run", "e.toml", "--executor", "slurm", "--dry-run")
@@ -129,7 +130,7 @@ def table(report, columns):
         return sorted([row[name] for name in columns] for row in csv.DictReader(file))
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_a_job_that_is_cancelled_leaves_what_it_had" + FAKE)
 def test_jobs_that_are_cancelled_are_gone_on_with(shell):
     """scancel in mid-run: what had finished is kept, the rest is rows with reasons, and --resume runs these alone."""
     more = ("--set", "processes=12", "--set", "sweep.side=[4,6,8]", "--set", "slurm.cells=2")
@@ -148,7 +149,7 @@ def test_jobs_that_are_cancelled_are_gone_on_with(shell):
     assert before.items() <= {name: row["started"] for name, row in rows.items()}.items() and before
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_a_host_that_dies" + FAKE)
 def test_a_job_that_is_killed(shell):
     """kill -9: no word of its own, but Slurm's; its renderer is not left running."""
     shell.rayrace(
@@ -183,7 +184,7 @@ def command(pid):
         return ""
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_what_was_unavailable_is_tried_again" + FAKE)
 def test_a_host_without_a_compiler(shell):
     """Rows that say so, of that renderer alone; another time, another host."""
     none = ("--set", 'slurm.setup=["export CXX=/nonexistent/c++"]')
@@ -193,7 +194,7 @@ def test_a_host_without_a_compiler(shell):
     assert "8 ok" in shell.rayrace("run", "e.toml", *side, "--resume", "run")
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("tests/hostile/test_faults_disk.py fills disks by day")
 def test_a_full_disk(shell):
     """It ends as rows with the reason; with room, the run is gone on with."""
     place = shell.folder / "small"
@@ -216,7 +217,6 @@ def test_a_full_disk(shell):
         subprocess.run(["umount", "--lazy", place], check=True)
 
 
-@pytest.mark.nightly
 def test_a_job_whose_time_is_up(shell):
     """It begins nothing more that would not end in time, says so, and goes on in a job with more of it."""
     slow = (
@@ -240,7 +240,6 @@ def test_a_job_whose_time_is_up(shell):
     assert took < 20
 
 
-@pytest.mark.nightly
 def test_an_experiment_that_was_changed(shell):
     """It is not mixed with what it was."""
     shell.rayrace("run", "e.toml", "--set", "sweep.side=[4]", "--executor", "slurm", "--out", "run")
@@ -267,7 +266,6 @@ def test_a_thousand_cells(shell):
     shell.until(lambda: not shell.slurm("squeue", "--noheader"))
 
 
-@pytest.mark.nightly
 def test_a_picture_in_tiles(shell):
     """Over two hosts, and the same bytes as from one process."""
     shell.rayrace("generate", "comparison", "--spheres", "7", "-o", "scene.txt")

@@ -15,10 +15,16 @@ FOLDERS = registry.folders()
 PEERS = ("taichi", "jax", "typed", "embree")  # optional: where one is missing there is nothing to check
 
 
-# Two compile 16 times, Python and NumPy take their time; the tests of conformance ask the same of them.
+@pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "folder", by_night(FOLDERS, "cpp", "numba", "numpy", "povray", "python", ids=lambda folder: folder.name)
+    "folder",
+    by_night(
+        FOLDERS,
+        *("cpp", "numba", "python"),
+        ids=lambda folder: folder.name,
+        reason="CI checks NumPy and POV-Ray, and tests of conformance ask the same; a case takes 40 s or more",
+    ),
 )
 def test_shipped(folder, rayrace):
     done = rayrace("check", folder, timeout=900)
@@ -64,7 +70,10 @@ def test_bad(variant, rule, rayrace, bad_folder):
     assert len(failed) <= 4, "one fault, and what follows from it"
 
 
-@pytest.mark.parametrize("variant", by_night(["load", "asleep", "save"], "asleep", "save"))
+SLEEP = pytest.mark.alone, pytest.mark.nightly("test_false (test_contradiction.py) has it by day")
+
+
+@pytest.mark.parametrize("variant", [*by_night(["load", "save"], "save"), pytest.param("asleep", marks=SLEEP)])
 def test_false_times(variant, rayrace, tmp_path):
     """It fails in the words that a race would say."""
     done = rayrace("check", liars.folder(tmp_path / "liars", variant), code=1)

@@ -99,7 +99,7 @@ def test_cancelled_while_it_runs(slurm, folder, real_cluster):
     assert not set(pids) & set(real_cluster.processes()), "killed with what it has started, whatever its session"
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_pre_empted(slurm, folder):
     executor = slurm()
     jobs = submit(executor, cluster_tasks.last, folder, 0, 1)
@@ -145,7 +145,6 @@ def test_what_slurm_refuses(slurm, folder, table, words, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_job_that_slurm_has_forgotten_and_a_slurm_that_is_down(folder, monkeypatch, real_cluster):
     with slurm_cluster.Cluster(remembered=2, extra="MessageTimeout=2") as short:
@@ -166,7 +165,7 @@ def test_a_job_that_slurm_has_forgotten_and_a_slurm_that_is_down(folder, monkeyp
     assert not short.processes()
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("Slurm takes 140 s, as it counts in minutes; Dask does it by day (test_dask.py)")
 def test_at_the_end_of_its_time(slurm, folder):
     """Slurm counts in minutes, and looks twice a minute."""
     (short,) = submit(slurm(time=60), cluster_tasks.last, folder, 0)

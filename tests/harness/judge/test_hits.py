@@ -73,7 +73,6 @@ def test_rays_start_at_the_eye_and_fill_the_screen():
     np.testing.assert_array_equal(rays, hits.through_the_screen(scene, 20000, SEED))
 
 
-@pytest.mark.nightly
 def test_the_mask_is_where_a_turn_by_4_steps_matters(known, known_right):
     """By closed form: the rim of a sphere, seen under an angle a, has a ring of rays around it."""
     found, rays = known_right
@@ -95,7 +94,6 @@ def test_the_mask_is_where_a_turn_by_4_steps_matters(known, known_right):
     assert made.mask.tolist() == [False, True, True, False], made.picture
 
 
-@pytest.mark.nightly
 def test_the_right_answer_is_right(known_right):
     found, _ = known_right
     verdict = hits.judge(answers(found), found, "float64")

@@ -46,7 +46,7 @@ def test_killed_at_any_time_and_resumed(rayrace, experiment, environment, tmp_pa
     assert finished(folder) == done
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_killed_at_any_instant (tests/hostile) has 15 kills by day")
 def test_killed_at_twenty_random_instants(rayrace, experiment, environment, tmp_path):
     """Each kill meets what the one before it left: what is there is whole and stays, nothing is there twice."""
     seed = 50
@@ -104,7 +104,6 @@ def test_cut_off_before_it_was_a_run(rayrace, experiment, tmp_path):
         assert "not a run" in rayrace("run", file, "--resume", other, code=2).stderr
 
 
-@pytest.mark.nightly
 def test_more_processes_and_another_point_are_what_is_missing(rayrace, experiment, tmp_path):
     file, folder = experiment(["python"], MORE), tmp_path / "run"
     rayrace("run", file, "--out", folder, code=0)
@@ -163,7 +162,6 @@ def test_nothing_changed_is_mixed_in(rayrace, experiment, write, tmp_path, bad_f
     assert 'this machine: cpu was "another", is ' in said and 'this machine: packages.numpy was "0.1", is ' in said
 
 
-@pytest.mark.nightly
 def test_a_budget_makes_a_thinner_study_that_can_be_gone_on_with(rayrace, experiment, tmp_path):
     file, folder = experiment(["python"], MORE, processes=30), tmp_path / "run"
     said = rayrace("run", file, "--out", folder, "--max-minutes", 0.1, code=0).stdout

@@ -109,7 +109,8 @@ def test_every_variant_is_expected():
     assert set(EXPECTED) == set(VARIANTS)
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
+@pytest.mark.whole
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_row(run, rows, variant):
     (row,) = rows(run[1])[variant]
@@ -120,7 +121,7 @@ def test_row(run, rows, variant):
     assert (row["agreement"] is not None) == (status in ("ok", "wrong picture"))
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_run_goes_on_and_says_what_failed(run, rows):
     done, folder, _ = run
     assert sum(map(len, rows(folder).values())) == len(VARIANTS)
@@ -128,26 +129,26 @@ def test_run_goes_on_and_says_what_failed(run, rows):
     assert "bad-pixel: wrong picture: 1 pixels off" in done.stdout
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_good_with_one_thing_wrong_was_judged(run, rows):
     accuracy = rows(run[1])["bad-nothing"][0]["agreement"]
     assert accuracy["reference"] and accuracy["max_outside"] < 1e-15 and accuracy["mask_fraction"] == 0
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_timeouts_were_kept(run, rows):
     for variant in ("bad-hang", "bad-stubborn", "bad-hang-child"):
         (row,) = rows(run[1])[variant]
         assert 3 <= row["wall_s"] < 20
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_life_outside_phases_is_a_warning(run, rows):
     read = rows(run[1])
     assert any("uncovered" in text for text in read["bad-gap"][0]["warnings"])
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_logs_are_kept(run, rows):
     (row,) = rows(run[1])["bad-exit-stderr"]
     log = run[1] / "logs" / f"{row['cell']}-0.stderr"

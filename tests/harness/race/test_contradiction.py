@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import liars
 import pytest
-from nightly import by_night
 
 from harness.process import measurer, process, repetition
 from harness.process.repetition import Result
@@ -54,12 +53,12 @@ def found(known, tmp_path):
     return run
 
 
-@pytest.mark.parametrize("variant", by_night(liars.LIES, *set(liars.LIES) - {"asleep", "child", "load", "save"}))
+@pytest.mark.parametrize("variant", liars.LIES)
 def test_false(variant, found):
     assert found(variant).startswith("its marks contradict " + liars.LIES[variant])
 
 
-@pytest.mark.parametrize("variant", by_night(liars.HONEST, "cold", "threads"))
+@pytest.mark.parametrize("variant", liars.HONEST)
 def test_true(variant, found):
     assert found(variant) is None
     assert variant != "batches" or found(variant, least_frame=0.02) is None

@@ -206,7 +206,6 @@ def test_an_exhibit_that_does_not_run_is_a_failure(race):
     assert "device-broken: failed: exit 1: no scene today" in done.stdout
 
 
-@pytest.mark.nightly
 def test_a_wrong_picture_in_the_simulator_is_a_failure(race):
     done, found = race(["device-wrong"], SIMULATED, 1)
     assert found["device-wrong"][0]["status"] == "wrong picture" and found["device-wrong"][0]["unranked"] == UNRANKED
@@ -235,7 +234,6 @@ def examine(folder, monkeypatch, *variants):
     return [(c.what, c.passed, c.detail) for c in check.examine(folder(*variants))]
 
 
-@pytest.mark.nightly
 def test_check_leaves_exhibits_out(folder, monkeypatch):
     found = examine(folder, monkeypatch, "device", "device-exhibit")
     assert all(passed for _, passed, _ in found)

@@ -21,7 +21,10 @@ SIDE = 64  # a picture that is kept is 98 kB
 
 @pytest.mark.parametrize(
     "count",
-    [pytest.param(100, marks=pytest.mark.slow), pytest.param(2000, marks=pytest.mark.nightly)],
+    [
+        pytest.param(100, marks=pytest.mark.slow),
+        pytest.param(2000, marks=pytest.mark.nightly("CI has 100 repetitions")),
+    ],
 )
 @pytest.mark.skipif(not os.path.exists("/proc/self/fd"), reason="file descriptors are counted in Linux's /proc")
 def test_nothing_leaks(count, experiment, tmp_path, monkeypatch):

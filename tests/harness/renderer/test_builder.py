@@ -194,8 +194,6 @@ def test_list_without_a_compiler(rayrace):
             assert row["reason"] == "no C++ compiler (apt install g++)"
 
 
-@pytest.mark.nightly
-@pytest.mark.slow
 def test_run_without_a_compiler(rayrace, experiment, rows, tmp_path):
     """The renderers that need one are rows, everything else still runs and is judged, and that is no failure."""
     file = experiment(["cpp", "cpp-threads", "python", "numpy"])

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from feature_scenes import features
-from nightly import by_night
 from pydantic import ValidationError
 
 from harness.experiment.image import Image
@@ -111,7 +110,6 @@ def test_the_program_is_told_what_it_has(maker, monkeypatch):
     assert (heard["needs"], heard["file"], heard["kernel"]) == ("sphere,lens", ["sphere", "lens"], "needed+lens")
 
 
-@pytest.mark.nightly
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ABLE)
 def test_a_general_kernel_says_what_it_has(name, known, tmp_path):
@@ -147,14 +145,8 @@ def same(one, other):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "precision"),
-    by_night(
-        [(name, precision) for name in SERIAL for precision in ("float64", "float32")],
-        *(f"{name}-{precision}" for name in {"numba", "cpp"} & {*SERIAL} for precision in ("float64", "float32")),
-        ids="-".join,
-    ),
-)
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize("name", SERIAL)
 def test_what_is_carried_changes_no_byte(name, precision, known, request, tmp_path):
     """All needs, and of C++ a third at a time: of a scene that uses few, whose lights have a radius.
 
@@ -181,9 +173,9 @@ def test_what_is_carried_changes_no_byte(name, precision, known, request, tmp_pa
         same(plain, run(entry, scene, cache, **jobs, precision=precision, kernel=carried))
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("test_every_pair has general kernels with every scene by day; here C++ is built 6 times")
 @pytest.mark.slow
-@pytest.mark.parametrize("name", by_night(SERIAL, "numba"))
+@pytest.mark.parametrize("name", SERIAL)
 def test_a_general_kernel_makes_every_picture(name, known, request, tmp_path):
     """One kernel for scenes of each feature and their mixes: it uses what each needs, and changes no byte."""
     entry = known[name]
@@ -204,7 +196,7 @@ def test_a_general_kernel_makes_every_picture(name, known, request, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", by_night(SERIAL, "numba"))
+@pytest.mark.parametrize("name", SERIAL)
 def test_a_general_kernel_finds_the_same_hits(name, known, request):
     entry = known[name]
     if entry.unavailable:

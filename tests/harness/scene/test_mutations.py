@@ -55,7 +55,6 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.mark.nightly
 @settings(max_examples=1000, deadline=None, derandomize=True, print_blob=True)
 @example(VALID)
 @example(SOLIDS)

@@ -44,7 +44,6 @@ def test_render_says_json(rayrace, scene, tmp_path):
     assert told["rays"]["primary"] == 96
 
 
-@pytest.mark.nightly
 def test_render_tells_its_error_once_a_run_has_made_a_reference(rayrace, experiment, tmp_path):
     file = experiment(["python"], scene=SCENE)
     words = ("render", file.parent / "scene.txt", "-r", "python", "--width", 8, "--height", 7, "--depth", 1)

@@ -97,15 +97,11 @@ CASES = {
 }
 
 
-LATE = "float32", "lanes"  # they need builds of their own
-
-
 @pytest.mark.parametrize(
     ("variant", "case"),
     [
-        *(("cpp", case) for case in CASES if case not in LATE),
-        *(pytest.param("cpp", case, marks=pytest.mark.nightly) for case in LATE),
-        pytest.param("cpp-threads", "adaptive"),
+        *(("cpp", case) for case in CASES),
+        ("cpp-threads", "adaptive"),
         *(pytest.param("numpy", case, marks=pytest.mark.slow) for case in ("one", "adaptive", "soft")),
         *(pytest.param("numba", case, marks=pytest.mark.slow) for case in ("one", "adaptive", "soft")),
     ],

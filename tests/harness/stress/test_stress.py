@@ -71,7 +71,6 @@ def test_faults(make, text, message):
     assert message in str(fault.value)
 
 
-@pytest.mark.nightly
 def test_a_run_stores_what_each_answer_is_worth(rayrace, write, tmp_path, known):
     """Through the command line: the textbook's picture of a far sphere is wrong, the robust one right."""
     name = next(name for name in ("cpp", "python") if not known[name].unavailable)

@@ -91,7 +91,6 @@ def test_files_are_the_same_twice_and_hold_no_blank(make_run, tmp_path, sweep):
     assert len(rows) == 2 * 6 * 4 and all("" not in row.values() for row in rows)
 
 
-@pytest.mark.nightly
 @pytest.mark.slow
 def test_float32_is_wrong_rarely_and_by_much(bench, make_run, record):
     """The pattern between mirrors, share of pixels beyond 1/255 by depth: rays that rounding turns, 0.02 % to 2 %.

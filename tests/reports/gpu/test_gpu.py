@@ -241,7 +241,6 @@ def test_exhibits_are_a_row_a_fault_and_a_column_a_block(load, exhibit, bad):
     assert "43.8% of pixels differ" in figure.axes[1].texts[0].get_text()
 
 
-@pytest.mark.nightly
 def test_a_run_with_everything_twice_the_same_bytes(make_run, tmp_path, record, gpu_record, exhibit, simulated):
     size = {"width": 16, "height": 16, "region": "0,0,16,16"}
     blocks = [(w, h) for w in (1, 2, 4) for h in (1, 2)]

@@ -155,7 +155,6 @@ def test_curves_over_time(read, record):
     )
 
 
-@pytest.mark.nightly
 def test_what_has_no_room_is_told(make_run, tmp_path, record):
     """Noise, which no format makes small."""
     rng = np.random.default_rng(4)

@@ -156,7 +156,7 @@ def _series(page):
     assert page.evaluate("document.getElementById('series-plot').data[0].y") == [1, 2, 3, 3]
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("it takes about 30 s with nothing beside it")
 @pytest.mark.slow
 @pytest.mark.alone
 def test_two_thousand_points_are_drawn_nearly_as_soon_as_three(visit, path, make_run, cell, tmp_path):

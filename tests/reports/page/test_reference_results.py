@@ -38,7 +38,9 @@ def test_a_run_is_whole_and_says_where_it_is_from(run):
     assert f"| {run.parent.name} |" in (FOLDER / "README.md").read_text("utf-8")
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly(
+    "test_every_number_is_there_or_why_not has its sections by day; all reference results take about a minute"
+)
 @pytest.mark.slow
 def test_one_command_makes_every_table_and_figure_of_the_study(tmp_path, monkeypatch):
     """Where there is neither a compiler nor a GPU; and again they are the same."""

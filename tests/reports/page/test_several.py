@@ -100,7 +100,6 @@ def test_numbers_of_the_study_are_found():
     }
 
 
-@pytest.mark.nightly
 def test_every_number_is_there_or_why_not(make, record, tmp_path):
     parameters = record("cpp")["parameters"] | study.VARIABLES | {"region": "0,0,512,512"}
     case = [record("cpp", n, cell="all", scene=SCENE, parameters=parameters, point={"region": "all"}) for n in range(5)]

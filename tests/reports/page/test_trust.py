@@ -217,8 +217,10 @@ def load_one(tmp_path):
     return results.load(tmp_path / "run")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("cells", "processes"), [(500, 200), (10_000, 10)])
+@pytest.mark.parametrize(
+    ("cells", "processes"),
+    [(500, 200), pytest.param(10_000, 10, marks=pytest.mark.nightly("CI reads as many rows of fewer cells"))],
+)
 def test_100_000_rows_are_read_in_10_seconds(make_run, record, cells, processes):
     """Of CPU time, so that other programs on the machine do not decide; about 6 s where this was written."""
     first = [record("cpp", cell=f"c{n}", point={"side": n}, series=None, picture=None) for n in range(cells)]

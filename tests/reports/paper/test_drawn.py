@@ -55,7 +55,6 @@ def test_check(run, tmp_path):
     assert said == ["machine.csv is new", f"{table.name} has other data", f"{figure.stem} has other data"]
 
 
-@pytest.mark.nightly
 def test_other_rows_are_told(run, tmp_path, make_run, record):
     report.write(run, tmp_path / "out")
     more = make_run([record(name, n, frames=(1, 0.4)) for name in ("cpp", "numba") for n in range(3)], name="more")

@@ -108,8 +108,6 @@ def typed(line):
         main.app(words, standalone_mode=False)
 
 
-@pytest.mark.nightly
-@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_a_cell_is_made_and_measured_again(name, made, tmp_path, capsys):
     run = made(name)

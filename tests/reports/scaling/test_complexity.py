@@ -234,7 +234,6 @@ def _exponent(found, factor):
     return next(one.exponent for one in found.powers if (one.model, one.factor) == (STUDY, factor))
 
 
-@pytest.mark.nightly
 def test_files_hold_every_point_and_no_blank(make_run, tmp_path, sweep):
     told = sweep(by_rays, sides=(32, 128), processes=2) + sweep(as_written, variant="numpy", processes=2, rays=None)
     loaded = results.load(make_run(told))

@@ -211,7 +211,6 @@ def test_every_figure_names_versions_flags_and_seed(load, curve, code):
     plt.close(figure)
 
 
-@pytest.mark.nightly
 def test_files_are_the_same_twice_and_hold_no_blank(make_run, tmp_path, curve):
     told = []
     for name in ("far", "table", "threads", "acne-epsilon", "leak-epsilon"):
