@@ -18,7 +18,7 @@ CAPTION = (
     "lowest median is drawn."
 )
 
-ROW, HEAD = 0.22, 0.8  # inches
+ROW, HEAD, WIDTH = 0.22, 0.8, 7.7  # inches
 HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255", "agrees"), (5, 45, 85, 137)  # points right of a panel
 MOST = 24  # panels of a figure
 MARKS = ("o", "black"), ("D", "white")  # ours, the study's
@@ -34,7 +34,7 @@ def draw(results: Results, scene: str):
     places = thinning.few(drawable(results, scene), MOST)
     heights = [len(ranking.ranked(results, place)) * ROW + HEAD for place in places]
     figure, panels = plt.subplots(
-        len(places), 1, figsize=(7.2, sum(heights)), squeeze=False, height_ratios=heights, layout="constrained"
+        len(places), 1, figsize=(WIDTH, sum(heights)), squeeze=False, height_ratios=heights, layout="constrained"
     )
     for place, axes in zip(places, panels[:, 0], strict=True):
         _panel(results, place, axes)
