@@ -130,7 +130,7 @@ class Search:
         self.hard = self._hard()
         self.families: list[Family] = []
         self.paths = self.arithmetic = [Part({}, 0.0, 1.0)]
-        self.ready = False
+        self.ready, self.shallow = False, self.truth.depth
 
     def free(self, **changes) -> dict | None:
         """`changes` without those of parameters that are the user's; None if one of these is another there."""
@@ -281,6 +281,11 @@ class Search:
             found.append(part)
             if part.bias > self.trial.limit:
                 break
+        # Adaptive samples know no cut-off: theirs is the first depth that leaves out little.
+        little = (
+            part.changes["depth"] for part in found if "depth" in part.changes and part.bias < self.trial.limit / 4
+        )
+        self.shallow = min(little, default=self.truth.depth)
         found = self._paying(found)
         # All else is measured with the quickest that leaves out next to nothing.
         best = min((part for part in found if part.bias <= self.trial.limit / 16), key=lambda part: part.ratio)
@@ -297,20 +302,18 @@ class Search:
         return self._paying(found)
 
     def _adaptive(self) -> None:
-        """Families of adaptive samples, which know no cut-off, at the first depth that leaves out little."""
+        """Families of adaptive samples: of those with the light of the truth, and of those without random rays."""
         if self.trial.against == "centres" or not {"samples"}.isdisjoint(self.fixed):
             return
-        depths = [
-            part.changes["depth"] for part in self.paths if "depth" in part.changes and part.bias < self.trial.limit / 4
-        ]
-        paths = self.own({"depth": min(depths, default=self.truth.depth), "cutoff": 0.0})
+        paths = self.own({"depth": self.shallow, "cutoff": 0.0})
         if paths["depth"] > max(DEPTHS[:6]) and "depth" not in self.fixed:
             return  # a tree of rays that nothing cuts off
         own = {"adaptive_depth", "adaptive_threshold"} & self.fixed
         asked = self.asked.adaptive_depth, self.asked.adaptive_threshold
         optics = self._optics()
-        quiet = [one for one in optics if not any(one.values())]  # noise halves every pixel
-        for one in optics if "sampler" in self.fixed else quiet:
+        for one in (
+            optics if "sampler" in self.fixed else optics[:1] + [one for one in optics[1:] if not any(one.values())]
+        ):
             before = np.inf
             for depth, threshold in (asked,) if len(own) == 2 else ADAPTIVE:
                 way = self.own({"adaptive_depth": depth, "adaptive_threshold": threshold})

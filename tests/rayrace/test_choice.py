@@ -104,13 +104,12 @@ def test_it_tells_what_it_measured_and_keeps_it(ask, known, tmp_path):
 
 
 @pytest.mark.nightly("the parts are tested by day, with one program")
-def test_with_every_program_it_finds_a_quicker_method(ask):
-    plain, free = (ask(GLOSSY, "1/32", "--against", "centres", size=(200, 180), plain=one)[0] for one in (True, False))
-    job = free["job"]
-    assert job["vector"] == "on" or job["precision"] == "float32"
-    quickest = {one["method"]: one["seconds"] for one in free["tried"]}
-    assert quickest[free["method"]] < max(quickest.values()) and free["error"]["rmse"] <= 1 / 32
-    assert (plain["job"]["vector"], plain["job"]["precision"]) == ("off", "float64")
+def test_of_all_programs_the_quickest_that_holds_is_taken(ask):
+    found, _ = ask(GLOSSY, "1/32", "--against", "centres", plain=False, size=(200, 180))
+    tried = [one["method"] for one in found["tried"]]
+    assert any("in lanes" in name for name in tried) and any("float32" in name for name in tried)
+    good = [one for one in found["tried"] if one["rmse"] + 2 * one["rmse_standard_error"] <= 1 / 32]
+    assert found["method"] == min(good, key=lambda one: one["seconds"])["method"] and found["error"]["rmse"] <= 1 / 32
 
 
 def test_the_centres_of_pixels_have_a_truth_without_samples(ask):

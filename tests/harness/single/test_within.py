@@ -35,6 +35,20 @@ def test_what_is_fixed_stays_and_is_named_where_it_is_in_the_way():
     assert asked.choose() is None
     assert {job.sampler for job in (method.parameters for method in asked.measured)} == {"one"}
     assert asked.in_the_way() == ["sampler"]
+    assert asked.choose() is None  # although it has been measured without
+
+
+def test_of_two_options_the_one_that_suffices_is_in_the_way():
+    asked = search(Laws(0.1, deep=0.02), 0.09, ("sampler", "depth"), sampler="one", depth=4)
+    assert asked.choose() is None and asked.in_the_way() == ["sampler"]
+
+
+@pytest.mark.parametrize(("deep", "depth"), [(0.002, 2), (0.0, 0)])
+def test_adaptive_samples_have_a_depth_of_their_own(deep, depth):
+    """They know no cut-off, so that a deep tree of rays would cost too much."""
+    asked = search(Laws(0.05, deep=deep), 0.05)
+    asked.choose()
+    assert asked.shallow == depth
 
 
 def test_a_miss_is_learnt_from():
