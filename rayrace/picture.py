@@ -70,7 +70,7 @@ def render(
     max_error: Annotated[
         str,
         typer.Option(
-            help="Find the quickest method with an RMSE (linear RGB, against the truth) of at most 1/255, 0.001, ..",
+            help="Find the quickest method with an RMSE (linear RGB, all pixels) of at most 1/255, 0.001, ..",
             metavar="ERROR",
         ),
     ] = "",

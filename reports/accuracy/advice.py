@@ -14,7 +14,7 @@ from reports.run.results import Results
 class Advice:
     """A method that a run has measured.
 
-    parameters: its values by name. rmse: linear RGB, against the truth; standard_error: of that, with what half the
+    parameters: its values by name. rmse: linear RGB; standard_error: of that, with what half the
     depth of the truth changes. seconds: of a steady frame. run: its folder.
     """
 
