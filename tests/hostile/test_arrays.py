@@ -84,7 +84,8 @@ def _judged(out, kind):
         if kind == "image":
             assert array.shape == RIGHT.shape
             if judge.not_finite(array) is None:
-                json.dumps(judge.errors(array, RIGHT, MASK), allow_nan=False)
+                for noise in (None, np.full(RIGHT.shape, 0.1)):
+                    json.dumps(judge.errors(array, RIGHT, noise, MASK), allow_nan=False)
             verdict = judge.judge(array, PICTURE, "float64")
         elif kind == "rays":
             verdict = hits.judge(

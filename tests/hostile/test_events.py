@@ -72,7 +72,8 @@ def _heard(path):
     assert len(said.faults) <= events.FAULTS + 1
     assert all(fault.isprintable() and len(fault) < 5000 for fault in said.faults), said.faults
     outcome = process.Outcome(None, 0.9, 1.5, 0, None, False, 0.1, 0.0, 10**7, 10**6, None)
-    who = dict.fromkeys(("cell", "variant", "scene", "technology"), "x") | {"repetition": 0, "point": {}}
+    who = dict.fromkeys(("cell", "variant", "scene", "technology"), "x")
+    who |= {"repetition": 0, "point": {}, "parameters": {"kind": "image"}}
     told = {"status": "ok", "reason": "", "picture": None, "agreement": None, "error": None, "build": None}
     record = {**who, **told, **row.measured(Result("ok", "", outcome, said), Path("/nowhere"))}
     line = json.dumps(record, allow_nan=False)

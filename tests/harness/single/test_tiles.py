@@ -135,7 +135,10 @@ def test_by_the_command_line(rayrace, scene, tmp_path):
     done = rayrace(*words, "-o", many, "--tiles", 6, code=0)
     assert one.read_bytes() == many.read_bytes()
     assert done.stdout.startswith(f"{many}: 11 x 7, ") and ": 4 tiles, " in done.stdout and " rays\n" in done.stdout
-    assert done.stdout.splitlines()[1] == "error: not measured; pictures in tiles are not compared with a reference"
+    assert (
+        done.stdout.splitlines()[1]
+        == "error and agreement unavailable: not measured; pictures in tiles are not compared with a reference"
+    )
     lines = done.stderr.splitlines()
     assert [line.split(": ")[0] for line in lines] == [
         "[1/4] 1,2,7,8", "[2/4] 7,2,12,8", "[3/4] 1,8,7,9", "[4/4] 7,8,12,9", "warning",
