@@ -281,6 +281,12 @@ class Search:
             found.append(part)
             if part.bias > self.trial.limit:
                 break
+        good = [part for part in found[1:] if part.bias <= self.trial.limit / 2]
+        both = [[part for part in good if ("depth" in part.changes) == deep] for deep in (True, False)]
+        if all(both):  # the quickest of each kind, together
+            shallow, cut = (min(parts, key=lambda part: part.ratio) for parts in both)
+            part = self._part(**{**shallow.changes, **cut.changes})
+            found += [part] * bool(part)
         # Adaptive samples know no cut-off: theirs is the first depth that leaves out little.
         little = (
             part.changes["depth"] for part in found if "depth" in part.changes and part.bias < self.trial.limit / 4
