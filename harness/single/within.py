@@ -45,7 +45,7 @@ SIDES = (
     64,
 )  # samples of a side of a pixel
 FIRST = 2, 4  # of them the first two to measure
-ADAPTIVE = ((2, 0.1), (3, 0.1), (3, 0.03), (4, 0.03), (4, 0.01))  # depth, threshold
+ADAPTIVE = ((2, 0.1), (2, 0.03), (3, 0.1), (3, 0.03), (3, 0.01), (4, 0.01))  # depth, threshold
 DEPTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 CUTOFFS = tuple(2.0**-power for power in (4, 6, 8, 10))
 ARITHMETIC = tuple({"precision": p, "vector": v} for v in ("off", "on") for p in ("float64", "float32"))
@@ -281,6 +281,12 @@ class Search:
             found.append(part)
             if part.bias > self.trial.limit:
                 break
+        good = [part for part in found[1:] if part.bias <= self.trial.limit / 2]
+        both = [[part for part in good if ("depth" in part.changes) == deep] for deep in (True, False)]
+        if all(both):  # the quickest of each kind, together
+            shallow, cut = (min(parts, key=lambda part: part.ratio) for parts in both)
+            part = self._part(**{**shallow.changes, **cut.changes})
+            found += [part] * bool(part)
         # Adaptive samples know no cut-off: theirs is the first depth that leaves out little.
         little = (
             part.changes["depth"] for part in found if "depth" in part.changes and part.bias < self.trial.limit / 4
@@ -314,16 +320,14 @@ class Search:
         for one in (
             optics if "sampler" in self.fixed else optics[:1] + [one for one in optics[1:] if not any(one.values())]
         ):
-            before = np.inf
             for depth, threshold in (asked,) if len(own) == 2 else ADAPTIVE:
                 way = self.own({"adaptive_depth": depth, "adaptive_threshold": threshold})
                 changes = {"sampler": "adaptive", **paths, **way, **one}
                 if self.free(**changes) is None or not (method := self.measure(self.job(**changes))):
                     continue
                 self.families.append(Family(changes, (1,), {1: method}, whole=True))
-                if method.rmse < self.trial.limit or method.rmse > PAYS * before:
+                if self.holds(method, self.trial.limit):
                     break
-                before = method.rmse
 
     def forecasts(self) -> list[tuple[float, float, Family, float, Parameters]]:
         """(seconds, RMSE with its margin, family, RMSE, changes) of every method, the quickest first."""
