@@ -84,12 +84,16 @@ def test_float32_pictures_are_within_a_step(bench, reference_of, serial, name):
 @pytest.mark.parametrize("name", ["comparison.txt", "local.txt"])
 def test_large_float32_pictures_with_shadows(bench, reference_of, serial, name):
     """Where a mask of too few perturbations, or a reference with another epsilon, leaves single pixels outside."""
+    if bench.known[serial].simulated:
+        pytest.skip("a simulator takes too long")
     compare(bench, reference_of, serial, name, width=512, height=512, depth=10, shadows=True, precision="float32")
 
 
 @pytest.mark.slow
 def test_the_study_s_picture(bench, reference_of, variant):
     """comparison.txt at 512 x 512, d = 10: 1e-9 outside the mask, and a mask that is small."""
+    if bench.known[variant].simulated:
+        pytest.skip("a simulator takes too long")
     verdict = compare(bench, reference_of, variant, "comparison.txt", width=512, height=512, depth=10)
     assert verdict.mask_fraction < 0.15
 

@@ -177,6 +177,7 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize("name", REFUSED)
 def test_refused_with_the_reason(known, tmp_path, name):
     counts, jobs, reason = REFUSED[name]

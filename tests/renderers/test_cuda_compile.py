@@ -111,6 +111,7 @@ def test_trees_tables_and_tiles_compile(inspect, parameters):
     inspect(source, depth=3, shadows=True, **parameters)
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize(
     ("capability", "threads", "registers", "shared", "share"),
     [  # worked out by hand from the rules of NVIDIA's calculator

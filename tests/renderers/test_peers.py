@@ -170,6 +170,7 @@ def test_what_a_peer_lacks_is_refused(bench, variant):
         assert result.status == "unsupported" and reason in result.reason, (result.status, result.reason)
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_a_peer_that_is_not_here_says_how_to_get_it(monkeypatch, folder):
     monkeypatch.setattr(registry, "_is_installed", lambda module: False)
