@@ -18,18 +18,29 @@ quick: .venv/installed  ## only the fast tests
 
 # The kernel's source is that of numba and is tested there; these tests check how a GPU runs it.
 SIMULATED = $(addprefix tests/conformance/test_,covering.py hits.py)
-SIMULATOR = RAYRACE_CUDASIM=1 $(BIN)/pytest -q -n auto -k numba-cuda
+SIMULATOR = RAYRACE_CUDASIM=1 $(BIN)/pytest -q -k numba-cuda
 
 cudasim: .venv/installed  ## pairs of methods and first hits for numba-cuda in Numba's simulator of a GPU
-	$(SIMULATOR) -m "not nightly" $(SIMULATED)
+	$(SIMULATOR) -n auto -m "not nightly" $(SIMULATED)
 
 nightly: .venv/installed  ## the tests that `test` and `cudasim` leave out
+	-$(BIN)/pip install -q -c constraints.txt -e '.[cuda]'
 	-$(BIN)/pip install -q -c constraints.txt -e '.[fuzz]'
+	$(MAKE) -k --no-print-directory night-shared night-alone night-hostile night-simulator
+
+# Parts of the night, so that one runs though another has failed.
+night-shared:
 	$(BIN)/pytest -q -m "nightly and not alone" $(SHARED) worksteal
+
+night-alone:
 	$(BIN)/pytest -q -m "nightly and alone"
+	$(SIMULATOR) -m "nightly and alone"
+
+night-hostile:
 	RAYRACE_FUZZ_CASES=100000 $(BIN)/pytest -q -k "test_cases or test_guided" $(SHARED) load tests/hostile
-	$(SIMULATOR) -m "not slow" $(filter-out $(SIMULATED),$(wildcard tests/conformance/test_*.py))
-	$(SIMULATOR) -m nightly $(SIMULATED)
+
+night-simulator:
+	$(SIMULATOR) -n auto -m "nightly and not alone"
 
 mutants: .venv/installed  ## changes the code in 135 random places and runs CI's tests on each change; SEED=word chooses others
 	$(BIN)/pip install -q -c constraints.txt -e '.[mutation]'
@@ -63,4 +74,4 @@ format: .venv/installed
 clean:  ## removes the environment; keeps results
 	rm -rf .venv .pytest_cache build/site build/figures dist *.egg-info
 
-.PHONY: study test quick cudasim nightly mutants figures docs gallery stability smoke format clean
+.PHONY: study test quick cudasim nightly night-shared night-alone night-hostile night-simulator mutants figures docs gallery stability smoke format clean
