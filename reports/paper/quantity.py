@@ -7,6 +7,8 @@ from harness.statistics.statistics import Estimate
 from reports.run.cell import Missing
 
 NO_INTERVAL = "(no interval, n = {})"  # too few processes
+SECONDS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
+BYTES = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B"))
 
 
 def text(value: Estimate | Missing | float | str, scale: float = 1.0) -> str:
@@ -22,16 +24,45 @@ def text(value: Estimate | Missing | float | str, scale: float = 1.0) -> str:
     return interval(value.value * scale, value.low * scale, value.high * scale)
 
 
+def seconds(value: Estimate | Missing | float | str) -> str:
+    """Returns a time in s in the unit that suits it: "299 ns", "67.1 [66.5, 67.9] ms"; a text unchanged."""
+    return _in_unit(value, SECONDS)
+
+
+def size(value: Estimate | Missing | float | str) -> str:
+    """Returns a number of bytes in the unit that suits it: "37.6 MB"; a text unchanged."""
+    return _in_unit(value, BYTES)
+
+
+def times(value: Estimate | Missing | float | str) -> str:
+    """Returns a ratio: "43 ×", "2.06 [1.98, 2.11] ×"; a text unchanged."""
+    return _with_unit(value, 1.0, "×")
+
+
+def percent(share: float) -> str:
+    """Returns a share to two digits: "0.31 %"; "none" for 0, "all" for 1."""
+    return {0: "none", 1: "all"}.get(share) or f"{plain(100 * share, 2)} %"
+
+
+def unit(value: float, units: tuple = SECONDS) -> tuple[float, str]:
+    """Returns the size and the name of the unit in which `value` has one to three digits before the point."""
+    if value == 0:
+        return next(one for one in units if one[0] == 1)
+    shown = abs(float(f"{value:.3g}"))
+    return next((one for one in units if shown >= one[0]), units[-1])
+
+
 def exact(value: Missing | float, scale: float = 1.0) -> str:
     """Returns an error times `scale` as text; "exactly 0" for 0."""
     return "exactly 0" if value == 0 else text(value, scale)
 
 
-def plain(value: float) -> str:
-    """Returns three significant digits, without an exponent from 0.001 up to a million."""
+def plain(value: float, digits: int = 3) -> str:
+    """Returns `digits` significant digits, without an exponent from 0.001 up to a million."""
+    value = float(f"{value:.{digits}g}")  # 9.999 has one digit more once it is rounded
     if value == 0 or not 1e-3 <= abs(value) < 1e6:
-        return f"{value:.3g}"
-    return _fixed(value, 2 - math.floor(math.log10(abs(value))))
+        return f"{value:.{digits}g}"
+    return _fixed(value, digits - 1 - math.floor(math.log10(abs(value))))
 
 
 def interval(value: float, low: float, high: float) -> str:
@@ -56,6 +87,22 @@ def ratio(value: Estimate | str, floor: float | None = None) -> str:
         return value
     found = statistics.verdict(value, floor)
     return text(value) + (f" {found}" if found == statistics.NOT_RESOLVED and value.low is not None else "")
+
+
+def _in_unit(value: Estimate | Missing | float | str, units: tuple) -> str:
+    if isinstance(value, (str, Missing)):
+        return str(value)
+    return _with_unit(value, *unit(value.value if isinstance(value, Estimate) else value, units))
+
+
+def _with_unit(value: Estimate | Missing | float | str, size: float, name: str) -> str:
+    if isinstance(value, (str, Missing)):
+        return str(value)
+    if not isinstance(value, Estimate):
+        return f"{plain(value / size)} {name}"
+    if value.low is None:
+        return f"{plain(value.value / size)} {name} {NO_INTERVAL.format(value.processes)}"
+    return f"{interval(value.value / size, value.low / size, value.high / size)} {name}"
 
 
 def _places(half: float) -> int:

@@ -140,3 +140,25 @@ def test_the_study_is_shown_only_for_its_own_case(load, record):
     for change in ({"depth": 9}, {"width": 256}, {"shadows": 1}, {"region": "0,0,512,2"}):
         (cell,) = load([record("numba", parameters=own | change)], name=str(change)).cells
         assert isinstance(study.find(study.TIMES_S, cell), Missing)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (2.99e-7, "299 ns"), (0.0667, "66.7 ms"), (2.9, "2.90 s"), (0.0009999, "1.00 ms"), (0.00099951, "1.00 ms"),
+        (0.000999, "999 µs"), (14800, "14800 s"), (3e-12, "0.00300 ns"), (0, "0 s"), (-0.002, "-2.00 ms"),
+        (Estimate(0.0671, 0.0665, 0.0679, 9), "67.1 [66.5, 67.9] ms"),
+        (Estimate(0.0671, None, None, 2), "67.1 ms (no interval, n = 2)"),
+        (Missing("no clock"), "unavailable: no clock"), ("1 (the baseline)", "1 (the baseline)"),
+    ],
+)  # fmt: skip
+def test_seconds_are_in_one_unit_that_suits_them(value, said):
+    assert quantity.seconds(value) == said
+
+
+def test_bytes_ratios_and_shares_are_for_people():
+    assert quantity.size(37_600_000) == "37.6 MB" and quantity.size(512) == "512 B" and quantity.size(0) == "0 B"
+    assert quantity.times(Estimate(2.06, 1.98, 2.11, 9)) == "2.06 [1.98, 2.11] ×" and quantity.times(43.2) == "43.2 ×"
+    assert [quantity.percent(share) for share in (0, 1, 0.00312, 0.5, 0.123, 1e-7, 0.9999)] == [
+        "none", "all", "0.31 %", "50 %", "12 %", "1e-05 %", "100 %",
+    ]  # fmt: skip
