@@ -54,8 +54,8 @@ def draw(results: Results, chart: Chart):
     figure = plt.figure(figsize=(WIDTH, height))
     box = LEFT / WIDTH, foot / height, 1 - (LEFT + RIGHT) / WIDTH, PLOT / height
     axes = figure.add_axes(box)
-    zero = _limits(axes, chart)
-    _regions(axes, chart)
+    zero = limits(axes, chart)
+    regions(axes, chart)
     markers = {family: MARKERS[number % len(MARKERS)] for number, family in enumerate(families)}
     _curves(axes, results, chart, zero)
     _points(axes, results, chart, zero, {cell: markers[family] for cell, family in of_cell.items()})
@@ -97,7 +97,7 @@ def _lost(chart: Chart) -> str:
     return f"Not drawn, for the reasons below the picture: {names}." if names else ""
 
 
-def _limits(axes, chart: Chart) -> float:
+def limits(axes, chart: Chart) -> float:
     """Sets the axes; returns the place at the left edge for errors of exactly 0."""
     errors = [error for point in chart.points if (error := chart.drawn(point)) > 0]
     low, high = min([VISIBLE, *errors]), max([VISIBLE, *errors])
@@ -122,7 +122,7 @@ def _limits(axes, chart: Chart) -> float:
     return zero
 
 
-def _regions(axes, chart: Chart) -> None:
+def regions(axes, chart: Chart) -> None:
     """Marks regions of the error: below the resolution of the truth, a visible step, float32."""
     left, right = axes.get_xlim()
     if chart.resolution > left:

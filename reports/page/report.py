@@ -10,6 +10,7 @@ from reports.accuracy import (
     chaos_figure,
     convergence_figure,
     cutoff_figure,
+    front_figure,
     pareto_figure,
     precision_figure,
 )
@@ -38,9 +39,10 @@ from reports.times import (
 )
 
 PARTS = (
-    summary, doubts, machine_table, times_table, times_figure, accuracy_table, pareto_figure, budget_table,
-    startup_table, startup_figure, memory_table, peers, pictures_figure, gallery_figure, needs, cpu_table, cpu_figure,
-    gpu_table, gpu_figure, roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure,
+    summary, doubts, machine_table, times_table, times_figure, accuracy_table, front_figure, pareto_figure,
+    budget_table, startup_table, startup_figure, memory_table, peers, pictures_figure, gallery_figure, needs,
+    cpu_table, cpu_figure, gpu_table, gpu_figure, roofline_figure, limits, scene_memory_table, launch_figure,
+    blocks_figure, fault_figure,
     complexity, hierarchy, convergence_figure, cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
 # For a run that puts methods under stress, where nothing is ranked.

@@ -57,6 +57,8 @@ RC = {
     "grid.color": "#DDDDDD",
     "legend.frameon": False,
     "legend.fontsize": 7,
+    "xtick.minor.pad": 5.0,  # labels of minor ticks stand on the line of the others
+    "ytick.minor.pad": 5.0,
     "text.parse_math": False,  # a "$" in a name is a "$"
     "svg.hashsalt": "rayrace",
 }
