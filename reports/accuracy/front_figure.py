@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.patheffects import withStroke
 
 from reports.accuracy import pareto
-from reports.accuracy.pareto import VISIBLE, Chart, Point
+from reports.accuracy.pareto import GAIN, VISIBLE, Chart, Point
 from reports.paper import markdown, quantity, style, thinning
 from reports.run import method
 from reports.run.results import Results
@@ -24,9 +24,9 @@ CAPTION = (
 )
 MOST = 24  # charts
 MOST_NAMED = 7  # points
-GAIN = 0.9  # a slower method is worth its time if it has at most this much of the error
 WIDTH, HEIGHT = 7.2, 4.4  # inches
 WRAP = 26  # letters of a name in a line
+AXIS = "error: RMSE, linear RGB"
 INVISIBLE = "a screen of 8 bits cannot show it"
 OUTLINE = [withStroke(linewidth=2.5, foreground="white")]
 GAP, REACHES = 7.0, (1, 2.2, 4)  # points between a mark and its name, and times as many where it is crowded
@@ -95,7 +95,7 @@ def _scale(axes, places: np.ndarray, chart: Chart) -> None:
     axes.yaxis.set_major_formatter(lambda value, _: _time(value))
     axes.yaxis.set_minor_formatter(lambda value, _: "")
     axes.grid()
-    axes.set_xlabel(f"← nearer to the truth        {chart.axis}        further off →")
+    axes.set_xlabel(f"← nearer to the truth        {AXIS}        further off →\n{chart.against}".rstrip())
     axes.set_ylabel("← faster        time of a frame        slower →")
 
 
@@ -151,8 +151,8 @@ def _name(axes, text: str, at, taken: list, boxes: list, **look):
 
 
 def write(results: Results, out: Path) -> str:
-    """Writes front-NUMBER-VIEW.png and .svg for each view of two methods or more; returns the section, or ""."""
-    charts = [chart for chart in pareto.charts(results) if len(chart.points) > 1]
+    """Writes front-NUMBER-VIEW.png and .svg for each view whose errors differ; returns the section, or ""."""
+    charts = [chart for chart in pareto.charts(results) if chart.trades]
     if not charts:
         return ""
     parts = [f"## {TITLE}"]

@@ -18,6 +18,7 @@ ALIKE = 1e-9  # the judge's tolerance of float64 pictures: errors that differ by
 MOST_RIVALS = 4  # to name
 DRAWS = {"samples": 2, "feelers": 1, "glossy_rays": 1}  # the power of a dial that counts random draws
 DOUBT = 4  # times the uncertainty of the truth: its share of a larger error is a quarter at most
+GAIN = 0.9  # times an error: a method with more of it has the same error, for what it is worth
 FLAT = 1 / 4  # a smaller slope of error against draws is no convergence: theory has at least 1/2
 
 
@@ -68,6 +69,12 @@ class Chart:
     def axis(self) -> str:
         """What the axis of errors shows."""
         return ", ".join(filter(None, ["error: RMSE, linear RGB", self.against]))
+
+    @property
+    def trades(self) -> bool:
+        """Whether some methods have less error than others, so that speed is traded for it; GAIN tells from what on."""
+        errors = [max(point.error, self.resolution) for point in self.points]
+        return bool(errors) and min(errors) < GAIN * max(errors)
 
     @property
     def front(self) -> list[Point]:

@@ -261,17 +261,21 @@ def _titled(path: Path, results: Results, chart: Chart) -> None:
 
 
 def write(results: Results, out: Path) -> str:
-    """Writes pareto-NUMBER-VIEW.png, .svg and .csv for each view; returns the section, "" without errors."""
+    """Writes pareto-NUMBER-VIEW.csv for each view, and .png and .svg where errors differ; returns the section.
+
+    "" without errors.
+    """
     charts = pareto.charts(results)
     if not charts:
         return ""
     parts = [f"## {TITLE}"]
-    shown = set(map(id, thinning.few([chart for chart in charts if chart.points], MOST)))
+    drawn = [chart for chart in charts if chart.trades]
+    shown = set(map(id, thinning.few(drawn, MOST)))
     for number, chart in enumerate(charts):
         name = f"pareto-{number}-{markdown.slug(chart.view.label)}"
         pareto_table.write_csv(results, chart, out / f"{name}.csv")
         if chart.points and id(chart) not in shown:
-            continue
+            continue  # or its errors are equal
         parts.append(f"### {markdown.escape(chart.view.label)}")
         if chart.points:
             parts.append(style.figure(out / name, f"{TITLE}: {chart.view.label}", draw, results, chart))
@@ -281,8 +285,8 @@ def write(results: Results, out: Path) -> str:
         else:
             parts.append("unavailable: no method has both a time and an error.")
         parts += [*pareto_table.left_out(chart), f"Every method: [{name}.csv]({name}.csv)"]
-    there = sum(bool(chart.points) for chart in charts)
-    parts.append(thinning.note(len(shown), there, "charts", "the CSV files have all"))
+    parts.append(thinning.note(len(shown), len(drawn), "charts", "the CSV files have all"))
+    parts.append(_equal([chart for chart in charts if chart.points and not chart.trades]))
     return "\n\n".join(filter(None, [*parts, _never(charts), markdown.escape(CAPTION)]))
 
 
@@ -294,3 +298,14 @@ def _never(charts: list[Chart]) -> str:
         if names
     ]
     return markdown.escape(f"Never worth the time (on no front of any chart): {'; '.join(names)}.") if names else ""
+
+
+def _equal(charts: list[Chart]) -> str:
+    """Names the views in which only time tells the methods apart."""
+    if not charts:
+        return ""
+    names = [chart.view.label for chart in charts[:MOST_NAMED]]
+    more = f"; and {len(charts) - len(names)} more" * (len(charts) > len(names))
+    return markdown.escape(
+        f"Not drawn, as all methods have the same error, so that times decide: {'; '.join(names)}{more}."
+    )

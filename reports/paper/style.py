@@ -1,5 +1,6 @@
 """Styles and saves every figure: one look, one colour per variant, files whose bytes depend on the data alone."""
 
+import math
 import textwrap
 from collections.abc import Callable
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
 from reports.paper import drawn, markdown
+from reports.run.method import SUPERSCRIPT
 from reports.run.stored import STEP
 
 DPI = 200
@@ -78,9 +80,9 @@ def colour(variant: str, variants: list[str]) -> str:
 
 
 def log_ticks(axis, narrow: bool = False) -> None:
-    """Labels a logarithmic axis without exponents: decades, on a short axis also 2 and 5, on a very short one all.
+    """Labels a logarithmic axis: decades, on a short axis also 2 and 5, on a very short one all.
 
-    narrow: there is no room for all of them.
+    Decades are powers of ten where one of them would have more than five digits. narrow: there is no room for all.
     """
 
     def minor(value, _):
@@ -89,7 +91,14 @@ def log_ticks(axis, narrow: bool = False) -> None:
             return f"{value:.3g}"
         return ""
 
-    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    def major(value, _):
+        low, high = axis.get_view_interval()
+        if low >= 1e-4 and high < 1e5:
+            return f"{value:g}"
+        power = round(math.log10(value))
+        return f"10{str(power).translate(SUPERSCRIPT)}" if power else "1"
+
+    axis.set_major_formatter(major)
     axis.set_minor_formatter(minor)
 
 

@@ -4,6 +4,7 @@ A case called "figure 3.1a, one sample" is panel a of figure 3.1; a letter or a 
 """
 
 import re
+import textwrap
 
 import matplotlib.pyplot as plt
 
@@ -17,8 +18,8 @@ CAPTION = (
     "Scenes of our own that show what the study's figure shows: the first variant of each case that is ok, enlarged by "
     "a whole factor, with its error and whether it agrees with another renderer's."
 )
-HEAD, GAP, BELOW = 50, 30, 70  # pixels
-LARGE = 800  # pixels, up to which small pictures are enlarged
+HEAD, GAP, BELOW = 60, 30, 110  # pixels
+LARGE, WIDE = 750, 1600  # pixels: up to which small pictures are enlarged; of a figure
 
 
 def panels(results: Results) -> dict[str, list[tuple[str, Cell | None, str]]]:
@@ -44,25 +45,30 @@ def _first(results: Results, cells: list[Cell]) -> tuple[Cell | None, str]:
 
 
 def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
-    """Draws the panels of one figure side by side."""
+    """Draws the panels of one figure, in rows."""
     pictures = [stored.displayed(stored.picture(results, cell), cell) if cell else None for _, cell, _ in found]
     sizes = [
         pictures_figure.panel_size(*picture.shape[:2], smallest=LARGE) if picture is not None else (LARGE,) * 2
         for picture in pictures
     ]
-    wide = sum(size[1] for size in sizes) + GAP * (len(sizes) + 1)
-    high = max(size[0] for size in sizes) + HEAD + BELOW
-    figure, left = plt.figure(figsize=(wide / style.DPI, high / style.DPI)), GAP
-    for (title, cell, why), picture, (height, width) in zip(found, pictures, sizes, strict=True):
-        axes = pictures_figure.panel(figure, left, HEAD, height, width)
+    block = max(width for _, width in sizes) + GAP
+    columns = min(len(found), max(1, (WIDE - GAP) // block))
+    rows = [sizes[first : first + columns] for first in range(0, len(sizes), columns)]
+    heights = [max(height for height, _ in row) + HEAD + BELOW for row in rows]
+    wide, high = columns * block + GAP, sum(heights)
+    figure = plt.figure(figsize=(wide / style.DPI, high / style.DPI))
+    for number, ((title, cell, why), picture, (height, width)) in enumerate(zip(found, pictures, sizes, strict=True)):
+        row, column = divmod(number, columns)
+        left = GAP + column * block + (block - GAP - width) // 2
+        axes = pictures_figure.panel(figure, left, sum(heights[:row]) + HEAD, height, width)
         axes.set_title(title, fontweight="bold")
         if cell is None:
             pictures_figure.say(axes, why)
         else:
             axes.imshow(picture, interpolation="nearest", aspect="auto")
-            axes.text(0.5, -0.02, f"{cell.label}: {cell.errors}; agreement {cell.agreement}", transform=axes.transAxes,
-                      ha="center", va="top", fontsize=6)  # fmt: skip
-        left += width + GAP
+            text = f"{cell.label}: {cell.errors}; agreement {cell.agreement}"
+            text = textwrap.fill(text, pictures_figure.letters(block - GAP))
+            axes.text(0.5, -0.02, text, transform=axes.transAxes, ha="center", va="top", fontsize=6)
     return figure
 
 

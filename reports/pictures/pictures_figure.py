@@ -22,11 +22,11 @@ CAPTION = (
 )
 
 SMALL, LARGEST = 480, 1024  # of a panel, in pixels of the PNG
-TEXT_WIDTH = 520  # least width of the text below a panel, pixels
-ABOVE, BETWEEN, BELOW, GAP, BAR = 60, 16, 120, 40, 150  # pixels
-COLUMNS = 3
+TEXT_WIDTH = 490  # least width of the text below a panel, pixels
+ABOVE, BETWEEN, BELOW, GAP, BAR = 60, 16, 120, 30, 180  # pixels
+COLUMNS, WIDE, HIGH = 3, 1600, 2400  # at most, of a figure: columns, pixels
 MOST = 24  # figures
-WIDEST = 62  # characters of a line below a panel
+LETTER = 10.0  # pixels of a letter of small print, on average
 SMALLEST, LEAST = 1e-17, 1e-5  # errors of the scale: of an exact truth, of a sampled one, which has noise
 
 
@@ -46,6 +46,11 @@ def panel(figure, left: float, top: float, height: float, width: float):
     axes.set(xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
     return axes
+
+
+def letters(wide: int) -> int:
+    """Returns how many letters of small print fit into a line of so many pixels."""
+    return int(wide / LETTER)
 
 
 def told(results: Results, cell: Cell) -> list[str]:
@@ -88,54 +93,68 @@ def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
     return found
 
 
-def draw(results: Results, cells: list[Cell]):
-    """Draws the cells of a place."""
+def blocks(cells: list[Cell]) -> tuple[int, int, int, int]:
+    """Returns the height and width (pixels) of a picture with its error and texts, and how many rows and columns of
+    them a figure holds.
+    """
     high, wide = panel_size(*cells[0].size)
-    columns = min(COLUMNS, 1 + len(cells))
-    rows = -(-(1 + len(cells)) // columns)
-    block_high, block_wide = ABOVE + 2 * high + BETWEEN + BELOW, max(wide, TEXT_WIDTH) + GAP
+    high, wide = ABOVE + 2 * high + BETWEEN + BELOW, max(wide, TEXT_WIDTH) + GAP
+    return high, wide, max(1, (HIGH - BAR) // high), min(COLUMNS, max(1, (WIDE - GAP) // wide))
+
+
+def figures(cells: list[Cell]) -> list[list[Cell | None]]:
+    """Returns what each figure of a place shows: None, which is the truth, and the cells."""
+    *_, rows, columns = blocks(cells)
+    shown, most = [None, *cells], rows * columns
+    return [shown[first : first + most] for first in range(0, len(shown), most)]
+
+
+def draw(results: Results, cells: list[Cell], shown: list[Cell | None]):
+    """Draws a figure of a place with these cells; `shown` are those of the figure."""
+    (high, wide), (block_high, block_wide, _, columns) = panel_size(*cells[0].size), blocks(cells)
+    columns = min(columns, len(shown))
+    rows = -(-len(shown) // columns)
     total_high, total_wide = rows * block_high + BAR, columns * block_wide + GAP
     figure = plt.figure(figsize=(total_wide / style.DPI, total_high / style.DPI))
     first = with_truth(results, cells)
     norm = LogNorm(least(results, first), 1.0, clip=True)
-    for number, cell in enumerate([None, *cells]):
+    for number, cell in enumerate(shown):
         row, column = divmod(number, columns)
         left = GAP + column * block_wide + (block_wide - GAP - wide) // 2
         top = row * block_high + ABOVE
         above = panel(figure, left, top, high, wide)
         if cell is None:
-            _truth(results, first, above)
+            _truth(results, first, above, block_wide - GAP)
             continue
         above.set_title(cell.label, fontweight="bold")
-        _panels(results, cell, above, panel(figure, left, top + high + BETWEEN, high, wide), norm)
+        below = panel(figure, left, top + high + BETWEEN, high, wide)
+        _panels(results, cell, above, below, norm, block_wide - GAP)
     _bar(figure, panel(figure, total_wide * 0.2, total_high - BAR + 40, 22, total_wide * 0.6), norm)
     return figure
 
 
-def _truth(results: Results, cell: Cell, axes) -> None:
+def _truth(results: Results, cell: Cell, axes, room: int) -> None:
     axes.set_title("the truth", fontweight="bold")
     truth = stored.truth(results, cell)
     if isinstance(truth, Missing):
         say(axes, str(truth))
         return
     axes.imshow(stored.displayed(truth, cell), interpolation="nearest", aspect="auto")
-    _below(axes, told_of_truth(results, cell))
+    _below(axes, told_of_truth(results, cell), room)
 
 
-def _below(axes, texts: list[str], colour: str = "black") -> None:
-    lines = [line for text in texts for line in textwrap.wrap(text, WIDEST)]
+def _below(axes, texts: list[str], room: int, colour: str = "black") -> None:
+    """Writes texts below a panel, in lines of at most `room` pixels."""
+    lines = [line for text in texts for line in textwrap.wrap(text, letters(room))]
     place = {"transform": axes.transAxes, "ha": "center", "va": "top"}
     axes.text(0.5, -0.02, "\n".join(lines), **place, fontsize=6.5, color=colour)
 
 
-def _panels(results: Results, cell: Cell, above, below, norm) -> None:
+def _panels(results: Results, cell: Cell, above, below, norm, room: int) -> None:
     picture = stored.raw(results, cell)
-    if isinstance(picture, Missing):
-        say(above, picture.reason if cell.status != "ok" else str(picture))
-        return
     above.imshow(stored.displayed(picture, cell), interpolation="nearest", aspect="auto")
     texts = told(results, cell) if cell.status == "ok" else [cell.verdict]
-    _below(below, texts, "black" if cell.status == "ok" or cell.as_meant else "#B00000")
+    _below(below, texts, room, "black" if cell.status == "ok" or cell.as_meant else "#B00000")
     truth = stored.truth(results, cell)
     if not isinstance(truth, Missing) and truth.shape != picture.shape:
         truth = Missing(f"the shape of the picture is {picture.shape}, the truth's {truth.shape}")
@@ -163,7 +182,7 @@ def _bar(figure, axes, norm) -> None:
     ticks = [*(few if norm.vmin < LEAST else more[:3]), more[3], *(() if norm.vmin < LEAST else more[5:]), (1, "1")]
     bar.set_ticks([tick for tick, _ in ticks], labels=[label for _, label in ticks])
     bar.minorticks_off()
-    bar.set_label("error: largest difference of a channel from the truth, linear RGB (grey: exactly 0)")
+    bar.set_label("error: largest difference of a channel\nfrom the truth, linear RGB (grey: exactly 0)")
 
 
 def _few(found: list) -> list:
@@ -187,6 +206,12 @@ def write(results: Results, out: Path) -> str:
         if cells[0].pixels == 1:
             parts.append(f"{markdown.escape(label)}: a single pixel is not drawn; its error stands beside its time.")
             continue
-        name = f"pictures-{number}-{markdown.slug(label)}"
-        parts += [f"### {markdown.escape(label)}", style.figure(out / name, f"Pictures: {label}", draw, results, cells)]
+        lacking = {cell: picture for cell in cells if isinstance(picture := stored.raw(results, cell), Missing)}
+        there = [cell for cell in cells if cell not in lacking]
+        parts.append(f"### {markdown.escape(label)}")
+        for page, shown in enumerate(figures(there) if there else [], 1):
+            name = f"pictures-{number}-{markdown.slug(label)}{f'-{page}' if page > 1 else ''}"
+            parts.append(style.figure(out / name, f"Pictures: {label}", draw, results, there, shown))
+        told = [f"{cell.label}: {why.reason if cell.status != 'ok' else why}" for cell, why in lacking.items()]
+        parts += markdown.listed("Not drawn:", told)
     return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

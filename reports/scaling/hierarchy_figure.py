@@ -11,7 +11,7 @@ from reports.paper import style
 from reports.run.results import Missing, Results
 
 MARKERS = "os^vDP"  # of the lines of one variant
-WIDTH, HEIGHT = 3.0, 3.4  # inches of a panel
+WIDTH, HEIGHT, WIDEST = 3.0, 3.4, 8.0  # inches of a panel, of a figure
 KINDS = (
     Line2D([], [], color="#555555", ls="--", lw=1.2, label="frame, accel = none"),
     Line2D([], [], color="#555555", ls="-", lw=1.2, label="frame, accel = bvh"),
@@ -24,7 +24,7 @@ def draw(results: Results, crossings: list[tuple]):
     """Draws a panel for each kind of scene. crossings: lines, each with its BreakEven or Missing."""
     scenes = list(dict.fromkeys(line.scene for line, _ in crossings))
     figure, panels = plt.subplots(
-        1, len(scenes), figsize=(max(4.2, WIDTH * len(scenes)), HEIGHT), sharey=True, squeeze=False,
+        1, len(scenes), figsize=(min(max(4.2, WIDTH * len(scenes)), WIDEST), HEIGHT), sharey=True, squeeze=False,
         layout="constrained",
     )  # fmt: skip
     looks = _looks(results, [line for line, _ in crossings])

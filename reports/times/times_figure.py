@@ -20,7 +20,7 @@ CAPTION = (
 
 ROW, HEAD, WIDTH = 0.22, 0.8, 7.7  # inches
 HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255", "agrees"), (5, 45, 85, 137)  # points right of a panel
-MOST = 24  # panels of a figure
+HIGHEST = 12.0  # inches of a figure, panels beyond are left out
 MARKS = ("o", "black"), ("D", "white")  # ours, the study's
 
 
@@ -29,10 +29,25 @@ def drawable(results: Results, scene: str) -> list[tuple[str, str]]:
     return [place for place, _ in launch.places(results) if place[0] == scene and ranking.ranked(results, place)]
 
 
+def shown(results: Results, scene: str) -> list[tuple[str, str]]:
+    """Returns the places of a scene to draw: as many as a figure has room for, evenly spread."""
+    there = drawable(results, scene)
+    for most in range(len(there), 1, -1):
+        places = thinning.few(there, most)
+        if sum(_height(results, place) for place in places) <= HIGHEST:
+            return places
+    return there[:1]
+
+
+def _height(results: Results, place: tuple[str, str]) -> float:
+    """Returns the height of a panel, inches."""
+    return len(ranking.ranked(results, place)) * ROW + HEAD
+
+
 def draw(results: Results, scene: str):
     """Draws a scene with a ranked cell."""
-    places = thinning.few(drawable(results, scene), MOST)
-    heights = [len(ranking.ranked(results, place)) * ROW + HEAD for place in places]
+    places = shown(results, scene)
+    heights = [_height(results, place) for place in places]
     figure, panels = plt.subplots(
         len(places), 1, figsize=(WIDTH, sum(heights)), squeeze=False, height_ratios=heights, layout="constrained"
     )
@@ -77,11 +92,12 @@ def write(results: Results, out: Path) -> str:
     """Writes times-NUMBER-SCENE.png and .svg for each scene; returns the section of the report."""
     parts = ["## Times, drawn"]
     for number, scene in enumerate(results.scenes):
-        there = len(drawable(results, scene))
+        there = drawable(results, scene)
         if not there:
             parts.append(f"{markdown.escape(scene)}: unavailable: nothing is ranked.")
             continue
         path = out / f"times-{number}-{markdown.slug(Path(scene).stem)}"
         parts += [f"### {markdown.escape(scene)}", style.figure(path, f"Times: {scene}", draw, results, scene)]
-        parts.append(thinning.note(min(MOST, there), there, "places", "the numbers of all are in the table's CSV"))
+        drawn = len(shown(results, scene))
+        parts.append(thinning.note(drawn, len(there), "places", "the numbers of all are in the table's CSV"))
     return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

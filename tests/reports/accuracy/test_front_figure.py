@@ -29,7 +29,7 @@ def test_whatever_the_methods_the_best_are_kept(load, cell):
     assert kept[0].time.value == min(point.time.value for point in chart.points)
     for point in chart.points:  # none is both quicker and, by more than a tenth, nearer than all that are no slower
         no_slower = [one for one in kept if one.time.value <= point.time.value]
-        assert min(one.error for one in no_slower) <= point.error / front_figure.GAIN
+        assert min(one.error for one in no_slower) <= point.error / pareto.GAIN
 
 
 @pytest.mark.parametrize("crowded", [False, True])

@@ -1,0 +1,45 @@
+"""Every figure of a report by eye, as far as a program has one: no text is cut off, none lies over another."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from figure_lint import faults, lint
+
+from harness.store import packed
+from reports.page import report
+from reports.paper import style
+
+RUNS = sorted((Path(__file__).parents[3] / "results" / "reference").glob("*/*.tar.xz"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("run", RUNS, ids=packed.name)
+def test_the_figures_of_reference_runs_have_no_fault(run, tmp_path):
+    with packed.opened(run) as folder, lint() as found:
+        report.write(folder, tmp_path / "report")
+    assert len(list((tmp_path / "report").glob("*.png"))) > 1
+    assert found == {}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "fault"),
+    [
+        (lambda figure, axes: axes.set_ylabel("far too long for an axis " * 4), "clipped"),
+        (lambda figure, axes: [axes.text(3e5, 3, word) for word in ("one", "two")], "overlapping"),
+        (lambda figure, axes: figure.add_axes((0.9, 0.9, 0.05, 0.05), xticks=[], yticks=[]), "empty"),
+        (lambda figure, axes: figure.set_size_inches(4, 30), "larger than a page"),
+        (lambda figure, axes: axes.set_xticks([1e5, 1e6], ["100000", "1e+06"]), "two ways"),
+    ],
+)
+def test_each_fault_is_found(spoil, fault):
+    with style.styled():
+        figure, axes = plt.subplots(figsize=(4, 3), layout="constrained")
+        axes.plot(np.geomspace(1e5, 1e6, 5), [1, 2, 3, 4, 5])
+        axes.set(xscale="log", xlabel="objects")
+        style.log_ticks(axes.xaxis, narrow=True)
+        assert faults(figure) == []
+        spoil(figure, axes)
+        assert any(one.startswith(fault) or fault in one for one in faults(figure))
+    plt.close(figure)

@@ -1,0 +1,81 @@
+"""Finds faults that a reader of a figure would see: clipped, overlapping or inconsistent text, empty axes, sizes."""
+
+import itertools
+import re
+from contextlib import contextmanager
+
+from matplotlib.figure import Figure
+
+from reports.paper import style
+
+LARGEST = 8.0, 12.0  # inches: about a page
+OVERLAP = 1.5  # pixels at 200 dpi by which boxes may overlap: letters do not fill theirs
+EXPONENT, PLAIN = re.compile(r"^[-−]?\d(\.\d+)?e[-+]?\d+$"), re.compile(r"^[-−]?\d{4,}$")
+
+
+def texts(figure: Figure) -> list:
+    """Returns the visible texts of a drawn figure that are not empty."""
+    found = [*figure.texts, *(text for legend in figure.legends for text in _legend(legend))]
+    found += [figure._suptitle] if figure._suptitle else []
+    for axes in figure.axes:
+        found += [*axes.texts, axes.title, axes._left_title, axes._right_title]
+        if axes.get_legend():
+            found += _legend(axes.get_legend())
+        if axes.axison:
+            found += [label for axis in (axes.xaxis, axes.yaxis) for label in [axis.label, *ticks(axis)]]
+    seen = {id(text): text for text in found if text.get_visible() and text.get_text().strip()}
+    return list(seen.values())
+
+
+def ticks(axis) -> list:
+    """Returns the labels of an axis that are drawn; matplotlib keeps others beyond its ends."""
+    low, high = sorted(axis.get_view_interval())
+    told = [*axis.get_major_ticks(), *axis.get_minor_ticks()]
+    room = 1e-9 * (high - low)
+    shown = [tick for tick in told if low - room <= tick.get_loc() <= high + room]
+    return [label for tick in shown for label in (tick.label1, tick.label2) if label.get_visible()]
+
+
+def _legend(legend) -> list:
+    return [*legend.get_texts(), legend.get_title()]
+
+
+def faults(figure: Figure) -> list[str]:
+    """Draws a figure; returns what is wrong with it, in words."""
+    figure.canvas.draw()
+    wide, high = figure.get_size_inches()
+    found = [f"larger than a page: {wide:.1f} x {high:.1f} inches"] * bool(wide > LARGEST[0] or high > LARGEST[1])
+    boxes = [(text.get_text(), text.get_window_extent()) for text in texts(figure)]
+    scale = figure.dpi / 200
+    for text, box in boxes:
+        if not (figure.bbox.padded(1).contains(box.x0, box.y0) and figure.bbox.padded(1).contains(box.x1, box.y1)):
+            found.append(f"clipped: {text!r}")
+    for (text, box), (other, beside) in itertools.combinations(boxes, 2):
+        if box.padded(-OVERLAP * scale).overlaps(beside.padded(-OVERLAP * scale)):
+            found.append(f"overlapping: {text!r} and {other!r}")
+    for number, axes in enumerate(figure.axes):
+        if axes.axison and not (axes.lines or axes.patches or axes.collections or axes.images or axes.texts):
+            found.append(f"axes {number} are empty")
+        for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
+            labels = [label.get_text() for label in ticks(axis) if label.get_text()]
+            if any(map(EXPONENT.match, labels)) and any(map(PLAIN.match, labels)):
+                found.append(f"axes {number}: two ways to write numbers along {name}: {labels}")
+    return found
+
+
+@contextmanager
+def lint():
+    """Within the block every figure that a report saves is examined; gives a dict {name: faults}, filled as it goes."""
+    found, save = {}, style.save
+
+    def examined(figure, path):
+        told = faults(figure)
+        if told:
+            found[path.name] = told
+        save(figure, path)
+
+    style.save = examined
+    try:
+        yield found
+    finally:
+        style.save = save
