@@ -6,7 +6,6 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.patheffects import withStroke
 
 from reports.accuracy import pareto
 from reports.accuracy.pareto import GAIN, VISIBLE, Chart, Point
@@ -28,7 +27,6 @@ WIDTH, HEIGHT = 7.2, 4.4  # inches
 WRAP = 26  # letters of a name in a line
 AXIS = "error: RMSE, linear RGB"
 INVISIBLE = "a screen of 8 bits cannot show it"
-OUTLINE = [withStroke(linewidth=2.5, foreground="white")]
 GAP, REACHES = 7.0, (1, 2.2, 4)  # points between a mark and its name, and times as many where it is crowded
 AROUND = [(1, -1), (-1, -1), (1, 0), (-1, 0), (0, -1), (1, 1), (-1, 1), (0, 1)]  # places of a name about its mark
 
@@ -137,7 +135,7 @@ def _name(axes, text: str, at, taken: list, boxes: list, **look):
             drawn = axes.annotate(
                 text, at, xytext=(across * GAP * reach, up * GAP * reach), textcoords="offset points",
                 ha={1: "left", -1: "right", 0: "center"}[across], va={1: "bottom", -1: "top", 0: "center"}[up],
-                zorder=6, path_effects=OUTLINE, **look,
+                zorder=6, path_effects=style.OUTLINE, **look,
             )  # fmt: skip
             box = drawn.get_window_extent()
             inside = frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)

@@ -7,7 +7,6 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 
 from harness.statistics.statistics import RESAMPLES
 from reports.accuracy import accuracy_columns, pareto, pareto_table
@@ -37,7 +36,6 @@ MARKERS = "osD^vP*X<>phd8"
 FAINT = 0.25  # opacity of a point that is never on the front
 WIDTH, PLOT, HEAD, LEFT, RIGHT, LABEL, LINE = 7.2, 4.0, 0.55, 0.65, 0.15, 0.5, 0.145  # inches
 GUIDES = (("-1/2", 2.0, 0.95), ("-3/4", 4 / 3, 0.7), ("-1", 1.0, 0.45))  # name, fall of log time, length (inches)
-OUTLINE = [withStroke(linewidth=1.5, foreground="white")]
 
 
 def draw(results: Results, chart: Chart):
@@ -147,7 +145,7 @@ def regions(axes, chart: Chart) -> None:
 def _upright(axes, x: float, text: str, ha: str = "center") -> None:
     axes.text(
         x, 0.02, text, transform=axes.get_xaxis_transform(), rotation=90, ha=ha, va="bottom", fontsize=6.5,
-        color="#555555",
+        color="#555555", path_effects=style.OUTLINE,
     )  # fmt: skip
 
 
@@ -201,7 +199,7 @@ def _guides(axes) -> None:
         axes.plot([x0, x1], [y0, y1], transform=axes.transAxes, color="#666666", lw=0.7)
         axes.text(
             x1, y1, name.replace("-", "−"), transform=axes.transAxes, ha="center", va="center", fontsize=6.5,
-            path_effects=OUTLINE, color="#444444",
+            path_effects=style.OUTLINE, color="#444444",
         )  # fmt: skip
     x, y = back(start)
     axes.text(
@@ -227,7 +225,7 @@ def _numbers(axes, chart: Chart, zero: float) -> None:
         x, y = axes.transData.inverted().transform(best)
         axes.text(
             x, y, str(point.number), ha="center", va="center", fontsize=7, fontweight="bold", zorder=6,
-            path_effects=OUTLINE,
+            path_effects=style.OUTLINE,
         )  # fmt: skip
     visible = [point for point in chart.front if point.error <= VISIBLE]
     if visible:

@@ -12,6 +12,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from reports.paper import drawn, markdown
 from reports.run.method import SUPERSCRIPT
@@ -29,6 +30,7 @@ COLOURS = {
     "cpp-threads": "#005C43",
     "numba-cuda": "#CC79A7",
 }
+OUTLINE = [withStroke(linewidth=2, foreground="white")]  # of text that may lie over data
 SPARE = ("#000000", "#999999", "#8C6BB1", "#7F5539", "#B5A300", "#5B8DB8")
 
 PHASES = {

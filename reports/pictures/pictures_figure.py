@@ -26,6 +26,7 @@ TEXT_WIDTH = 490  # least width of the text below a panel, pixels
 ABOVE, BETWEEN, BELOW, GAP, BAR = 60, 16, 120, 30, 180  # pixels
 COLUMNS, WIDE, HIGH = 3, 1600, 2400  # at most, of a figure: columns, pixels
 MOST = 24  # figures
+TICK = 75.0  # pixels of the label of a tick
 LETTER = 10.0  # pixels of a letter of small print, on average
 SMALLEST, LEAST = 1e-17, 1e-5  # errors of the scale: of an exact truth, of a sampled one, which has noise
 
@@ -129,7 +130,7 @@ def draw(results: Results, cells: list[Cell], shown: list[Cell | None]):
         above.set_title(cell.label, fontweight="bold")
         below = panel(figure, left, top + high + BETWEEN, high, wide)
         _panels(results, cell, above, below, norm, block_wide - GAP)
-    _bar(figure, panel(figure, total_wide * 0.2, total_high - BAR + 40, 22, total_wide * 0.6), norm)
+    _bar(figure, panel(figure, total_wide * 0.1, total_high - BAR + 40, 22, total_wide * 0.8), norm)
     return figure
 
 
@@ -179,7 +180,9 @@ def _bar(figure, axes, norm) -> None:
     bar = figure.colorbar(ScalarMappable(norm, "viridis"), cax=axes, orientation="horizontal")
     few = ((1e-16, "1e-16"), (1e-12, "1e-12"), (1e-9, "1e-9"), (1e-6, "1e-6"))
     more = ((1e-5, "1e-5"), (1e-4, "1e-4"), (1e-3, "1e-3"), (1 / 255, "1/255"), (1e-2, "0.01"), (0.1, "0.1"))
+    room = axes.get_window_extent().width / TICK
     ticks = [*(few if norm.vmin < LEAST else more[:3]), more[3], *(() if norm.vmin < LEAST else more[5:]), (1, "1")]
+    ticks = [tick for tick in ticks if tick[1] != "1e-3"] if len(ticks) > room else ticks  # beside 1/255
     bar.set_ticks([tick for tick, _ in ticks], labels=[label for _, label in ticks])
     bar.minorticks_off()
     bar.set_label("error: largest difference of a channel\nfrom the truth, linear RGB (grey: exactly 0)")

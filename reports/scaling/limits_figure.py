@@ -63,6 +63,7 @@ def _roofline(axes, limits, points) -> None:
             axes.annotate(
                 f"{label}, {count}", (place, rates[kind] / 1e9), textcoords="offset points",
                 xytext=(2 if side == "left" else -2, 2), ha=side, fontsize=5.5, color=shade,
+                path_effects=style.OUTLINE, zorder=5,
             )  # fmt: skip
     variants = list(dict.fromkeys(cell.variant for cell, *_ in points))
     for cell, x, y in points:

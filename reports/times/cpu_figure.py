@@ -1,13 +1,12 @@
 """Draws figure 4.2: CPU use over time, a panel for each variant, with the phases that the renderer marked."""
 
-import textwrap
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from reports.paper import markdown, style, timeline
+from reports.paper import markdown, style, thinning, timeline
 from reports.run.results import Cell, Missing, Results, place_label
 
 CAPTION = (
@@ -21,6 +20,7 @@ CAPTION = (
 
 WIDTH, PANEL, HEAD, FOOT = 7.2, 1.25, 0.1, 0.75  # inches
 FINEST = 150  # steps of a curve
+MOST = 8  # panels
 
 
 def rates(series: Path, apart: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -38,9 +38,16 @@ def rates(series: Path, apart: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     return t[kept], 100 * np.diff(cpu[kept]) / np.diff(t[kept])
 
 
-def draw(results: Results, place: tuple[str, str]):
-    """Draws the cells of a place."""
-    cells = results.at(place)
+def _lacking(results: Results, cell: Cell) -> Missing | None:
+    """Returns why a cell has no series, None if it has one."""
+    record = results.records[cell.counting[0]] if cell.counting else None
+    if record is not None and record["series"] and record["cpu"]:
+        return None
+    return Missing(cell.verdict if cell.status != "ok" else "no series was stored")
+
+
+def draw(results: Results, cells: list[Cell]):
+    """Draws cells with a series."""
     height = HEAD + len(cells) * PANEL + FOOT
     figure, panels = plt.subplots(len(cells), 1, figsize=(WIDTH, height), squeeze=False)
     figure.subplots_adjust(left=0.09, right=0.91, top=1 - (HEAD + 0.22) / height, bottom=FOOT / height, hspace=0.85)
@@ -57,13 +64,8 @@ def draw(results: Results, place: tuple[str, str]):
 
 def _panel(results: Results, cell: Cell, axes, cores: int | None) -> list[str]:
     """Draws one variant; returns the names of its phases."""
-    record = results.records[cell.counting[0]] if cell.counting else None
+    record = results.records[cell.counting[0]]
     axes.set_title(cell.label, loc="left", fontweight="bold", pad=3)
-    if record is None or not record["series"] or not record["cpu"]:
-        reason = Missing(cell.verdict if cell.status != "ok" else "no series was stored")
-        axes.text(0.5, 0.5, textwrap.fill(str(reason), 90), ha="center", va="center", fontsize=7)
-        axes.set(xticks=[], yticks=[])
-        return []
     wall, cpu = record["wall_s"], record["cpu"]["user_s"] + record["cpu"]["system_s"]
     t, percent = rates(results.folder / record["series"], wall / FINEST)
     names = timeline.shade(axes, record)
@@ -88,5 +90,12 @@ def write(results: Results, out: Path) -> str:
     for number, scene in enumerate(results.scenes):
         place = timeline.largest_place(results.of(scene))
         path, label = out / f"cpu-{number}-{markdown.slug(Path(scene).stem)}", place_label(place)
-        parts += [f"### {markdown.escape(label)}", style.figure(path, f"CPU use: {label}", draw, results, place)]
-    return "\n\n".join([*parts, markdown.escape(CAPTION)])
+        lacking = {cell: why for cell in results.at(place) if (why := _lacking(results, cell))}
+        there = [cell for cell in results.at(place) if cell not in lacking]
+        parts.append(f"### {markdown.escape(label)}")
+        if there:
+            shown = thinning.few(there, MOST)
+            parts.append(style.figure(path, f"CPU use: {label}", draw, results, shown))
+            parts.append(thinning.note(len(shown), len(there), "renderers", "the series of all are in the run"))
+        parts += markdown.listed("Not drawn:", [f"{cell.label}: {why}" for cell, why in lacking.items()])
+    return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

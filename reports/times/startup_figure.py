@@ -173,7 +173,8 @@ def draw(starts: list[Start]):
         if start.total.low is not None:
             shift = start.build or 0.0
             axes.plot([start.total.low + shift, start.total.high + shift], [row, row], color="black", lw=1)
-        axes.text(max(left, end), row, f"  {quantity.plain(end)} s", va="center", fontsize=6)
+            left = max(left, start.total.high + shift)
+        axes.text(max(left, end), row, f"  {quantity.seconds(end)}", va="center", fontsize=6)
     axes.set_yticks(range(len(starts)), [f"{start.variant}, {start.state}" for start in starts])
     axes.set(
         xlabel="time since the start of the process (s); hatched: the build before it", ylim=(len(starts) - 0.5, -0.5)

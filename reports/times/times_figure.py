@@ -1,5 +1,6 @@
 """Draws steady times: a panel for each place with medians, intervals, the study's times and the errors."""
 
+import textwrap
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -18,8 +19,9 @@ CAPTION = (
     "lowest median is drawn."
 )
 
-ROW, HEAD, WIDTH = 0.22, 0.8, 7.7  # inches
+ROW, HEAD, FOOT, WIDTH = 0.22, 0.95, 0.3, 7.7  # inches
 HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255", "agrees"), (5, 45, 85, 137)  # points right of a panel
+LONGEST = 40  # letters of a name
 HIGHEST = 12.0  # inches of a figure, panels beyond are left out
 MARKS = ("o", "black"), ("D", "white")  # ours, the study's
 
@@ -34,7 +36,7 @@ def shown(results: Results, scene: str) -> list[tuple[str, str]]:
     there = drawable(results, scene)
     for most in range(len(there), 1, -1):
         places = thinning.few(there, most)
-        if sum(_height(results, place) for place in places) <= HIGHEST:
+        if sum(_height(results, place) for place in places) <= HIGHEST - FOOT:
             return places
     return there[:1]
 
@@ -49,7 +51,7 @@ def draw(results: Results, scene: str):
     places = shown(results, scene)
     heights = [_height(results, place) for place in places]
     figure, panels = plt.subplots(
-        len(places), 1, figsize=(WIDTH, sum(heights)), squeeze=False, height_ratios=heights, layout="constrained"
+        len(places), 1, figsize=(WIDTH, sum(heights) + FOOT), squeeze=False, height_ratios=heights, layout="constrained"
     )
     for place, axes in zip(places, panels[:, 0], strict=True):
         _panel(results, place, axes)
@@ -71,21 +73,24 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
         theirs = study.find(study.TIMES_S, cell)
         if not isinstance(theirs, Missing):
             axes.plot(theirs.value, row, "D", mfc="white", mec=colour, ms=5)
-        _beside(axes, row, accuracy_columns.brief(cell))
-    _beside(axes, -1, HEADER)
+        _beside(axes, (1, row), axes.get_yaxis_transform(), accuracy_columns.brief(cell))
+    _beside(axes, (1, 1), axes.transAxes, HEADER, up=4)
     against = " and ".join(dict.fromkeys(cell.against for cell in cells if cell.against))
     below = f"steady frame (s)\nerrors beside it: {against}" if against else "steady frame (s)"
     axes.set(xscale="log", xlabel=below, ylim=(len(cells) - 0.5, -0.5))
     style.log_ticks(axes.xaxis)
-    axes.set_yticks(range(len(cells)), [cell.variant for cell in cells])
+    axes.set_yticks(range(len(cells)), [textwrap.shorten(cell.variant, LONGEST) for cell in cells])
     axes.set_title(place_label(place), loc="left", fontweight="bold")
     axes.grid(axis="x", color="#CCCCCC")
 
 
-def _beside(axes, row: float, texts: tuple[str, ...]) -> None:
+def _beside(axes, at: tuple[float, float], of, texts: tuple[str, ...], up: float = 0) -> None:
+    """Writes texts right of a place in coordinates `of`, or so many points above it."""
     for place, text in zip(BESIDE, texts, strict=True):
-        at = {"xy": (1, row), "xycoords": axes.get_yaxis_transform()}
-        axes.annotate(text, **at, xytext=(place, 0), textcoords="offset points", va="center", fontsize=7)
+        axes.annotate(
+            text, at, xycoords=of, xytext=(place, up), textcoords="offset points", va="bottom" if up else "center",
+            fontsize=7,
+        )  # fmt: skip
 
 
 def write(results: Results, out: Path) -> str:

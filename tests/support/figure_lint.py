@@ -1,10 +1,11 @@
-"""Finds faults that a reader of a figure would see: clipped, overlapping or inconsistent text, empty axes, sizes."""
+"""Finds faults that a reader of a figure would see: text that is clipped, overlaps or is crossed, empty axes, sizes."""
 
 import itertools
 import re
 from contextlib import contextmanager
 
 from matplotlib.figure import Figure
+from matplotlib.path import Path
 
 from reports.paper import style
 
@@ -56,11 +57,35 @@ def faults(figure: Figure) -> list[str]:
     for number, axes in enumerate(figure.axes):
         if axes.axison and not (axes.lines or axes.patches or axes.collections or axes.images or axes.texts):
             found.append(f"axes {number} are empty")
+        found += _struck(axes)
         for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
             labels = [label.get_text() for label in ticks(axis) if label.get_text()]
             if any(map(EXPONENT.match, labels)) and any(map(PLAIN.match, labels)):
                 found.append(f"axes {number}: two ways to write numbers along {name}: {labels}")
     return found
+
+
+def _struck(axes) -> list[str]:
+    """Returns faults of texts inside axes that a mark, a bar or a curve crosses.
+
+    Text with an outline or a background stands that.
+    """
+    found = []
+    shown = [text for text in axes.texts if text.get_visible() and text.get_text().strip()]
+    plain = [text for text in shown if not text.get_path_effects() and not text.get_bbox_patch()]
+    boxes = [(text.get_text(), text.get_window_extent()) for text in plain]
+    for line in axes.lines if boxes else ():
+        if line.get_transform() != axes.transData or not line.get_visible():
+            continue  # a guide in the coordinates of the axes
+        places = axes.transData.transform(line.get_xydata())
+        marked = line.get_marker() not in ("", "None", None)
+        solid = line.get_linestyle() not in ("", "None", " ")
+        for text, box in boxes:
+            inner = box.padded(-0.2 * min(box.width, box.height))
+            crossed = solid and len(places) > 1 and Path(places).intersects_bbox(inner, filled=False)
+            if crossed or (marked and any(inner.contains(*place) for place in places)):
+                found.append(f"crossed by data: {text!r}")
+    return list(dict.fromkeys(found))
 
 
 @contextmanager
