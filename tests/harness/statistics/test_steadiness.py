@@ -45,8 +45,7 @@ def test_real_cells_are_seldom_marked_and_changed_ones_are(cells, least):
     cells = cells()
     assert sum(map(len, cells)) >= 70
     shares = {
-        told: steadiness.real(cells, change, 10, seeds.numbers("real"))[1]
-        for told, change in steadiness.PUT_IN.items()
+        told: steadiness.real(cells, change, 10, seeds.numbers("real"))[1] for told, change in steadiness.PUT_IN.items()
     }
     as_they_are = shares.pop("as they are")
     assert as_they_are <= 0.08
