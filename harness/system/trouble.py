@@ -73,6 +73,15 @@ def doubts(found: dict, seconds: float, threads: int, cores: int | None = None) 
     ]
 
 
+def seldom(warnings: list[list[str]]) -> set[str]:
+    """The texts of DOUBTS that fewer than half of the repetitions of a cell have: so few move no median.
+
+    warnings: of each repetition.
+    """
+    found = [text for texts in warnings for text in texts]
+    return {text for text in DOUBTS.values() if 2 * found.count(text) < len(warnings)}
+
+
 def usable() -> set[int]:
     """The numbers of the cores that this process may use."""
     return set(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1))

@@ -1,5 +1,6 @@
 """Writes the section on doubts: warnings of scenes and repetitions, and processes that waited for a core."""
 
+import itertools
 import re
 from pathlib import Path
 
@@ -52,18 +53,15 @@ def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
 
 
 def _of_rows(records: list[dict], what: str = "") -> list[tuple[str, str]]:
-    """Returns the doubts about the repetitions of a cell; if `what` names them, also which of them are not ok.
-
-    What the machine did to fewer than half of them moves no median, and is in its interval.
-    """
-    found = [text for record in records for text in record["warnings"]]
-    seldom = {text for text in trouble.DOUBTS.values() if 2 * found.count(text) < len(records)}
+    """Returns the doubts about the repetitions of a cell; if `what` names them, also which of them are not ok."""
+    warnings = [record["warnings"] for record in records]
+    seldom = trouble.seldom(warnings)
     bad = [
         f"{what} is not ok: {record['status']}: {record['reason']}"
         for record in records
         if what and record["status"] != "ok"
     ]
-    return [(_kind(text), text) for text in [*bad, *found] if text not in seldom]
+    return [(_kind(text), text) for text in [*bad, *itertools.chain(*warnings)] if text not in seldom]
 
 
 def _kind(text: str) -> str:

@@ -11,19 +11,10 @@ from harness.statistics.statistics import Estimate
 from harness.store import record
 from harness.store.record import CONTRADICTED
 from reports.run import repetition
+from reports.run.missing import Missing
 
 OF_FRAMES = ("first_s", *repetition.OF_STEADY)
 BAD_FIRST = ("wrong picture", "failed", "timeout", "killed", "unsupported", "unavailable")
-
-
-@dataclass(frozen=True)
-class Missing:
-    """A missing value and the reason. Its text starts with "unavailable"."""
-
-    reason: str
-
-    def __str__(self):
-        return self.reason if self.reason.startswith("unavailable") else f"unavailable: {self.reason}"
 
 
 class Table:
