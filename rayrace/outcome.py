@@ -27,8 +27,9 @@ def show(folder: Path, records: list[dict]) -> None:
     found = headline.of(loaded)
     notes: dict[str, None] = {}
     if len(found.bars) > 1:
-        console.print(_ranking(loaded, found, notes))
-        if found.clock == headline.STEADY:
+        steady = found.clock == headline.STEADY
+        console.print(_ranking(loaded, found, steady, notes))
+        if steady:
             console.print(_purchase(loaded, found.bars, notes))
     measured = {record["variant"] for record in records if record["status"] == "ok"}
     notes |= dict.fromkeys(f"{name}: not ranked: {reason}" for name, reason in found.lacking if name in measured)
@@ -36,13 +37,12 @@ def show(folder: Path, records: list[dict]) -> None:
         print(text)
 
 
-def _ranking(loaded, found, notes: dict[str, None]) -> Table:
-    """The contestants, the fastest first. notes: gets what is said below."""
+def _ranking(loaded, found, steady: bool, notes: dict[str, None]) -> Table:
+    """The contestants, the fastest first. steady: by steady frames, of one place. notes: gets what is said below."""
     from reports.accuracy import accuracy_columns
 
-    places = len(loaded.places)
-    title = ", ".join(filter(None, [found.where, *found.shared, f"one of {places} places" if places > 1 else ""]))
-    table = _table(title, "", found.clock, "× the fastest", "RMSE", "agrees")
+    of = [f"one of {len(loaded.places)} places"] * (steady and len(loaded.places) > 1)
+    table = _table(", ".join([found.where, *found.shared, *of]), "", found.clock, "× fastest", "RMSE", "agrees")
     for bar in found.bars[:MOST]:
         ratio = "1" if bar.ratio is None else quantity.plain(bar.ratio.value)
         if bar.ratio and bar.ratio.low is not None and not bar.resolved:
@@ -96,7 +96,7 @@ def _pays(startup_table, bar, base) -> str:
 def _table(title: str, first: str, *numbers: str) -> Table:
     table = Table(first, title=escape(title), title_justify="left", box=box.SIMPLE)
     for name in numbers:
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", no_wrap=True)
     return table
 
 

@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass, replace
 from statistics import geometric_mean
+from typing import TYPE_CHECKING
 
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
@@ -13,7 +14,10 @@ from reports.run.cell import Cell, Missing
 from reports.run.method import Names
 from reports.run.results import Results, grouped, place_label, point_label
 from reports.stability import stability
-from reports.times import sentence, startup_figure
+from reports.times import sentence
+
+if TYPE_CHECKING:
+    from reports.times.startup_figure import Start
 
 # Parameters of a method: cells that differ only in these and in the variant have one task. Depth is work too.
 _FREE = *method.DIALS, *method.CHOICES, *method.OF_SCENE, *view.UNSEEN, "epsilon"
@@ -270,6 +274,8 @@ def _lacking_of(results: Results, bars: list[Bar]) -> list[tuple[str, str]]:
 
 def _starts(results: Results) -> Headline | None:
     """Returns the time from the start of a process to the end of its first frame; None without a cold pass."""
+    from reports.times import startup_figure  # which draws: the terminal needs no matplotlib for other runs
+
     by_place = startup_figure.found(results)
     place = next((place for place, starts in by_place.items() if starts), None)
     if place is None:
@@ -285,7 +291,7 @@ def _starts(results: Results) -> Headline | None:
     return Headline(text, bars, place_label(place), START, [], _lacking(results, bars))
 
 
-def _start(cell: Cell, start: startup_figure.Start) -> Bar:
+def _start(cell: Cell, start: "Start") -> Bar:
     """Returns the bar of processes with one state of the cache; the cold one of a program contains its build."""
     rounds = {number: seconds + (start.build or 0.0) for number, seconds in start.rounds.items()}
     state = f"{start.state}, with its build" if start.build else start.state
