@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import shlex
 import sys
 from collections import Counter
 from pathlib import Path
@@ -56,7 +57,7 @@ def run(
     from harness.store import store
     from rayrace import bundled, terminal
 
-    experiment = bundled.experiment(experiment)
+    typed, experiment = experiment, bundled.experiment(experiment)
     keys = Counter(setting.partition("=")[0].strip() for setting in settings or ())
     if twice := [key for key, count in keys.items() if count > 1]:
         raise UserError(f"--set {twice[0]}: is given {keys[twice[0]]} times", remedy="give each key once")
@@ -95,12 +96,15 @@ def run(
     if as_json:
         raise UserError("--json: only with --dry-run")
     folder = resume or new_run(experiment, out)
+    options = {"--only": only, "--set": settings, "--renderer": renderer}
+    given = (str(word) for option, values in options.items() for value in values or () for word in (option, value))
+    again = shlex.join(["rayrace", "run", str(typed), *given, "--resume", str(folder)])
     if name == "local":
-        records, left = here(asked, planned, known, folder, resume is not None, budget)
+        records, left = here(asked, planned, known, folder, resume is not None, budget, again)
     else:
         front = campaign.Campaign(folder, asked, experiment, planned, name)
-        records, left = _on_cluster(front, chosen, folders, resume is not None, detach)
-    _finish(folder, records, left, report)
+        records, left = _on_cluster(front, chosen, folders, resume is not None, detach, again)
+    _finish(folder, records, f"{left} repetitions are left; go on with: {again}" if left else "", report)
 
 
 def new_run(experiment: Path, out: Path | None) -> Path:
@@ -138,37 +142,39 @@ def results_folder(say: bool = False) -> Path:
     return inside[-1].parent / "results"
 
 
-def here(asked, planned, known, folder: Path, resumed: bool, budget: float) -> tuple[list[dict], int]:
-    """Run it in this process; its rows, and how many repetitions are left."""
+def here(asked, planned, known, folder: Path, resumed: bool, budget: float, again: str = "") -> tuple[list[dict], int]:
+    """Run it in this process; its rows, and how many repetitions are left. again: the command that goes on with it."""
     from harness.errors import UserError, of_system
     from harness.plan import predict
     from harness.race import race, stopping
-    from rayrace import terminal
+    from rayrace.progress import progress
 
     stopping.heed()
+    order = planned.order(asked.seed, asked.order)
     try:
-        with terminal.progress() as tell:
+        with progress(planned.cells) as shown:
             earlier = predict.history(results_folder(), but=folder)
-            records = race.run(asked, planned, known, folder, tell, resumed, budget, earlier=earlier)
+            heard = {"tell": shown.tell, "begins": shown.begins}
+            records = race.run(asked, planned, known, folder, **heard, resumed=resumed, budget=budget, earlier=earlier)
     except UserError:  # says itself what to do
-        _leave(folder, resumed)
+        _leave(folder, resumed, len(order), again)
         raise
     except OSError as error:
-        raise UserError(of_system(error, folder), remedy=_leave(folder, resumed)) from error
+        raise UserError(of_system(error, folder), remedy=_leave(folder, resumed, len(order), again)) from error
     except BaseException as error:
-        left = _leave(folder, resumed)
+        left = _leave(folder, resumed, len(order), again)
         with contextlib.suppress(OSError):  # the terminal may be gone
             print(f"stopped; {left}", file=sys.stderr, flush=True)
         if isinstance(error, stopping.Stopped):
             stopping.end(error)
         raise
     done = {(record["cell"], record["repetition"], record["pass"]) for record in records}
-    return records, sum((cell.key, *turn) not in done for cell, *turn in planned.order(asked.seed, asked.order))
+    return records, sum((cell.key, *turn) not in done for cell, *turn in order)
 
 
-def _leave(folder: Path, resumed: bool) -> str:
-    """What is left of a run that ended early, and how to go on. The folder of a new run that did not begin is removed
-    if nothing is in it."""
+def _leave(folder: Path, resumed: bool, count: int, again: str) -> str:
+    """What is kept of a run of `count` repetitions that ended early, and how to go on. The folder of a new run that did
+    not begin is removed if nothing is in it."""
     from harness.store import alone
 
     if not resumed and folder.is_dir() and {path.name for path in folder.iterdir()} <= {alone.NAME}:
@@ -176,24 +182,27 @@ def _leave(folder: Path, resumed: bool) -> str:
             (folder / alone.NAME).unlink(missing_ok=True)
             folder.rmdir()
         return "nothing was measured"
-    begun = (folder / "run.json").exists()
-    if not folder.is_dir() or (begun and not (folder / "repetitions.jsonl").exists()):
+    begun, rows = (folder / "run.json").exists(), folder / "repetitions.jsonl"
+    if not folder.is_dir() or (begun and not rows.exists()):
         return f"{folder} is gone, and what had finished with it"
-    return f"what had finished is in {folder}; go on with --resume {folder}" if begun else "nothing was measured"
+    if not begun:
+        return "nothing was measured"
+    done = rows.read_bytes().count(b"\n")
+    kept = f"{done} of {count} repetitions are kept in {folder}"
+    return f"{kept}; go on with: {again}" if again else kept
 
 
-def _on_cluster(front, only, renderers, resumed: bool, detach: bool) -> tuple[list[dict], int]:
+def _on_cluster(front, only, renderers, resumed: bool, detach: bool, again: str) -> tuple[list[dict], int]:
     """Submit what is missing of a Campaign, and follow it; its rows, and how many repetitions are left."""
     from harness.cluster import campaign
     from harness.plan import predict
     from harness.store import alone, likeness, store
-    from rayrace import terminal
+    from rayrace.progress import progress
 
     def say(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
     folder = front.folder
-    come_back = f"rayrace run {front.file} --resume {folder}"
     with alone.only_one(folder):
         where = campaign.executor_of(folder, front.name, front.table)
         if resumed:
@@ -205,13 +214,13 @@ def _on_cluster(front, only, renderers, resumed: bool, detach: bool) -> tuple[li
             front.begin(batches, only, renderers)
         front.submit(where, say)
         if detach:
-            print(f"run: {folder}\nlook with: rayrace status {folder}; come back with: {come_back}")
+            print(f"run: {folder}\nlook with: rayrace status {folder}; come back with: {again}")
             raise typer.Exit(0)
         try:
-            with terminal.progress() as tell:
-                front.follow(where, tell, say)
+            with progress(front.plan.cells) as shown:
+                front.follow(where, shown.tell, say)
         except KeyboardInterrupt:
-            say(f"its jobs go on; come back with: {come_back}; end them with: rayrace status {folder} --cancel")
+            say(f"its jobs go on; come back with: {again}; end them with: rayrace status {folder} --cancel")
             raise
     for line in likeness.of_run(folder):
         say(f"hosts: {line}")
@@ -219,14 +228,15 @@ def _on_cluster(front, only, renderers, resumed: bool, detach: bool) -> tuple[li
     return records, sum(map(len, front.missing().values()))
 
 
-def _finish(folder: Path, records: list[dict], left: int, report: bool) -> None:
-    """Say what came of it. Exit 1 if something failed that should not."""
+def _finish(folder: Path, records: list[dict], left: str, report: bool) -> None:
+    """Say what came of it. Exit 1 if something failed that should not. left: what is said if repetitions are left."""
     from harness.race import row
-    from rayrace import terminal
+    from rayrace import outcome, terminal
 
     terminal.show_summary(records)
+    outcome.show(folder, records)
     if left:
-        print(f"{left} repetitions are left; --resume {folder} goes on")
+        print(left)
     print(f"run: {folder}")
     if report:
         from reports.page import several

@@ -2,20 +2,16 @@
 
 import json
 import math
-import os
 import re
-import statistics
 import sys
 from collections import Counter
-from contextlib import contextmanager, nullcontext
-from functools import partial
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from harness.race.row import is_as_meant
-from harness.store import record as rows
+from harness.system import trouble
 
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
 MOST_ROWS = 200  # of cells that are shown one by one
@@ -111,80 +107,7 @@ def spell(seconds: float | None) -> str:
     return f"{minutes} min" if minutes < 120 else f"{minutes // 60} h {minutes % 60} min"
 
 
-@contextmanager
-def progress():
-    """A function to call after each repetition: moves a bar on a terminal, prints a line for each elsewhere. A run
-    that nobody listens to any more goes on, and says nothing."""
-    with _bar() if sys.stderr.isatty() else nullcontext(_print) as tell:
-        yield partial(_heard, tell)
-
-
-def _heard(say, *what) -> None:
-    """Let `say` say something; if nobody hears it, nobody will hear what this process says from now on."""
-    try:
-        say(*what)
-    except OSError:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        for number in (1, 2):
-            os.dup2(nowhere, number)
-        os.close(nowhere)
-
-
-def _print(*told) -> None:
-    print(_line(*told), file=sys.stderr, flush=True)
-
-
-@contextmanager
-def _bar():
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-    texts = [TextColumn(f"{{task.{name}}}") for name in ("description", "fields[used]", "fields[left]")]
-    columns = texts[0], texts[1], BarColumn(), MofNCompleteColumn(), texts[2]
-    # Drawn between repetitions only: the harness is to sleep while a renderer is measured.
-    bar = Progress(*columns, console=Console(stderr=True), auto_refresh=False)
-    task = bar.add_task("starting", total=None, used="", left="")
-
-    def tell(cell, record, done, total, left_s):
-        told = {"description": escape(cell.label), "used": _used(record), "left": _left(done, total, left_s)}
-        bar.update(task, completed=done, total=total, refresh=True, **told)
-        if record["status"] != "ok" and record["repetition"] == 0:
-            bar.console.print(escape(_line(cell, record, done, total, left_s)))
-
-    _heard(bar.start)
-    try:
-        yield tell
-    finally:
-        _heard(bar.stop)
-
-
-def _used(record) -> str:
-    """Returns the share of a core and the peak memory of the process that ended last."""
-    cpu, memory, wall = record["cpu"], record["memory"], record["wall_s"]
-    cores = f"{(cpu['user_s'] + cpu['system_s']) / wall:.0%} of a core" if cpu and wall else ""
-    peak = (memory or {}).get("peak_bytes")
-    return ", ".join(filter(None, [cores, f"{peak / 1e6:.3g} MB" if peak else ""]))
-
-
-def _left(done, total, seconds) -> str:
-    return "" if seconds is None or done == total else f"{spell(seconds)} left"
-
-
-def _line(cell, record, done, total, left_s) -> str:
-    left = _left(done, total, left_s)
-    place = f"[{done}/{total}{left and ', '}{left}] {cell.label}"
-    if record["status"] != "ok":
-        return f"{place}: {_verdict(record)}: {record['reason']}"
-    if record["stability"]:
-        return f"{place}: {record['stability']['failures']} of {record['stability']['count']} answers are wrong"
-    frames = record["frames_s"]
-    steady = f"{statistics.median(frames[1:]):.4g} s a frame" if len(frames) > 1 else "no steady frame"
-    told = f"{rows.error_of(record['error'])}, {rows.agreement_of(record['agreement'])}"
-    unranked = ", unranked" if record["unranked"] else ""
-    turn = {"load": ", load pass", "pair": ", for the noise floor", "cold": ", cold"}.get(record["pass"], "")
-    return f"{place}{turn}: first {frames[0]:.4g} s, {steady}, {told}{unranked}"
-
-
-def _verdict(record) -> str:
+def verdict(record) -> str:
     return "wrong as meant" if is_as_meant(record) else record["status"]
 
 
@@ -194,17 +117,21 @@ def _ok_first(counted: tuple[str, int]) -> tuple:
 
 def show_summary(records: list[dict]) -> None:
     """How many repetitions ended how, with a reason for each kind of failure."""
-    counts = Counter(_verdict(record) + (" (unranked)" if record["unranked"] else "") for record in records)
+    counts = Counter(verdict(record) + (" (unranked)" if record["unranked"] else "") for record in records)
     print(", ".join(f"{count} {status}" for status, count in sorted(counts.items(), key=_ok_first)) or "nothing to run")
-    seen = {}
+    seen, cells = {}, {}
+    for record in records:
+        cells.setdefault((record["cell"], record["pass"]), []).append(record["warnings"])
+    seldom = {key: trouble.seldom(warnings) for key, warnings in cells.items()}
     for record in records:
         if record["status"] != "ok":
-            seen.setdefault((record["variant"], _verdict(record), record["reason"]), record["reason"])
+            seen.setdefault((record["variant"], verdict(record), record["reason"]), record["reason"])
         if record["unranked"]:
             kind = re.sub(r"\d[\d.e+-]*", "#", record["unranked"])  # its numbers differ from row to row
             seen.setdefault((record["variant"], "unranked", kind), record["unranked"])
         for warning in record["warnings"]:
-            seen.setdefault((record["variant"], "warning", warning), warning)
+            if warning not in seldom[record["cell"], record["pass"]]:
+                seen.setdefault((record["variant"], "warning", warning), warning)
     for (variant, status, _), reason in seen.items():
         print(f"  {variant}: {status}: {reason}")
 

@@ -57,7 +57,7 @@ def pytest_runtest_setup(item):
 def disturbed():
     """Why times of the test that runs are doubtful: the host or a CPU quota took the processor, or it was too hot."""
     found = trouble.between(began["system"], trouble.look())
-    return trouble.doubts({**found, "other_cpu_s": 0, "swapped_pages": 0}, time.monotonic() - began["at"])
+    return trouble.doubts({**found, "other_cpu_s": 0, "swapped_pages": 0}, time.monotonic() - began["at"], threads=1)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -48,7 +48,9 @@ class Bench:
         series = self.store.folder / "series" / f"{stem}.csv"
         calibrated = self.plan.peaks and kind == "timed" and cell.refused is None
         peaks = self.host.peaks(cell.parameters.threads) if calibrated else None
-        started, begun, before = timestamp(), self.host.clock(), self.host.look()
+        started, begun = timestamp(), self.host.clock()
+        build = self._build(cell)  # what other programs do meanwhile disturbs nothing
+        looked, before = self.host.clock(), self.host.look()
         arrays = self.plan.arrays[cell.scene_version]
         # Cells under stress are many, and how long they compile is not asked.
         cache = self.caches / (f"{cell.entry.name}.stress" if cell.stressed else cell.key)
@@ -60,7 +62,7 @@ class Bench:
             result = self.untimed.run(*job_of_cell, **held)
         else:
             result = self.host.run(*job_of_cell, **held, series=series, interval=self.interval)
-        disturbed = trouble.between(before, self.host.look())
+        disturbed, seconds = trouble.between(before, self.host.look()), self.host.clock() - looked
         record = {
             "host": self.store.host,
             **cell.facts(),
@@ -74,7 +76,7 @@ class Bench:
             **row.measured(result, series),
             "disturbed": disturbed,
             "gpu": _gpu(cell.entry, result, series),
-            "build": self._build(cell),
+            "build": build,
             "picture": None,
             "agreement": None,
             "error": None,
@@ -82,7 +84,7 @@ class Bench:
             "stability": None,
         }
         if record["wall_s"] is not None:
-            record["warnings"] += trouble.doubts(disturbed, record["wall_s"])
+            record["warnings"] += trouble.doubts(disturbed, seconds, cell.parameters.threads)
         if cell.stressed and result.array is not None:  # one that is no valid answer too: it is counted, and fails
             record["stability"] = cell.stressed.record(result, cell.parameters)
             if cell.parameters.kind == "image":

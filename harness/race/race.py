@@ -26,8 +26,9 @@ from harness.store.alone import only_one
 STATE = ("load", "pressure", "frequency", "governor", "turbo")  # of the environment, again when a run has ended
 REMEDY = "what had finished is kept; start a new run with what is there now"
 
-# tell(cell, record, done, all, seconds left or None)
+# tell(cell, record, done, all, seconds left or None), begins(cell, done, all, seconds left or None)
 Tell = Callable[[Cell, dict, int, int, float | None], None]
+Begins = Callable[[Cell, int, int, float | None], None]
 
 
 def run(
@@ -42,8 +43,9 @@ def run(
     earlier: Iterable[dict] = (),
     part: dict | None = None,
     elsewhere: Iterable[dict] = (),
+    begins: Begins = lambda *_: None,
 ) -> list[dict]:
-    """Run every repetition of the plan into `folder`; the records. `tell` hears of each.
+    """Run every repetition of the plan into `folder`; the records. `begins` hears of each before it, `tell` after it.
 
     resumed: the folder is of a run that was cut off; only what it lacks is run (resume.py). budget: seconds after which
     nothing more is begun, nor what is predicted to end later; as all cells have their turn before any has its second,
@@ -55,7 +57,8 @@ def run(
     if not resumed:
         folder.mkdir(parents=True, exist_ok=True)
     with only_one(folder), where.exclusive():
-        return _run(experiment, plan, known, folder, tell, resumed, budget, where, earlier, part, list(elsewhere))
+        heard = tell, begins
+        return _run(experiment, plan, known, folder, heard, resumed, budget, where, earlier, part, list(elsewhere))
 
 
 def describe(experiment: Experiment, plan: Plan) -> dict:
@@ -75,7 +78,7 @@ def describe(experiment: Experiment, plan: Plan) -> dict:
     }
 
 
-def _run(experiment, plan, known, folder, tell, resumed, budget, host, earlier, part, elsewhere) -> list[dict]:
+def _run(experiment, plan, known, folder, heard, resumed, budget, host, earlier, part, elsewhere) -> list[dict]:
     facts = {**describe(experiment, plan), **(part or {})}
     records = []
     if resumed and not store.is_blank(folder):
@@ -85,7 +88,7 @@ def _run(experiment, plan, known, folder, tell, resumed, budget, host, earlier, 
         run_store.describe(**facts)
         with scratch() as caches, host.untimed() as untimed:
             bench = Bench(plan, known, run_store, caches, experiment.measure.interval, host, untimed)
-            _Loop(experiment, plan, bench, records, tell, host.clock() + budget, earlier, elsewhere).run()
+            _Loop(experiment, plan, bench, records, heard, host.clock() + budget, earlier, elsewhere).run()
         state = environment.capture()
         run_store.describe(**facts, ended={"at": timestamp(), **{name: state[name] for name in STATE}})
     finally:
@@ -102,12 +105,13 @@ class _Loop:
         plan: Plan,
         bench: Bench,
         records: list[dict],
-        tell: Tell,
+        heard: tuple[Tell, Begins],
         end: float,
         earlier,
         elsewhere,
     ):
-        self.plan, self.bench, self.records, self.tell, self.end = plan, bench, records, tell, end
+        self.plan, self.bench, self.records, self.end = plan, bench, records, end
+        self.tell, self.begins = heard
         self.clock = bench.host.clock
         self.gpu_load = experiment.measure.gpu_load
         self.elsewhere = elsewhere
@@ -154,6 +158,7 @@ class _Loop:
     def _take(self, turn: Turn) -> None:
         stopping.heed_again()
         _must_be_unchanged(turn.cell)
+        self.begins(turn.cell, len(self.records), self.total, self._time_left())
         record = self.bench.repeat(*turn)
         _must_be_unchanged(turn.cell)  # else nobody knows which of the two has run
         self.bench.store.append(record)

@@ -15,7 +15,7 @@ from pathlib import Path
 from harness.errors import UserError
 from harness.renderer import builder, manifest
 from harness.renderer.parameters import Parameters
-from harness.system import cuda
+from harness.system import cuda, trouble
 
 SEARCH_PATH = "RAYRACE_RENDERERS"
 NOT_SOURCES = {"__pycache__", "NOTES.md", "README.md"}
@@ -213,7 +213,7 @@ def _is_installed(module: str) -> bool:
 
 
 def usable_cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return len(trouble.usable())
 
 
 def folders(extra: tuple[Path, ...] = ()) -> list[Path]:

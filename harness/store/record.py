@@ -86,4 +86,4 @@ def agreement_of(told: dict | None) -> str:
 
 
 def percent(share: float) -> str:
-    return f"{100 * share:.2g} %" if share else "none"
+    return f"{float(f'{100 * share:.2g}'):g} %" if share else "none"

@@ -7,7 +7,12 @@ swapped_pages  to and from the disk (/proc/vmstat)
 held_back_s    time for which a CPU quota stopped this control group, or an outer one (cpu.stat)
 throttled      number of times that a core was slowed down because of heat
 
-Each is a number, or {"unavailable": reason}. CPU times have a resolution of one clock tick for each core, 10 ms.
+Each is a number, or {"unavailable": reason}. CPU times are of the cores that this process may use, and have a
+resolution of one clock tick for each of them, 10 ms.
+
+Other programs disturb a renderer where they leave it fewer cores than it has threads: on a machine with 4 cores, one
+thread is not disturbed by what the others do on 3. Two threads of one physical core slow each other down, so physical
+cores count.
 """
 
 import os
@@ -17,7 +22,7 @@ from harness.system import cgroup
 
 ROOT = Path("/")
 LEAST_S = 0.1  # s: less is within the resolution of the counters
-SHARE = 0.05  # of the wall time: more CPU seconds are a disturbance
+SHARE = 0.05  # of a core, beyond those that are free: it slows one thread down by so much at most
 CORE_FIELDS, STEAL_FIELD = (0, 1, 2, 5, 6), 7  # of /proc/stat: user, nice, system, irq, softirq; steal
 
 DOUBTS = {
@@ -31,10 +36,10 @@ DOUBTS = {
 
 def look(root: Path = ROOT) -> dict:
     """The counters now, each a number or the reason why it is unavailable."""
-    own = os.times()
+    own, cores = os.times(), usable()
     return {
-        "steal_s": _told(root / "proc/stat", lambda text: _cpu_s(text, (STEAL_FIELD,))),
-        "busy_s": _told(root / "proc/stat", lambda text: _cpu_s(text, CORE_FIELDS)),
+        "steal_s": _told(root / "proc/stat", lambda text: _cpu_s(text, cores, (STEAL_FIELD,))),
+        "busy_s": _told(root / "proc/stat", lambda text: _cpu_s(text, cores, CORE_FIELDS)),
         "own_s": own.user + own.system + own.children_user + own.children_system,
         "waited_s": _told(root / "proc/pressure/cpu", _waited),
         "swapped_pages": _told(root / "proc/vmstat", _swapped),
@@ -55,12 +60,37 @@ def between(before: dict, after: dict) -> dict:
     return {"steal_s": changed.pop("steal_s"), "other_cpu_s": other, **changed}
 
 
-def doubts(found: dict, wall_s: float) -> list[str]:
-    """The texts of DOUBTS for a repetition of `wall_s` seconds. found: of `between`."""
-    limits = dict.fromkeys(("steal_s", "other_cpu_s"), max(LEAST_S, SHARE * wall_s))
+def doubts(found: dict, seconds: float, threads: int, cores: int | None = None) -> list[str]:
+    """The texts of DOUBTS for a repetition. found: of `between`, over so many seconds. threads: of the renderer.
+
+    cores: physical ones that it may use; None: those of this machine.
+    """
+    least = max(LEAST_S, SHARE * seconds)
+    free = max(0, (physical() if cores is None else cores) - threads)
+    limits = {"steal_s": least, "other_cpu_s": least + free * seconds}
     return [
         text for name, text in DOUBTS.items() if not isinstance(found[name], dict) and found[name] > limits.get(name, 0)
     ]
+
+
+def seldom(warnings: list[list[str]]) -> set[str]:
+    """The texts of DOUBTS that fewer than half of the repetitions of a cell have: so few move no median.
+
+    warnings: of each repetition.
+    """
+    found = [text for texts in warnings for text in texts]
+    return {text for text in DOUBTS.values() if 2 * found.count(text) < len(warnings)}
+
+
+def usable() -> set[int]:
+    """The numbers of the cores that this process may use."""
+    return set(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else range(os.cpu_count() or 1))
+
+
+def physical(root: Path = ROOT) -> int:
+    """How many physical cores the usable ones are; where the system does not tell, each is one."""
+    siblings = (root / f"sys/devices/system/cpu/cpu{number}/topology/thread_siblings_list" for number in usable())
+    return len({_told(path, str.strip) for path in siblings})
 
 
 def _told(path: Path, read):
@@ -71,10 +101,13 @@ def _told(path: Path, read):
         return f"{path}: {getattr(error, 'strerror', None) or 'not as expected'}"
 
 
-def _cpu_s(text: str, fields: tuple[int, ...]) -> float:
-    """CPU seconds in these fields of the first line of /proc/stat."""
-    ticks = [int(word) for word in text.splitlines()[0].split()[1:]]
-    return sum(ticks[field] for field in fields) / os.sysconf("SC_CLK_TCK")
+def _cpu_s(text: str, cores: set[int], fields: tuple[int, ...]) -> float:
+    """CPU seconds of these cores in these fields of /proc/stat."""
+    lines = (line.split() for line in text.splitlines() if line.startswith("cpu"))
+    ticks = [list(map(int, words)) for name, *words in lines if name[3:] and int(name[3:]) in cores]
+    if len(ticks) < len(cores):
+        raise ValueError
+    return sum(line[field] for line in ticks for field in fields) / os.sysconf("SC_CLK_TCK")
 
 
 def _waited(text: str) -> float:

@@ -1,11 +1,13 @@
 """Writes the section on doubts: warnings of scenes and repetitions, and processes that waited for a core."""
 
+import itertools
 import re
 from pathlib import Path
 
+from harness.system import trouble
 from reports.page.summary import where
 from reports.paper import markdown
-from reports.run.results import Cell, Results, point_label
+from reports.run.results import Cell, Results, grouped, point_label
 
 STARVED = 0.9  # of a core: a renderer that computes all the time, and gets its core, uses more
 SHORTEST = 0.2  # s of a process; of a shorter one starting is a large part
@@ -23,11 +25,11 @@ def _warnings(results: Results) -> list[str]:
     for cell in results.cells:
         for kind, text in _doubts(results, cell):
             found.setdefault((cell.variant, kind), []).append((text, cell.place))
-    for record in results.records:
-        if record.get("pass") == "pair":
-            place = record["scene"], point_label(record["point"])
-            for kind, text in _of_row(record, "a second process of the A/A pair"):
-                found.setdefault((record["variant"], kind), []).append((text, place))
+    pairs = grouped((row for row in results.records if row.get("pass") == "pair"), lambda row: row["cell"])
+    for mine in pairs.values():
+        place = mine[0]["scene"], point_label(mine[0]["point"])
+        for kind, text in _of_rows(mine, "a second process of the A/A pair"):
+            found.setdefault((mine[0]["variant"], kind), []).append((text, place))
     return [
         f"{markdown.escape(variant)}: {markdown.escape(doubts[0][0])}"
         + (f", and {len(doubts) - 1} more like it" if len({text for text, _ in doubts}) > 1 else "")
@@ -38,11 +40,10 @@ def _warnings(results: Results) -> list[str]:
 
 def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
     """Returns the doubts about a cell, each with its kind: its text without numbers."""
-    found = [(_kind(text), f"ok{text}") for text in (cell.lost, cell.disturbed) if text and cell.status == "ok"]
-    for row in cell.timed:
-        found += [(_kind(text), text) for text in results.records[row]["warnings"]]
-    for row in cell.loaded:
-        found += _of_row(results.records[row], "" if cell.as_meant else "a repetition of its load pass")
+    found = [(_kind(cell.lost), f"ok{cell.lost}")] if cell.lost and cell.status == "ok" else []
+    found += _of_rows([results.records[row] for row in cell.timed])
+    loaded = [results.records[row] for row in cell.loaded]
+    found += _of_rows(loaded, "" if cell.as_meant else "a repetition of its load pass")
     share = _share_of_a_core(cell)
     if share is not None and share < STARVED and not cell.gpu:
         found.append(
@@ -51,10 +52,16 @@ def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
     return found
 
 
-def _of_row(record: dict, what: str) -> list[tuple[str, str]]:
-    """Returns the doubts about a row that no table of times shows; if `what` names it, also that it is not ok."""
-    bad = [f"{what} is not ok: {record['status']}: {record['reason']}"] if what and record["status"] != "ok" else []
-    return [(_kind(text), text) for text in bad + record["warnings"]]
+def _of_rows(records: list[dict], what: str = "") -> list[tuple[str, str]]:
+    """Returns the doubts about the repetitions of a cell; if `what` names them, also which of them are not ok."""
+    warnings = [record["warnings"] for record in records]
+    seldom = trouble.seldom(warnings)
+    bad = [
+        f"{what} is not ok: {record['status']}: {record['reason']}"
+        for record in records
+        if what and record["status"] != "ok"
+    ]
+    return [(_kind(text), text) for text in [*bad, *itertools.chain(*warnings)] if text not in seldom]
 
 
 def _kind(text: str) -> str:

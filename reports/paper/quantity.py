@@ -4,7 +4,7 @@ import math
 
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
-from reports.run.cell import Missing
+from reports.run.missing import Missing
 
 NO_INTERVAL = "(no interval, n = {})"  # too few processes
 SECONDS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
@@ -102,6 +102,8 @@ def _with_unit(value: Estimate | Missing | float | str, size: float, name: str) 
         return f"{plain(value / size)} {name}"
     if value.low is None:
         return f"{plain(value.value / size)} {name} {NO_INTERVAL.format(value.processes)}"
+    if value.low == value.high:
+        return f"{plain(value.value / size)} {name}, all equal"
     return f"{interval(value.value / size, value.low / size, value.high / size)} {name}"
 
 

@@ -11,20 +11,10 @@ from harness.statistics.statistics import Estimate
 from harness.store import record
 from harness.store.record import CONTRADICTED
 from reports.run import repetition
+from reports.run.missing import Missing
 
 OF_FRAMES = ("first_s", *repetition.OF_STEADY)
-MOST_UNSTEADY = 1 / 2  # of the repetitions of a cell with a steady time: the machine disturbs a few
 BAD_FIRST = ("wrong picture", "failed", "timeout", "killed", "unsupported", "unavailable")
-
-
-@dataclass(frozen=True)
-class Missing:
-    """A missing value and the reason. Its text starts with "unavailable"."""
-
-    reason: str
-
-    def __str__(self):
-        return self.reason if self.reason.startswith("unavailable") else f"unavailable: {self.reason}"
 
 
 class Table:
@@ -165,7 +155,7 @@ class Cell:
         """Status and reason, how many repetitions of an ok cell were not ok, and why it is apart."""
         if self.status == "wrong picture" and self.exhibit:
             return f"{self.apart}; its picture is wrong, as meant: {self.reason}"
-        text = f"ok{self.lost}{self.disturbed}" if self.status == "ok" else f"{self.status}: {self.reason}"
+        text = f"ok{self.lost}" if self.status == "ok" else f"{self.status}: {self.reason}"
         return f"{text}; {self.apart}" if self.apart else text
 
     @property
@@ -180,27 +170,10 @@ class Cell:
         return f", but {len(bad)} of {len(self.timed)} repetitions not: {why}"
 
     @cached_property
-    def _without_steady(self) -> tuple[int, str]:
-        """How many repetitions that count have no steady state, and the reason of the first."""
-        states, notes = (self.known(name) for name in ("steady_state", "steady_note"))
-        none = [row for row in self.counting if states.get(row, "none") == "none"]
-        return len(none), notes.get(none[0], steady.NO_FRAMES) if none else ""
-
-    @property
     def unsteady(self) -> str:
-        """Why it has no steady time, "" if it has: over half of the repetitions that count reach no steady state."""
-        count, note = self._without_steady
-        if count <= MOST_UNSTEADY * len(self.counting):
-            return ""
-        return note if count == len(self.counting) else f"{note}, in {count} of {len(self.counting)} repetitions"
-
-    @property
-    def disturbed(self) -> str:
-        """How many repetitions of a cell with a steady time reach no steady state, and why; "" if none."""
-        count, note = self._without_steady
-        if self.unsteady or not count:
-            return ""
-        return f", but {count} of {len(self.counting)} repetitions have {note}"
+        """Why it has no steady time, "" if it has: its repetitions that count have no steady state together."""
+        notes = self.known("steady_note")
+        return steady.together(list(self.known("change").values()), [notes.get(row, "") for row in self.counting])
 
     @property
     def outlying(self) -> int:

@@ -27,6 +27,7 @@ STANDS_FOR = {
     "samples": "n × n", "feelers": "n feelers", "glossy_rays": "n glossy rays", "adaptive_threshold": "threshold t",
     "cutoff": "cut-off w", "depth": "depth d",
 }  # fmt: skip
+HIERARCHIES = {"none": "no hierarchy", "bvh": "hierarchy"}
 PLAIN = "as by default"  # in place of an empty name
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -173,6 +174,10 @@ class Names:
 
     def method(self, cell: Cell, *dials: str | None) -> str:
         """Returns the name of the method, "" for the default one, without the values of `dials`."""
+        return ", ".join(self.words(cell, *dials))
+
+    def words(self, cell: Cell, *dials: str | None) -> list[str]:
+        """Returns the parts of `method`, one for each choice that is not the default and each dial that varies."""
         told = of(cell)
 
         def number(key: str, text: str) -> str:
@@ -183,6 +188,7 @@ class Names:
 
         sampler, cutoff = told.get("sampler", "one"), told.get("cutoff", 0)
         words = [
+            other("vector", "lanes"),
             other("precision", f"{told['precision']}"),
             other("floating_point", f"{told.get('floating_point')} floating point"),
             *(other(key, f"{told.get(key)} {what}") for key, what in STEPS.items()),
@@ -200,14 +206,14 @@ class Names:
             number("cutoff", f"cut-off {_power(cutoff)}") if cutoff else "",
             number("depth", f"depth {told['depth']}") if "depth" in self.turned and told["depth"] != self.depth else "",
             other("walk", f"{told.get('walk')} walk"),
-            other("accel", f"accel {told.get('accel')}"),
+            other("accel", HIERARCHIES.get(told.get("accel"), "")),
             other("kernel", f"{told.get('kernel')} kernel"),
-            other("vector", "vector"),
             *(other(key, f"{key} {told.get(key)}") for key in launch.UNSEEN),
-            f"{told.get('threads')} threads" if cell.variant in self.threaded else "",
+            _threads(told.get("threads")) if cell.variant in self.threaded else "",
             other("seed", f"seed {told.get('seed')}"),
+            f"epsilon {cell.swept['epsilon']}" if "epsilon" in cell.swept else "",  # else it follows from the precision
         ]  # fmt: skip
-        return ", ".join(filter(None, words))
+        return [word for word in words if word]
 
 
 def curves(cells: list[Cell], names: Names) -> list[Curve]:
@@ -244,6 +250,10 @@ def _along(cells: list[Cell], dial: str) -> list[list[Cell]]:
 
 def _many(count: int, what: str, none: str) -> str:
     return f"{count} {what}" if count else none
+
+
+def _threads(count: int | None) -> str:
+    return "1 thread" if count == 1 else f"{count} threads"
 
 
 def _power(value: float) -> str:

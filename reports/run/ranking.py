@@ -20,7 +20,11 @@ def baseline(results: Results, scene: str) -> str | None:
 
 def ratio(cell: Cell, other: Cell, column: str = "steady_s") -> Estimate:
     """Returns the time of `cell` over that of `other`, paired by round if they share enough rounds. Both have times."""
-    above, below = cell.rounds(column), other.rounds(column)
+    return ratio_of_rounds(cell.rounds(column), other.rounds(column))
+
+
+def ratio_of_rounds(above: dict[int, float], below: dict[int, float]) -> Estimate:
+    """Returns the same of times by round."""
     both = sorted(above.keys() & below.keys())
     if len(both) < statistics.LEAST:
         return statistics.ratio(list(above.values()), list(below.values()))

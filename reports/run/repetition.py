@@ -18,7 +18,7 @@ SEEN = {name: f"no_{ERROR[name]}" for name in ("flip", "ssim", "psnr_db")}
 AGREEMENT = "agrees", "not_judged", "agreement_mask_fraction"
 BOUND = {"max": "bound_max", "mean": "bound_mean"}  # of the error of a cut-off
 GPU = "upload_s", "kernel_s", "download_s", "end_to_end_s"
-FRAMES = "steady_state", "steady_note", "steady_frames", "warmup_frames", "outlier_frames"
+FRAMES = "steady_state", "steady_note", "change", "steady_frames", "warmup_frames", "outlier_frames"
 # The columns of the measurer's audit of itself, by the name in the record.
 AUDITED = {
     "interval_p50_s": "tick_p50_s", "interval_p99_s": "tick_p99_s", "ticks": "ticks", "missed": "missed_ticks",
@@ -40,7 +40,8 @@ CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time i
 def row(record: dict) -> dict:
     """Returns a record as a row without its swept point; pandas makes missing values NaN.
 
-    Of a process without a steady state all later frames count, and the cell decides whether to use them.
+    Of a process without a steady state all later frames count, and the cell decides whether to use them. change: the
+    time of its late frames over that of its early ones.
     warmup_frames: before the steady state, frame 0 included. outlier_frames: among the steady ones.
     measured_cpu_s: from the measurer's series; cpu_off: it differs from wait4's by too much. against: what its error is
     held against, in words, "" for the truth of the scene. agrees: whether it agrees with its reference; None where
@@ -79,6 +80,7 @@ def row(record: dict) -> dict:
         "steady_s": steady_s,
         "steady_state": found.state if frames else None,
         "steady_note": found.note or None,
+        "change": found.change,
         "steady_frames": len(kept),
         "warmup_frames": found.warm_up,
         "outlier_frames": sum(statistics.outliers(kept)) if kept else None,

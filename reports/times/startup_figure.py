@@ -30,15 +30,21 @@ ROW, HEAD = 0.3, 1.2  # inches
 class Start:
     """The processes of a variant with the same state of the cache, cold or warm.
 
-    phases: median s by name, in order. total: from the start to the end of the first frame without the build, s.
-    build: s, None if nothing is built.
+    phases: median s by name, in order. rounds: from the start to the end of the first frame without the build, s, by
+    number and pass of the repetition. total: their median. build: s, None if nothing is built.
     """
 
     variant: str
     state: str
     phases: dict[str, float]
+    rounds: dict[tuple[int, str], float]
     total: Estimate
     build: float | None
+
+    @property
+    def compiles(self) -> bool:
+        """Does a cold start differ from a warm one?"""
+        return self.build is not None or "compile" in self.phases
 
 
 def found(results: Results) -> dict[tuple[str, str], list[Start]]:
@@ -80,8 +86,10 @@ def _start(variant: str, which: str, records: list[dict]) -> Start:
     names = dict.fromkeys(name for one in spent for name in one)
     medians = {name: statistics.median([one.get(name, 0.0) for one in spent]).value for name in names}
     builds = [record["build"]["seconds"] for record in records if record["build"]] if which == "cold" else []
-    total = statistics.median([sum(one.values()) for one in spent])
-    return Start(variant, which, medians, total, builds[0] if builds else None)
+    names = [(record["repetition"], record.get("pass") or "timed") for record in records]
+    rounds = {name: sum(one.values()) for name, one in zip(names, spent, strict=True)}
+    total = statistics.median([*rounds.values()])
+    return Start(variant, which, medians, rounds, total, builds[0] if builds else None)
 
 
 def phases(record: dict) -> dict[str, float]:

@@ -53,7 +53,7 @@ def test_a_full_disk(rayrace, disk, tmp_path, injected):
     file, words = faulty.tiny(tmp_path / "tiny", processes=6)
     folder, lost = disk(240) / "run", 0
     done = rayrace("run", file, "--out", folder, *words, code=2)
-    assert_said(done, "No space left on device", f"what had finished is in {folder}; go on with --resume {folder}")
+    assert_said(done, "No space left on device", f"repetitions are kept in {folder}", f"--resume {folder}")
     before = (folder / "repetitions.jsonl").read_bytes()
     whole = before[: before.rfind(b"\n") + 1]
     assert 0 < whole.count(b"\n") < 18 and not list(folder.rglob("*.part"))

@@ -96,7 +96,7 @@ def of_harness() -> Iterator[Part]:
         "steady",
         ("harness/statistics/steady.py",),
         11,
-        ("tests/harness/statistics/test_steady.py", f"tests/harness/race/test_mock.py {reports}"),
+        ("tests/harness/statistics", f"tests/harness/race/test_mock.py {reports}"),
     )
     yield Part(
         "store",

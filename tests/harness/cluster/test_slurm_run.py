@@ -204,7 +204,11 @@ def test_a_full_disk(shell):
     try:
         side = ("--set", "sweep.side=[80, 120, 160]")
         told = shell.rayrace("run", "e.toml", *side, "--executor", "slurm", "--out", "small/run", code=1)
-        assert "no space is left on the disk" in told and "are left; --resume small/run goes on" in told
+        assert (
+            "no space is left on the disk" in told
+            and "are left; go on with: rayrace run " in told
+            and "--resume small/run\n" in told
+        )
         rows = shell.rows("small/run")
         assert len(rows) == 12 and {row["status"] for row in rows} <= {"ok", "failed"}
         assert any(row["status"] == "failed" for row in rows)

@@ -169,7 +169,7 @@ def test_a_budget_makes_a_thinner_study_that_can_be_gone_on_with(rayrace, experi
     turns = {cell: max(n for other, n in done if other == cell) for cell, _ in done}
     assert 2 <= len(done) < 60 and len(turns) == 2 and max(turns.values()) - min(turns.values()) <= 1
     left = 90 - len(store.read(folder)[1])  # the A/A pair is one cell more
-    assert f"{left} repetitions are left; --resume {folder} goes on" in said
+    assert f"{left} repetitions are left; go on with: rayrace run {file} --resume {folder}\n" in said
     said = rayrace("run", file, "--resume", folder, "--set", "processes=2", code=0).stdout
     assert "are left" not in said
     rayrace("run", file, "--out", tmp_path / "none", "--max-minutes", 0, code=0)

@@ -1,6 +1,7 @@
 """A harness that is stopped takes the renderer under way with it and leaves the finished rows."""
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -77,9 +78,9 @@ def test_stopped(number, started, rows):
     assert harness.returncode == (130 if number == signal.SIGINT else -number)
     if number == signal.SIGINT:
         said = (lines.parents[1] / "said").read_text()
-        assert said.splitlines()[-1] == (
-            f"stopped; what had finished is in {lines.parent}; go on with --resume {lines.parent}"
-        )
+        kept = f"{len(lines.read_text().splitlines())} of 5 repetitions are kept in {lines.parent}"
+        words = ["rayrace", "run", lines.parents[1] / "experiment.toml", "--renderer", folder, "--resume", lines.parent]
+        assert said.splitlines()[-1] == f"stopped; {kept}; go on with: {shlex.join(map(str, words))}"
         assert "Traceback" not in said
     wait_until(lambda: not processes(f"{folder}/main.py"))
     wait_until(lambda: not any(os.path.exists(f"/proc/{pid}") for pid in own))

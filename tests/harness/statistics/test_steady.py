@@ -101,17 +101,55 @@ def test_two_levels_are_no_steady_state(count, outliers, ends):
 
 
 def test_the_note_says_what_changed():
-    # frame n lasts 2 - n / 100: the median of frames 1 to 50 is 1.745, of 51 to 100 1.245, 28.7 % less
+    # frame n lasts 2 - n / 100: the median of frames 1 to 33 is 1.83, of 68 to 100 1.16, 36.6 % less
     found = steady.find((2 - np.arange(101) / 100).tolist())
-    assert found.note == "no steady state: its frames still became 29 % faster"
-    found = steady.find([1.0] * 60 + [0.5] * 40)
-    assert found.note == "no steady state: 60 of 100 frames came before the last level"
+    assert found.note == "no steady state: its frames became 37 % faster"
+    assert found.change == pytest.approx(1.16 / 1.83)
+    found = steady.find([1.0] * 60 + [2.5] * 40)
+    assert found.note == "no steady state: its frames became 150 % slower"
+
+
+def test_a_late_change_that_is_small_is_none():
+    """More than 1/3 of the frames lie outside the band of 2 % around the last level: all count."""
+    found = steady.find([9.0] + [1.0] * 13 + [1.04] * 17)
+    assert found == steady.Steady(1, "steady", change=1.04)
+    assert steady.find([9.0] + [1.0] * 13 + [1.06] * 17).state == "none"
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ([1.06] * 5, "6 % slower"),
+        ([0.9] * 5, "10 % faster"),
+        ([1.05] * 5, ""),  # not more than 5 %
+        ([0.97] * 5, ""),
+        ([1.2] * 4 + [0.99], ""),  # the interval of 5 is their range
+        ([1.2] * 9 + [0.8], "20 % slower"),  # that of 10 leaves out one on either side
+        ([1.2] * 8 + [0.8] * 2, ""),
+        ([1.2, 0.8] * 5, ""),
+    ],
+)
+def test_processes_that_change_alike_have_no_steady_state_together(changes, told):
+    found = steady.together(changes, [""] * len(changes))
+    assert found == (told and f"no steady state: the frames of {len(changes)} processes became {told}")
+    assert steady.together(changes, ["a note"] * len(changes)) == found
+
+
+@pytest.mark.parametrize(
+    ("notes", "told"),
+    [
+        (["a"], "a"), ([""], ""), (["a", ""], ""), (["", "a", "b"], "a, in 2 of 3 repetitions"), (["a", "b"], "a"),
+        (["a", "", "", "b"], ""), ([], ""),
+    ],
+)  # fmt: skip
+def test_of_few_processes_more_than_half_must_have_none(notes, told):
+    assert steady.together([1.5] * len(notes), notes) == told
 
 
 def test_few_frames_are_assumed_to_be_steady():
     assert steady.find([9.0, 1.0]) == steady.find([9.0, 1.0, 2.0]) == steady.Steady(1, "assumed")
     assert steady.find([9.0] + [1.0] * 9).state == "assumed"
-    assert steady.find([9.0] + [1.0] * 10) == steady.Steady(1, "steady", warm_up=1)
+    assert steady.find([9.0] + [1.0] * 10) == steady.Steady(1, "steady", warm_up=1, change=1.0)
 
 
 @pytest.mark.parametrize(

@@ -15,17 +15,22 @@ HERTZ = os.sysconf("SC_CLK_TCK")
 
 
 @pytest.fixture
-def system(tmp_path):
-    """system(steal=..): files of a system with these counters; system.folder is its root."""
+def system(tmp_path, monkeypatch):
+    """system(steal=..): files of a system with these counters, of which two cores of three may be used; system.folder
+    is its root."""
 
-    def write(steal=0.0, busy=0.0, waited=0.0, swapped=0, throttled=0, held_back=0.0):
+    monkeypatch.setattr(trouble, "usable", lambda: {0, 1})
+
+    def write(steal=0.0, busy=0.0, waited=0.0, swapped=0, throttled=0, held_back=0.0, foreign=0.0):
         def put(name, text):
             path = tmp_path / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text)
 
         ticks = [int(busy * HERTZ), 0, 0, 555, 66, 0, 0, int(steal * HERTZ), 0, 0]
-        put("proc/stat", f"cpu  {' '.join(map(str, ticks))}\ncpu0 1 2 3\n")
+        elsewhere = [int(foreign * HERTZ)] * 10
+        lines = [f"cpu{n} {' '.join(map(str, t))}" for n, t in ((0, ticks), (1, [0] * 10), (2, elsewhere))]
+        put("proc/stat", "\n".join(["cpu  9 9 9", *lines, "intr 5"]) + "\n")
         put("proc/pressure/cpu", f"some avg10=0.00 avg60=0.00 avg300=0.00 total={int(waited * 1e6)}\nfull total=0\n")
         put("proc/vmstat", f"nr_free_pages 5\npswpin {swapped}\npswpout 7\n")
         put("sys/fs/cgroup/cgroup.controllers", "cpu memory\n")
@@ -58,18 +63,49 @@ def test_each_counter(system, change, name, value, doubtful):
     before = system()
     found = trouble.between(before, {**system(**change), "own_s": before["own_s"]})
     assert found == {**QUIET, name: pytest.approx(value)}
-    assert trouble.doubts(found, 2.0) == ([trouble.DOUBTS[name]] if doubtful else [])
+    assert trouble.doubts(found, 2.0, threads=2, cores=2) == ([trouble.DOUBTS[name]] if doubtful else [])
 
 
 def test_its_own_work_is_not_another_s(system):
     before = system()
     found = trouble.between(before, {**system(busy=3.0), "own_s": before["own_s"] + 2.96})
-    assert found["other_cpu_s"] == pytest.approx(0.04) and not trouble.doubts(found, 2.0)
+    assert found["other_cpu_s"] == pytest.approx(0.04) and not trouble.doubts(found, 2.0, threads=2, cores=2)
 
 
 def test_a_long_repetition_bears_more(system):
     found = trouble.between(system(), system(steal=1.0))
-    assert trouble.doubts(found, 10.0) and not trouble.doubts(found, 30.0)
+    assert trouble.doubts(found, 10.0, threads=2) and not trouble.doubts(found, 30.0, threads=2)
+
+
+@pytest.mark.parametrize(
+    ("others", "threads", "cores", "doubtful"),
+    [
+        (2.0, 1, 2, False),  # a busy program has the other core
+        (2.3, 1, 2, True),  # and takes of this one
+        (2.3, 1, 4, False),
+        (0.05, 2, 2, False),
+        (0.2, 2, 2, True),  # no core is free
+        (0.2, 8, 2, True),
+    ],
+)
+def test_others_disturb_where_they_leave_too_few_cores(system, others, threads, cores, doubtful):
+    """Over 2 s."""
+    found = trouble.between({**system(), "own_s": 0}, {**system(busy=others + 1.0), "own_s": 1.0})
+    assert trouble.doubts(found, 2.0, threads, cores) == [trouble.DOUBTS["other_cpu_s"]] * doubtful
+
+
+def test_cores_that_it_may_not_use_do_not_count(system):
+    found = trouble.between({**system(), "own_s": 0}, {**system(foreign=2.0), "own_s": 0})
+    assert found["other_cpu_s"] == 0
+
+
+def test_two_threads_of_a_core_are_one_core(system):
+    assert trouble.physical(system.folder) == 2  # it is not told
+    for number in (0, 1):
+        place = system.folder / f"sys/devices/system/cpu/cpu{number}/topology"
+        place.mkdir(parents=True)
+        (place / "thread_siblings_list").write_text("0-1\n")
+    assert trouble.physical(system.folder) == 1
 
 
 def test_what_is_not_told_has_its_reason(system):
@@ -81,7 +117,7 @@ def test_what_is_not_told_has_its_reason(system):
         assert "No such file" in found[name]["unavailable"]
     (system.folder / "proc/stat").write_text("nonsense\n")
     assert "not as expected" in trouble.look(system.folder)["steal_s"]
-    assert trouble.doubts(found, 1.0) == []
+    assert trouble.doubts(found, 1.0, threads=1) == []
     nothing = trouble.look(system.folder / "nowhere")
     assert nothing["throttled"] == "the system counts none"
     assert nothing["held_back_s"] == "no control group counts it"
@@ -97,7 +133,8 @@ def test_a_load_beside_is_seen_and_its_own_is_not():
     time.sleep(1.0)
     found = trouble.between(before, trouble.look())
     other.wait()
-    assert found["other_cpu_s"] > 0.3 and trouble.DOUBTS["other_cpu_s"] in trouble.doubts(found, 1.0)
+    assert found["other_cpu_s"] > 0.3
+    assert trouble.DOUBTS["other_cpu_s"] in trouble.doubts(found, 1.0, threads=trouble.physical())
 
 
 def test_it_is_in_the_row(rayrace, experiment, rows, tmp_path):
@@ -107,13 +144,15 @@ def test_it_is_in_the_row(rayrace, experiment, rows, tmp_path):
 
 
 def test_a_row_that_was_disturbed_says_so(rayrace, experiment, rows, tmp_path):
+    """A busy program on each core leaves a thread none."""
     file = experiment(["python"], size=90, frames=3)
-    other = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in trouble.usable()]
     try:
         rayrace("run", file, "--out", tmp_path / "run", code=0)
     finally:
-        other.kill()
-        other.wait()
+        for other in others:
+            other.kill()
+            other.wait()
     (row,) = rows(tmp_path / "run")["python"]
     if "unavailable" not in str(row["disturbed"]["other_cpu_s"]):
         assert trouble.DOUBTS["other_cpu_s"] in row["warnings"]

@@ -149,6 +149,7 @@ def test_the_study_is_shown_only_for_its_own_case(load, record):
         (0.000999, "999 µs"), (14800, "14800 s"), (3e-12, "0.00300 ns"), (0, "0 s"), (-0.002, "-2.00 ms"),
         (Estimate(0.0671, 0.0665, 0.0679, 9), "67.1 [66.5, 67.9] ms"),
         (Estimate(0.0671, None, None, 2), "67.1 ms (no interval, n = 2)"),
+        (Estimate(0.0671, 0.0671, 0.0671, 9), "67.1 ms, all equal"),
         (Missing("no clock"), "unavailable: no clock"), ("1 (the baseline)", "1 (the baseline)"),
     ],
 )  # fmt: skip

@@ -1,0 +1,108 @@
+"""Prints the result of a run: who is how fast, what that costs and from when on it pays, and a sentence."""
+
+from pathlib import Path
+
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from harness.store import store
+from rayrace.terminal import console
+from reports.paper import quantity
+
+MOST = 20  # rows
+
+
+def show(folder: Path, records: list[dict]) -> None:
+    """Prints the ranking of a run, what each variant would buy, and the sentence.
+
+    Nothing where fewer than two cells have a result, or where several hosts ran them, whose times are not compared.
+    """
+    if len({record["cell"] for record in records if record["status"] == "ok"}) < 2 or len(store.hosts(folder)) > 1:
+        return
+    from reports.run import results
+    from reports.times import headline
+
+    loaded = results.load(folder)
+    found = headline.of(loaded)
+    notes: dict[str, None] = {}
+    if len(found.bars) > 1:
+        steady = found.clock == headline.STEADY
+        console.print(_ranking(loaded, found, steady, notes))
+        if steady:
+            console.print(_purchase(loaded, found.bars, notes))
+    measured = {record["variant"] for record in records if record["status"] == "ok"}
+    notes |= dict.fromkeys(f"{name}: not ranked: {reason}" for name, reason in found.lacking if name in measured)
+    for text in [*notes, found.sentence]:
+        print(text)
+
+
+def _ranking(loaded, found, steady: bool, notes: dict[str, None]) -> Table:
+    """The contestants, the fastest first. steady: by steady frames, of one place. notes: gets what is said below."""
+    from reports.accuracy import accuracy_columns
+
+    of = [f"one of {len(loaded.places)} places"] * (steady and len(loaded.places) > 1)
+    table = _table(", ".join([found.where, *found.shared, *of]), "", found.clock, "× fastest", "RMSE", "agrees")
+    for bar in found.bars[:MOST]:
+        ratio = "1" if bar.ratio is None else quantity.plain(bar.ratio.value)
+        if bar.ratio and bar.ratio.low is not None and not bar.resolved:
+            ratio += ", not resolved"
+        rmse, _, _, agrees = accuracy_columns.brief(bar.cell)
+        time = bar.time.value if bar.time.low is None else bar.time  # the sentence says that processes are too few
+        table.add_row(*map(escape, (bar.name, quantity.seconds(time), ratio, rmse, agrees)))
+    if len(found.bars) > MOST:
+        notes[f"and {len(found.bars) - MOST} more: rayrace report {loaded.folder}"] = None
+    return table
+
+
+def _purchase(loaded, bars: list, notes: dict[str, None]) -> Table:
+    """What each contestant would buy in place of `python`, else of the slowest, and what it costs."""
+    from reports.times import startup_table
+
+    compared = [bar for bar in bars if bar.compared]
+    base = next((bar for bar in compared if bar.cell.variant == "python"), compared[-1])
+    table = _table(
+        f"in place of {base.name}, with nothing compiled before",
+        "",
+        "speed-up",
+        "compile, build",
+        "pays from",
+        "lines",
+        "memory",
+    )
+    for bar in bars[:MOST]:
+        table.add_row(
+            escape(bar.name),
+            f"{quantity.plain(base.time.value / bar.time.value)} ×" if bar is not base else "",
+            _in_short(startup_table.cold(bar.cell), notes),
+            _pays(startup_table, bar, base) if bar is not base else "",
+            str((loaded.record(bar.cell) or {}).get("lines") or "unavailable"),
+            _in_short(bar.cell.median("peak_bytes", "the system does not tell it"), notes, quantity.size),
+        )
+    return table
+
+
+def _pays(startup_table, bar, base) -> str:
+    """The frames for which compiling, from nothing, and rendering them takes less time than with `base`."""
+    starts = startup_table.start_s(bar.cell, warm=False), startup_table.start_s(base.cell, warm=False)
+    if None in starts:
+        return "unavailable"
+    span = startup_table.lead(starts[0], bar.time.value, starts[1], base.time.value)
+    if span is None:
+        return "never"
+    return f"frame {span[0]}" + (f" to {span[1]}" if span[1] else "")
+
+
+def _table(title: str, first: str, *numbers: str) -> Table:
+    table = Table(first, title=escape(title), title_justify="left", box=box.SIMPLE)
+    for name in numbers:
+        table.add_column(name, justify="right", no_wrap=True)
+    return table
+
+
+def _in_short(value, notes: dict[str, None], show=quantity.seconds) -> str:
+    """The median of an Estimate, or a text; why it is unavailable is a note."""
+    if isinstance(value, quantity.Missing):
+        notes[str(value)] = None
+        return "unavailable"
+    return show(getattr(value, "value", value))
