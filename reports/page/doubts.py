@@ -5,7 +5,7 @@ from pathlib import Path
 
 from reports.page.summary import where
 from reports.paper import markdown
-from reports.run.results import Cell, Results, point_label
+from reports.run.results import Cell, Results, place
 
 STARVED = 0.9  # of a core: a renderer that computes all the time, and gets its core, uses more
 SHORTEST = 0.2  # s of a process; of a shorter one starting is a large part
@@ -25,13 +25,12 @@ def _warnings(results: Results) -> list[str]:
             found.setdefault((cell.variant, kind), []).append((text, cell.place))
     for record in results.records:
         if record.get("pass") == "pair":
-            place = record["scene"], point_label(record["point"])
             for kind, text in _of_row(record, "a second process of the A/A pair"):
-                found.setdefault((record["variant"], kind), []).append((text, place))
+                found.setdefault((record["variant"], kind), []).append((text, place(record)))
     return [
         f"{markdown.escape(variant)}: {markdown.escape(doubts[0][0])}"
         + (f", and {len(doubts) - 1} more like it" if len({text for text, _ in doubts}) > 1 else "")
-        + f" ({where(results, [place for _, place in doubts])})"
+        + f" ({where(results, [at for _, at in doubts])})"
         for (variant, _), doubts in found.items()
     ]
 
