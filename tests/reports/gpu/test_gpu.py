@@ -224,7 +224,7 @@ def test_a_sweep_of_which_nothing_has_a_time_says_so(section, simulated):
     rows = sweep(simulated, [(1, 1), (2, 2)], processes=1)
     for row in rows:
         row["frames_s"] = row["frames_s"][:1]
-    text, figures = section(rows, blocks_figure.TITLE)
+    text, _ = section(rows, blocks_figure.TITLE)
     assert "unavailable: nothing is ranked: ran in the CUDA simulator" in text and "png" not in text
 
 
