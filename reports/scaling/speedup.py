@@ -204,7 +204,7 @@ def draw(results: Results, lines: list[Line]):
     for axes in (left, right):
         axes.set_xscale(scale.name)
         axes.set_xticks(thinning.few(counts, 9), [f"{count:g}" for count in thinning.few(counts, 9)])
-        axes.minorticks_off()
+        axes.xaxis.minorticks_off()
         axes.set_xlabel("threads")
         axes.grid(color="#EEEEEE")
     left.plot(counts, counts, ls="--", lw=0.8, color="#888888")
@@ -267,12 +267,11 @@ def _table(lines: list[Line]) -> str:
     rows = []
     for line in lines:
         known, off = isinstance(line.share, Estimate), line.off
-        most = "unavailable"
-        if known and line.law is AMDAHL:
-            most = "no limit" if line.share.value == 1 else quantity.times(1 / (1 - line.share.value))
+        limited = line.law is AMDAHL and line.share.value < 1 if known else None
+        most = quantity.times(1 / (1 - line.share.value)) if limited else "no limit" if known else "unavailable"
         law, share = f"{line.law.title} ({line.law.scaling})", f"{line.law.name} = " * known + quantity.text(line.share)
         rows.append([line.label, law, share, most, "unavailable" if off is None else quantity.percent(off)])
-    header = ["line", "law", "share", "speed-up of ever more threads (Amdahl)", "off"]
+    header = ["line", "law", "share", "speed-up of ever more threads", "off"]
     return markdown.table(header, rows)
 
 

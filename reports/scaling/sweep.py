@@ -35,7 +35,8 @@ class Axis:
         """Returns a value in words: "300 × 300 pixels", "12 lights", "cutoff 0.01"."""
         if square:
             return "{0} × {0} {1}".format(digits(math.sqrt(value)), self.unit)
-        return f"{digits(value)} {self.unit}" if self.unit else f"{self.name} {digits(value)}"
+        unit = self.unit.removesuffix("s") if value == 1 else self.unit
+        return f"{digits(value)} {unit}" if unit else f"{self.name} {digits(value)}"
 
 
 def digits(value: float) -> str:
@@ -63,11 +64,10 @@ NAMED = (
     Axis("depth", ("depth",), _parameter("depth")),
     Axis("objects", ("objects", "size"), _counted(0, "objects"), "objects"),
     Axis("lights", ("lights",), _counted(1, "lights"), "lights"),
-    Axis("samples", ("samples",), _parameter("samples"), "samples"),
     Axis("threads", ("threads",), _parameter("threads"), "threads"),
     Axis("rays", ("rays",), _parameter("rays"), "rays"),
 )
-ALWAYS = NAMED[:4]  # said in the title of a panel, whatever their values
+ALWAYS = NAMED[:4]  # told in the title of a panel, whatever their values
 
 
 @dataclass(frozen=True)
@@ -182,17 +182,19 @@ def panels(results: Results) -> list[Panel]:
                 *(value for name, value in at[cell].items() if name != axis.name),
             ),
         )  # fmt: skip
+        kept = []
         for mine in groups.values():
             lines = [
                 Line(variant, ", ".join(filter(None, [variant, method])), _along(axis, line, at))
                 for (variant, method), line in grouped(mine, lambda cell: (cell.variant, names[cell])).items()
             ]
-            if not any(len(line.points(TIME)) > 1 for line in lines):
-                continue
+            if any(len(line.points(TIME)) > 1 for line in lines):
+                kept.append((mine, lines))
+        told = _told([mine[0] for mine, _ in kept], [other for other in along if other is not axis], at)
+        for mine, lines in kept:
             squares = axis is PIXELS and all(cell.size[0] == cell.size[1] for cell in mine)
-            fixed = _fixed(mine[0], [other for other in along if other is not axis], at)
             scene = ", ".join(filter(None, _scene(mine[0]))) if len({_scene(cell) for cell in cells}) > 1 else ""
-            found.append(Panel(axis, scene, fixed, lines, gpu.mark(results, mine), squares))
+            found.append(Panel(axis, scene, _fixed(mine[0], told, at), lines, gpu.mark(results, mine), squares))
     return found
 
 
@@ -214,7 +216,8 @@ def crossed(results: Results) -> list[tuple[Axis, Axis, str, dict[tuple[float, f
             by_value = {(at[cell][one.name], at[cell][other.name]): cell for cell in mine}
             columns, rows = ({values[place] for values in by_value} for place in (0, 1))
             if min(len(columns), len(rows)) > 1 and len(by_value) >= len(columns) * len(rows) / 2:
-                label = ", ".join(filter(None, [_scene(mine[0])[0], mine[0].variant, _fixed(mine[0], rest, at)]))
+                words = _fixed(mine[0], _told([mine[0]], rest, at), at)
+                label = ", ".join(filter(None, [_scene(mine[0])[0], mine[0].variant, words]))
                 found.append((one, other, label, by_value))
     return found
 
@@ -247,12 +250,17 @@ def _along(axis: Axis, cells: list[Cell], at: dict[Cell, dict]) -> list[tuple[fl
     return sorted(((at[cell][axis.name], cell) for cell in cells), key=lambda one: one[0])
 
 
-def _fixed(cell: Cell, others: list[Axis], at: dict[Cell, dict]) -> str:
-    """Returns the values of other axes in words, of most only those that are not the default of `rayrace render`."""
+def _told(cells: list[Cell], others: list[Axis], at: dict[Cell, dict]) -> list[Axis]:
+    """Returns the axes whose values are told of these cells: not those that are as by default in all of them."""
+    return [
+        axis
+        for axis in others
+        if axis in ALWAYS or any(at[cell][axis.name] != command.default(axis.keys[0]) for cell in cells)
+    ]
+
+
+def _fixed(cell: Cell, told: list[Axis], at: dict[Cell, dict]) -> str:
+    """Returns the values of axes in words."""
     square = cell.size[0] == cell.size[1]
-    values = [(axis, at[cell][axis.name]) for axis in others if at[cell][axis.name] is not None]
-    return ", ".join(
-        axis.words(value, square and axis is PIXELS)
-        for axis, value in values
-        if axis in ALWAYS or value != command.default(axis.keys[0])
-    )
+    values = [(axis, at[cell][axis.name]) for axis in told if at[cell][axis.name] is not None]
+    return ", ".join(axis.words(value, square and axis is PIXELS) for axis, value in values)

@@ -47,23 +47,26 @@ UNITS = {
     MEMORY: quantity.BYTES,
     RAYS: ((1e6, "millions"), (1e3, "thousands"), (1.0, "")),
 }
+SHOW = {TIME: quantity.seconds, MEMORY: quantity.size}
 CSV_HEADER = (
     "quantity", "unit", "axis", "panel", "line", "x", "value", "low", "high", "processes", "note",
 )  # fmt: skip
 CROSSINGS_HEADER = "quantity", "axis", "panel", "number", "line", "other", "x", "y", "between_low", "between_high"
 
 
-def shown(panels: list[Panel]) -> list[Panel]:
-    """Returns at most MOST panels in their order, the largest ones of each axis."""
-
-    def size(panel: Panel) -> int:
-        return sum(len(line.points(TIME)) for line in panel.lines)
-
+def ranked(panels: list[Panel]) -> list[Panel]:
+    """Returns panels, first the largest of each axis, then the second of each, ..."""
     ranks = {}
     for mine in grouped(panels, lambda panel: panel.axis.name).values():
-        ranks |= {id(panel): rank for rank, panel in enumerate(sorted(mine, key=size, reverse=True))}
-    kept = {id(panel) for panel in sorted(panels, key=lambda panel: ranks[id(panel)])[:MOST]}
-    return [panel for panel in panels if id(panel) in kept]
+        largest_first = sorted(mine, key=lambda panel: -sum(len(line.points(TIME)) for line in panel.lines))
+        ranks |= {panel: rank for rank, panel in enumerate(largest_first)}
+    return sorted(panels, key=ranks.get)
+
+
+def shown(panels: list[Panel]) -> list[Panel]:
+    """Returns at most MOST panels in their order, the largest ones of each axis."""
+    kept = set(ranked(panels)[:MOST])
+    return [panel for panel in panels if panel in kept]
 
 
 def lines(panel: Panel, what: Quantity) -> list[Line]:
@@ -108,7 +111,7 @@ def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbe
     high = HIGH * rows + 0.3 + 0.16 * -(-(len(labels) + 2) // beside)
     figure, every = plt.subplots(rows, columns, figsize=(wide, high), sharey=True, squeeze=False, layout="constrained")
     values = crossing.values(panels, what)
-    upright, (unit, name) = crossing.upright(values), _unit(values, UNITS[what])
+    upright, (unit, name) = crossing.upright(values), unit_of(values, what)
     drawn = list(zip(every.flat, panels, strict=False))
     for number, (axes, panel) in enumerate(drawn):
         _panel(axes, panel, what, Scale(upright.name, upright.least / unit), unit, 0.75 * wide / columns, of)
@@ -132,10 +135,10 @@ def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbe
     return figure
 
 
-def _unit(values: list[float], units: tuple) -> tuple[float, str]:
-    """Returns size and name of the unit that suits the middle of the values."""
+def unit_of(values: list[float], what: Quantity) -> tuple[float, str]:
+    """Returns size and name of the unit that suits the middle of the values of a quantity."""
     some = [value for value in values if value > 0]
-    return quantity.unit(math.sqrt(min(some) * max(some)), units) if some else (1.0, "")
+    return quantity.unit(math.sqrt(min(some) * max(some)), UNITS[what]) if some else (1.0, "")
 
 
 def _panel(axes, panel: Panel, what: Quantity, upright: Scale, unit: float, wide: float, of: dict) -> None:
@@ -169,14 +172,19 @@ def _ticks(axes, panel: Panel, scale: Scale, wide: float) -> None:
     values, kept = panel.values, []
     if scale.name == "linear" and len(values) > 3:
         return
-    names = [f"{sweep.digits(math.sqrt(x))}²" if panel.squares else sweep.digits(x) for x in values]
+    names = [tick(panel, value) for value in values]
     at = scale.transform.transform(np.array(values, dtype=float))
     at = wide * (at - at[0]) / (at[-1] - at[0])
     for n, name in enumerate(names):
         if not kept or at[n] - at[kept[-1]] > LETTER * (2 + (len(name) + len(names[kept[-1]])) / 2):
             kept.append(n)
     axes.set_xticks([values[n] for n in kept], [names[n] for n in kept])
-    axes.minorticks_off()
+    axes.xaxis.minorticks_off()
+
+
+def tick(panel: Panel, value: float) -> str:
+    """Returns a value of an axis as its label, pixels of square pictures by their side: "64²"."""
+    return f"{sweep.digits(math.sqrt(value))}²" if panel.squares else sweep.digits(value)
 
 
 def _mark(axes, number: int, x: float, y: float) -> None:
@@ -236,7 +244,7 @@ def _part(results: Results, panels: list[Panel], what: Quantity, numbered: Numbe
         why = [what.of(cell) for panel in panels for line in panel.lines for _, cell in line.cells]
         return [markdown.escape(f"The {what.title} is {why[0]}.")]
     if max(values) - min(values) <= SAME * abs(max(values)):
-        return [f"The {what.title} is {quantity.plain(values[0])} everywhere."]
+        return [f"The {what.title} is {SHOW.get(what, sweep.digits)(values[0])} everywhere."]
     parts = [style.figure(out / f"sweeps-{what.name}", f"{TITLE}: {what.title}", draw, results, panels, what, numbered)]
     every = [(panel, number, one) for panel, mine in numbered.items() for number, one in mine]
     said = [f"({number}) {words(panel, what, one)}" for panel, number, one in every[:MOST_CROSSINGS]]

@@ -262,7 +262,7 @@ def test_a_quantity_that_does_not_vary_is_a_sentence(load, crossing_lines, tmp_p
     text = sweep_figure.write(load(crossing_lines), tmp_path)
     assert set(drawn) == {"sweeps-time", "sweeps-memory"} or set(drawn) == {"sweeps-time"}
     assert "The error (RMSE, linear RGB) is 0.0625 everywhere." in text
-    assert "The number of rays of a frame is 20.0 everywhere." in text
+    assert "The number of rays of a frame is 20 everywhere." in text
 
 
 def test_what_has_no_value_says_why(load, crossing_lines, tmp_path, drawn):
