@@ -188,7 +188,7 @@ def panels(results: Results) -> list[Panel]:
                 Line(variant, ", ".join(filter(None, [variant, method])), _along(axis, line, at))
                 for (variant, method), line in grouped(mine, lambda cell: (cell.variant, names[cell])).items()
             ]
-            if any(len(line.points(TIME)) > 1 for line in lines):
+            if any(len({x for x, _ in line.points(TIME)}) > 1 for line in lines):
                 kept.append((mine, lines))
         told = _told([mine[0] for mine, _ in kept], [other for other in along if other is not axis], at)
         for mine, lines in kept:

@@ -216,6 +216,13 @@ def test_no_chart_where_no_number_varies(load, swept, tmp_path, points):
     assert not list(tmp_path.glob("sweeps*"))
 
 
+def test_no_chart_of_sizes_whose_region_has_the_same_pixels(load, swept):
+    rows = swept("cpp", sides((16, 32)), lambda side: 1.0)
+    for row in rows:
+        row["parameters"] |= {"region": "0,0,8,8"}
+    assert sweep.panels(load(rows)) == []
+
+
 @pytest.fixture
 def drawn(monkeypatch):
     """Figures by name, which are drawn and not saved."""
