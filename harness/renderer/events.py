@@ -176,7 +176,7 @@ def _device(event: dict) -> dict:
         if len(major_minor) != 2:
             raise ValueError("not a compute capability")
     device = {"name": words(event["name"]), "simulated": event["simulated"], "compute_capability": major_minor}
-    for names, kind in ((DEVICE_COUNTS, _count), (DEVICE_NUMBERS, _number), (("driver",), words)):
+    for names, kind in ((DEVICE_COUNTS, _count), (DEVICE_NUMBERS, _number), (("driver", "type"), words)):
         device |= {name: None if event.get(name) is None else kind(event[name]) for name in names}
     return device
 

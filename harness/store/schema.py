@@ -81,7 +81,10 @@ Row = _some(
     rays=_some("Rays", **dict.fromkeys(("primary", "reflected", "transmitted", "shadow"), Required[Amount])) | None,
     used=_some("Used", features=list[str] | None, methods=dict[str, Plain] | None) | None,
     versions=dict[str, Any] | None,
-    device=_some("Device", name=Text, simulated=bool | None, compute_capability=list[Count] | None) | None,
+    device=_some(
+        "Device", **dict.fromkeys(("name", "type"), Text), simulated=bool | None, compute_capability=list[Count] | None
+    )
+    | None,
     measurer=_some("Measurer", **dict.fromkeys(_TICKS, Known), gpu=Any) | None,
     warnings=list[str],
     disturbed=dict[str, Known | list[str] | bool] | None,

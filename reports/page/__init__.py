@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from harness.errors import UserError
-from reports.page import chart, comparer, sections, series
+from reports.page import chart, comparer, sections, series, sweep_chart
 from reports.page.embedded import Embedded
 from reports.run.results import Results
 
@@ -19,8 +19,8 @@ TAGS = 20_000  # of them for HTML tags around figures
 ROOM = 1_300_000  # of them for pictures to compare and of points; figures get the rest
 
 # Sections that come first, in this order, and those with something interactive.
-FIRST = ("summary", "pareto_figure", "overview", "pictures_figure", "cpu_figure")
-TRIED = {"pareto_figure": chart, "pictures_figure": comparer, "cpu_figure": series}
+FIRST = ("summary", "sweep_figure", "speedup", "pareto_figure", "overview", "pictures_figure", "cpu_figure")
+TRIED = {"pareto_figure": chart, "pictures_figure": comparer, "cpu_figure": series, "sweep_figure": sweep_chart}
 
 
 def write(results: Results, told: list[tuple[str, str]], out: Path) -> Path:

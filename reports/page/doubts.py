@@ -7,7 +7,7 @@ from pathlib import Path
 from harness.system import trouble
 from reports.page.summary import where
 from reports.paper import markdown
-from reports.run.results import Cell, Results, grouped, point_label
+from reports.run.results import Cell, Results, grouped, place
 
 STARVED = 0.9  # of a core: a renderer that computes all the time, and gets its core, uses more
 SHORTEST = 0.2  # s of a process; of a shorter one starting is a large part
@@ -27,13 +27,12 @@ def _warnings(results: Results) -> list[str]:
             found.setdefault((cell.variant, kind), []).append((text, cell.place))
     pairs = grouped((row for row in results.records if row.get("pass") == "pair"), lambda row: row["cell"])
     for mine in pairs.values():
-        place = mine[0]["scene"], point_label(mine[0]["point"])
         for kind, text in _of_rows(mine, "a second process of the A/A pair"):
-            found.setdefault((mine[0]["variant"], kind), []).append((text, place))
+            found.setdefault((mine[0]["variant"], kind), []).append((text, place(mine[0])))
     return [
         f"{markdown.escape(variant)}: {markdown.escape(doubts[0][0])}"
         + (f", and {len(doubts) - 1} more like it" if len({text for text, _ in doubts}) > 1 else "")
-        + f" ({where(results, [place for _, place in doubts])})"
+        + f" ({where(results, [at for _, at in doubts])})"
         for (variant, _), doubts in found.items()
     ]
 

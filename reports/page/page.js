@@ -363,6 +363,62 @@
     redraw.push(draw);
   }
 
+  // --- Against what a run varies ---
+
+  const DASHES = ["solid", "dash", "dot", "dashdot"];
+
+  function sweeps({ panels, quantities, colours }) {
+    const plot = id("sweep-plot"), place = id("sweep-place"), kind = id("sweep-kind"), log = id("sweep-log"), bands = id("sweep-bands");
+    options(place, panels.map((one) => one.label));
+    options(kind, quantities.map((one) => one.title));
+    const follow = () => (log.checked = quantities[kind.value].log);
+
+    function draw() {
+      const panel = panels[place.value], { title, unit } = quantities[kind.value];
+      const lines = panel.lines.map((line) => ({ ...line, points: line.points[kind.value] })).filter((line) => line.points.length);
+      const traces = [], seen = new Map();
+      for (const { name, variant, look, points } of lines) {
+        const at = (k) => points.map((point) => (point[k] === null ? null : point[k] / unit)), x = points.map((point) => point[0]);
+        const nth = seen.get(variant) ?? 0, colour = colours[variant], sure = points.filter((point) => point[2] !== null);
+        seen.set(variant, nth + 1);
+        if (bands.checked && sure.length > 1) {
+          const back = [...sure].reverse();
+          traces.push({ x: [...sure, ...back].map((point) => point[0]), fill: "toself", mode: "lines", hoverinfo: "skip",
+                        y: [...sure.map((point) => point[3] / unit), ...back.map((point) => point[2] / unit)],
+                        fillcolor: `${colour}33`, line: { width: 0 }, showlegend: false, legendgroup: name });
+        }
+        const [low, high] = [at(2), at(3)];
+        traces.push({
+          x, y: at(1), mode: "lines+markers", name: plain(name), legendgroup: name, line: { color: colour, width: 2, dash: DASHES[nth % DASHES.length] },
+          marker: { color: colour, size: 7, symbol: SYMBOLS[look % SYMBOLS.length] },
+          text: low.map((end, n) => (end === null ? "" : ` [${end.toPrecision(3)}, ${high[n].toPrecision(3)}]`)),
+          hovertemplate: `${plain(name)}: %{y:.4g}%{text}<extra></extra>`,
+        });
+      }
+      const crossings = panel.crossings[kind.value];
+      if (crossings.length)
+        traces.push({ x: crossings.map(([x]) => x), y: crossings.map(([, y]) => y / unit), mode: "markers", showlegend: false,
+                      text: crossings.map(([, , words]) => plain(words)), hovertemplate: "%{text}<extra></extra>",
+                      marker: { symbol: "circle-open", size: 15, color: style("--text"), line: { width: 1.5 } } });
+      id("sweep-told").textContent = crossings.map(([, , words]) => words).join(" ");
+      const few = panel.ticks.length < 12 ? { tickvals: panel.ticks.map(([x]) => x), ticktext: panel.ticks.map(([, text]) => plain(text)) } : {};
+      const mark = panel.mark ? [{ text: plain(panel.mark), xref: "paper", yref: "paper", x: 0.5, y: 0.5, showarrow: false, textangle: -15,
+                                   font: { size: 28, color: "#b00020" }, opacity: 0.6 }] : [];
+      Plotly.react(plot, traces, layout({
+        xaxis: { type: panel.log ? "log" : "linear", title: { text: plain(panel.axis) }, ...few },
+        yaxis: { type: log.checked ? "log" : "linear", title: { text: plain(title) }, exponentformat: "power", rangemode: "tozero" },
+        legend: plot.clientWidth < 600 ? { orientation: "h", y: -0.2 } : { orientation: "h", y: 1.02, yanchor: "bottom" },
+        hovermode: "x unified", annotations: mark, height: plot.clientHeight || 540,
+      }), config);
+    }
+
+    kind.addEventListener("change", () => (follow(), draw()));
+    for (const one of [place, bands, log]) one.addEventListener("change", draw);
+    follow();
+    draw();
+    redraw.push(draw);
+  }
+
   // --- The page ---
 
   function theme() {
@@ -383,7 +439,7 @@
   if (data.pictures_figure) comparer(data.pictures_figure);
 
   // The library that draws takes seconds to start, so the page is there to be read before: one task a chart.
-  const charts = { pareto_figure: speedAgainstAccuracy, cpu_figure: overTime };
+  const charts = { sweep_figure: sweeps, pareto_figure: speedAgainstAccuracy, cpu_figure: overTime };
   const tasks = Object.keys(charts).filter((name) => data[name]).map((name) => () => charts[name](data[name]));
   if (tasks.length) tasks.unshift(() => (element("script", id("drawing").textContent, document.body)));
   const next = () => setTimeout(() => tasks.length && (tasks.shift()(), next()), 0);

@@ -19,7 +19,7 @@ from reports.page import doubts, provenance, summary
 from reports.paper import markdown
 from reports.pictures import fault_figure, gallery_figure, pictures_figure
 from reports.run import results
-from reports.scaling import complexity, hierarchy, limits, needs, roofline_figure
+from reports.scaling import complexity, hierarchy, limits, needs, roofline_figure, speedup, sweep_figure
 from reports.stability import cost as stability_cost
 from reports.stability import figure as stability_figure
 from reports.stability import overview as stability_overview
@@ -39,11 +39,11 @@ from reports.times import (
 )
 
 PARTS = (
-    summary, doubts, machine_table, times_table, times_figure, accuracy_table, front_figure, pareto_figure,
-    budget_table, startup_table, startup_figure, memory_table, peers, pictures_figure, gallery_figure, needs,
-    cpu_table, cpu_figure, gpu_table, gpu_figure, roofline_figure, limits, scene_memory_table, launch_figure,
-    blocks_figure, fault_figure,
-    complexity, hierarchy, convergence_figure, cutoff_figure, precision_figure, chaos_figure,
+    summary, doubts, machine_table, times_table, times_figure, speedup, sweep_figure, accuracy_table, front_figure,
+    pareto_figure, budget_table, startup_table, startup_figure, memory_table, peers, pictures_figure,
+    gallery_figure, needs, cpu_table, cpu_figure, gpu_table, gpu_figure, roofline_figure, limits,
+    scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, hierarchy, convergence_figure,
+    cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
 # For a run that puts methods under stress, where nothing is ranked.
 STABILITY = (

@@ -71,8 +71,8 @@ def _counts(results: Results, places: list[tuple[str, str]]) -> str:
 def _winner(results: Results, place: tuple[str, str]) -> str:
     ranked = ranking.ranked(results, place)
     if len(ranked) < 2:
-        return f"only {ranked[0].variant} is ranked" if ranked else "nothing is ranked"
-    return "who is the fastest is not resolved" if _rivals(results, ranked) else f"{ranked[0].variant} is the fastest"
+        return f"only {ranked[0].name} is ranked" if ranked else "nothing is ranked"
+    return "who is the fastest is not resolved" if _rivals(results, ranked) else f"{ranked[0].name} is the fastest"
 
 
 def _rivals(results: Results, ranked: list[Cell]) -> list[Cell]:
@@ -96,20 +96,20 @@ def _ranking(results: Results, place: tuple[str, str]) -> str:
     if not ranked:
         return label + "nothing is ranked."
     first, *others = ranked
-    name = markdown.escape(first.variant)
+    name = markdown.escape(first.name)
     said = markdown.escape(f"{quantity.text(first.steady)} s a frame, {first.errors}, agreement {first.agreement}")
     if not others:
         return f"{label}only {name} is ranked: {said}."
-    rivals = ", ".join(markdown.escape(cell.variant) for cell in _rivals(results, ranked))
+    rivals = ", ".join(markdown.escape(cell.name) for cell in _rivals(results, ranked))
     best = f"has the lowest median, not resolved from {rivals}" if rivals else "is the fastest"
-    ratios = ((cell.variant, quantity.ratio(ranking.ratio(cell, first), results.floor.value)) for cell in others)
-    rest = ", ".join(markdown.escape(f"{variant} {ratio}") for variant, ratio in ratios)
+    ratios = ((cell.name, quantity.ratio(ranking.ratio(cell, first), results.floor.value)) for cell in others)
+    rest = ", ".join(markdown.escape(f"{name} {ratio}") for name, ratio in ratios)
     return f"{label}**{name}** {best}: {said}. Times as long: {rest}."
 
 
 def _reasons(results: Results, cells: list[Cell]) -> list[str]:
     """Returns an item for each variant and reason, with its places."""
-    found = grouped(cells, lambda cell: (cell.variant, _reason(cell)))
+    found = grouped(cells, lambda cell: (cell.name, _reason(cell)))
     return [
         f"{markdown.escape(variant)}: {markdown.escape(why)} ({where(results, [cell.place for cell in cells])})"
         for (variant, why), cells in found.items()

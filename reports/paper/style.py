@@ -19,6 +19,7 @@ from reports.run.method import SUPERSCRIPT
 from reports.run.stored import STEP
 
 DPI = 200
+LETTERS = 15  # of a title, to the inch
 
 # Okabe and Ito's colours, which people with any colour vision tell apart (jfly.uni-koeln.de/color).
 COLOURS = {
@@ -112,8 +113,10 @@ def figure(path: Path, alt: str, draw: Callable[..., Figure], *arguments) -> str
 
 
 def entitle(figure: Figure, text: str) -> None:
-    """Sets a long title at the left, in as many lines as it needs."""
-    figure.suptitle(textwrap.fill(text, 110), x=0.01, ha="left", fontsize=8)
+    """Sets a long title at the left, each of its lines in as many as it needs."""
+    most = int(LETTERS * figure.get_figwidth())
+    lines = "\n".join(textwrap.fill(line, most) for line in text.splitlines())
+    figure.suptitle(lines, x=0.01, ha="left", fontsize=8)
 
 
 def visible_step(axes, right: bool = True) -> None:
@@ -121,6 +124,16 @@ def visible_step(axes, right: bool = True) -> None:
     axes.axhline(STEP, color="#888888", lw=0.8)
     text, x, side = ("1/255 ", 1, "right") if right else (" 1/255", 0, "left")
     axes.text(x, STEP, text, transform=axes.get_yaxis_transform(), ha=side, va="bottom", fontsize=6)
+
+
+def across(axes, text: str) -> None:
+    """Writes across a chart what its values are not, such as those of a simulator; nothing for an empty text."""
+    if not text:
+        return
+    wide = axes.get_position().width * axes.figure.get_figwidth()
+    size = min(22, 72 * 1.5 * wide / max(1, len(text)))
+    at = {"transform": axes.transAxes, "ha": "center", "va": "center", "rotation": 15, "zorder": 9}
+    axes.text(0.5, 0.5, text, fontsize=size, color="#B00020", alpha=0.55, fontweight="bold", **at)
 
 
 def save(figure: Figure, path: Path) -> None:

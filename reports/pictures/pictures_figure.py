@@ -83,10 +83,11 @@ def with_truth(results: Results, cells: list[Cell]) -> Cell:
 
 
 def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
-    """Returns the places to draw, each with its cells."""
+    """Returns the places to draw, each with its cells: of numbers of threads, which make one picture, the first."""
     found, seen = [], set()
     for place in results.places:
         cells = [cell for cell in results.at(place) if not cell.exhibit and cell.parameters.get("kind") != "rays"]
+        cells = list({(cell.variant, cell.status): cell for cell in reversed(cells)}.values())[::-1]
         alike = frozenset((cell.scene, cell.variant, launch.rest(cell, launch.UNSEEN)) for cell in cells)
         if cells and (alike not in seen or any(cell.status != "ok" for cell in cells)):
             found.append((place, cells))

@@ -32,8 +32,9 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """All repetitions of one variant at one place (a scene and a swept point), or those with one state of its cache.
+    """All repetitions of one variant at one place, or those with one state of its cache.
 
+    scene, point: its place (results.place). swept: all swept values.
     table: of the run. timed: its rows whose times count. loaded: rows of the repeated-load pass, which observes the GPU
     only. The second processes of the A/A pair are in neither.
     apart: "" or why no comparison includes the cell, whatever its results: it is an exhibit, ran in a simulator, or
@@ -88,8 +89,22 @@ class Cell:
         return [row for row, found in self.known("status", self.timed).items() if found == status]
 
     @property
+    def name(self) -> str:
+        """The variant, with its number of threads where that was swept."""
+        return f"{self.variant} ({self._threads})" if self._threads else self.variant
+
+    @property
+    def _threads(self) -> str:
+        if "threads" not in self.swept:
+            return ""
+        count = self.parameters["threads"]
+        return f"{count} thread{'s' * (count != 1)}"
+
+    @property
     def label(self) -> str:
-        notes = [f"{self.cache} cache"] * bool(self.cache) + ["simulator"] * self.simulated
+        """Its name with the state of its cache, and whether it ran in a simulator."""
+        notes = [self._threads, f"{self.cache} cache" if self.cache else "", "simulator" if self.simulated else ""]
+        notes = list(filter(None, notes))
         return f"{self.variant} ({', '.join(notes)})" if notes else self.variant
 
     @property

@@ -5,6 +5,7 @@ from harness.statistics.statistics import Estimate
 from reports.run.results import Cell, Missing, Results
 
 NOT_REPORTED = "the renderer does not report it"
+SIMULATED = "simulated: times mean nothing"
 
 
 def cells(results: Results, scene: str) -> list[Cell]:
@@ -27,6 +28,14 @@ def device(results: Results, cell: Cell, name: str):
     """Returns a property of the device that the renderer reported; Missing if it did not."""
     found = ((record(results, cell) or {}).get("device") or {}).get(name)
     return Missing(NOT_REPORTED) if found is None else found
+
+
+def mark(results: Results, cells: list[Cell]) -> str:
+    """Returns what a chart must say across it of where these cells ran; "" for a GPU."""
+    if any(cell.simulated for cell in cells):
+        return SIMULATED
+    processors = [str(device(results, cell, "name")) for cell in cells if device(results, cell, "type") == "cpu"]
+    return f"a processor, not a GPU: {processors[0]}" if processors else ""
 
 
 def method(results: Results, cell: Cell, name: str):

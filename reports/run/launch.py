@@ -23,6 +23,11 @@ class Group:
     def ranked(self) -> list[Cell]:
         return [cell for cell in self.cells if not cell.unranked]
 
+    @property
+    def drawn(self) -> list[Cell]:
+        """The ranked cells; if none is, those with a time that a simulator ran, which a chart is marked for."""
+        return self.ranked or [cell for cell in self.cells if cell.simulated and cell.values("steady_s")]
+
 
 def groups(cells: list[Cell], free: tuple[str, ...], across_variants: bool = False) -> list[Group]:
     """Returns groups of cells that differ only in the parameters `free`, and in the variant if `across_variants`."""

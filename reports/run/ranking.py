@@ -18,6 +18,12 @@ def baseline(results: Results, scene: str) -> str | None:
     return "cpp" if "cpp" in there else next(iter(there), None)
 
 
+def base(results: Results, place: tuple[str, str], variant: str | None) -> Cell | None:
+    """Returns the ranked cell of a variant at a place, of several the one with the fewest threads; None without any."""
+    mine = [cell for cell in results.at(place) if cell.variant == variant and not cell.unranked]
+    return min(mine, key=lambda cell: cell.parameters["threads"], default=None)
+
+
 def ratio(cell: Cell, other: Cell, column: str = "steady_s") -> Estimate:
     """Returns the time of `cell` over that of `other`, paired by round if they share enough rounds. Both have times."""
     return ratio_of_rounds(cell.rounds(column), other.rounds(column))
@@ -47,8 +53,7 @@ def ratio_to_cell(cell: Cell, base: Cell | None, absent: str, column: str = "ste
 
 def ratio_to(results: Results, cell: Cell, variant: str | None) -> Estimate | Missing | str:
     """Returns the same to `variant` at the same place, with a note whether it is resolved."""
-    base = next((other for other in results.at(cell.place) if other.variant == variant), None)
-    found = ratio_to_cell(cell, base, f"{variant} is not ranked here")
+    found = ratio_to_cell(cell, base(results, cell.place, variant), f"{variant} is not ranked here")
     if not isinstance(found, Estimate):
         return found
     return replace(found, note=found.note or statistics.verdict(found, results.floor.value))

@@ -135,7 +135,8 @@ def _load(folder: Path, hosts: Collection[str] | None) -> Results:
         mine = groups.get(name, [])
         stored = [records[number] for number in mine]
         cells[name] = Cell(
-            *name,
+            *place(one),
+            one["variant"],
             one["parameters"],
             table,
             [number for number in mine if rows[number]["pass"] == "timed"],
@@ -183,6 +184,11 @@ def _mark_outliers(rows: list[dict]) -> None:
 def point_label(point: dict) -> str:
     """Returns the swept values of a point as text; "no sweep" if there are none."""
     return ", ".join(f"{key} = {value}" for key, value in point.items()) or "no sweep"
+
+
+def place(record: dict) -> tuple[str, str]:
+    """Returns the scene and the swept values without `threads`: numbers of threads are compared with each other."""
+    return record["scene"], point_label({key: value for key, value in record["point"].items() if key != "threads"})
 
 
 def place_label(place: tuple[str, str]) -> str:

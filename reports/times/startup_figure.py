@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
 from reports.paper import markdown, quantity, style, table
-from reports.run.results import Cell, Results, place_label, point_label
+from reports.run.results import Cell, Results, place_label
 
 TITLE = "Start-up: to the first frame, cold and warm"
 FRAME = "first frame"
@@ -61,16 +61,16 @@ def _starts(results: Results, cell: Cell) -> list[Start]:
     for record in _records(results, cell):
         if record["status"] == "ok" and record["frames_s"] and not cell.apart:
             rows[state(record)].append(record)
-    return [_start(cell.variant, which, records) for which, records in rows.items() if records]
+    return [_start(cell.label, which, records) for which, records in rows.items() if records]
 
 
 def _records(results: Results, cell: Cell) -> list[dict]:
     """Returns the records of both passes, cold and warm."""
-    name = *cell.place, cell.variant
+    name = cell.scene, cell.swept, cell.variant
     return [
         record
         for record in results.records
-        if (record["scene"], point_label(record["point"]), record["variant"]) == name
+        if (record["scene"], record["point"], record["variant"]) == name
         and (record.get("pass") or "timed") in ("timed", "cold")
     ]
 

@@ -86,9 +86,9 @@ def break_even(results: Results, cell: Cell, warm: bool):
     steady, its_steady = cell.steady.value, other.steady.value
     span = lead(mine, steady, its, its_steady)
     if span is None:
-        return f"never ahead of {other.variant}"
+        return f"never ahead of {other.name}"
     end = f" to {span[1]}" if span[1] else ""
-    return Estimate(span[0], None, None, len(cell.counting), f"ahead of {other.variant} from frame {span[0]}{end}")
+    return Estimate(span[0], None, None, len(cell.counting), f"ahead of {other.name} from frame {span[0]}{end}")
 
 
 def _show_lead(value) -> str:

@@ -79,7 +79,7 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
     below = f"steady frame (s)\nerrors beside it: {against}" if against else "steady frame (s)"
     axes.set(xscale="log", xlabel=below, ylim=(len(cells) - 0.5, -0.5))
     style.log_ticks(axes.xaxis)
-    axes.set_yticks(range(len(cells)), [textwrap.shorten(cell.variant, LONGEST) for cell in cells])
+    axes.set_yticks(range(len(cells)), [textwrap.shorten(cell.name, LONGEST) for cell in cells])
     axes.set_title(place_label(place), loc="left", fontweight="bold")
     axes.grid(axis="x", color="#CCCCCC")
 

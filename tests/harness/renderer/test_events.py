@@ -56,11 +56,17 @@ def test_all_events(read):
 
 
 def test_device(read):
-    nothing = dict.fromkeys((*events.DEVICE_COUNTS, *events.DEVICE_NUMBERS, "driver", "compute_capability"))
+    nothing = dict.fromkeys((*events.DEVICE_COUNTS, *events.DEVICE_NUMBERS, "driver", "type", "compute_capability"))
     assert read(device()).device == {"name": "a", "simulated": False, **nothing}
     facts = {"compute_capability": [9, 0], "multiprocessors": 132, "clock_mhz": 1980.5, "driver": "5\n7", "other": 1}
+    facts["type"] = "cpu"
     said = read(device(**facts)).device
-    assert said.pop("driver") == "5 7" and said["compute_capability"] == [9, 0] and said["clock_mhz"] == 1980.5
+    assert (
+        said.pop("driver") == "5 7"
+        and said["type"] == "cpu"
+        and said["compute_capability"] == [9, 0]
+        and said["clock_mhz"] == 1980.5
+    )
     assert "other" not in said and said["multiprocessors"] == 132 and said["memory_bytes"] is None
 
 

@@ -178,19 +178,64 @@ def test_a_sweep_of_threads_is_a_group_and_a_sweep_of_blocks_another(load, gpu_r
 
 def test_the_best_block_is_marked_only_if_resolved(load, gpu_record):
     results = load(sweep(gpu_record, [(1, 1), (2, 2)], kernel=lambda w, h, t: 0.2 * w))
-    first, _, resolved = blocks_figure.best(results, results.cells, "kernel_s")
-    assert gpu.block(results, first) == (1, 1) and resolved
     (group,) = blocks_figure.of_scene(results, results.scenes[0])
-    assert "fastest: 1 × 1" in blocks_figure.draw(results, group).get_suptitle()
+    figure = blocks_figure.draw(results, group)
+    assert "fastest: 1 × 1" in figure.get_suptitle() and framed(figure) == [(0, 0)]
     results = load(sweep(gpu_record, [(1, 1), (2, 2)], kernel=lambda w, h, t: 0.2 + 0.001 * w), name="near")
-    assert not blocks_figure.best(results, results.cells, "kernel_s")[2]
+    (group,) = blocks_figure.of_scene(results, results.scenes[0])
+    figure = blocks_figure.draw(results, group)
+    assert "lowest median: 1 × 1, not resolved from 2 × 2" in figure.get_suptitle() and framed(figure) == []
 
 
-def test_a_sweep_in_the_simulator_draws_nothing_and_says_so(report_text, tmp_path, simulated):
-    text = report_text(sweep(simulated, [(1, 1), (2, 2)], threads=(4, 0), processes=1))
-    for heading in ("figure 2.7", "figure 2.8"):
-        section = text.split(heading)[1].split("\n## ")[0]
-        assert "unavailable: nothing is ranked: ran in the CUDA simulator" in section and "png" not in section
+def framed(figure):
+    """The squares of a map that stand out, as (column, row)."""
+    patches = [patch for patch in figure.axes[0].patches if not patch.get_fill()]
+    return [(round(patch.get_x() + 0.47), round(patch.get_y() + 0.47)) for patch in patches]
+
+
+def test_a_map_of_blocks_and_totals_has_a_square_for_each_pair(load, gpu_record):
+    """What is written in a square is the median of its processes: 2 s for 1 × 1 and 4 threads, .. in s."""
+    seconds = {(1, 4): 2.0, (1, 16): 3.0, (2, 4): 5.0, (2, 16): 7.0}
+    rows = sweep(gpu_record, [(1, 1), (2, 2)], threads=(4, 16), kernel=lambda w, h, t: seconds[w, t])
+    results = load(rows)
+    (group,) = launch_figure.of_scene(results, results.scenes[0])
+    assert set(launch_figure.draws(results, group)) == {"threads", "threads-map"}
+    figure = launch_figure.draw_map(results, group)
+    axes = figure.axes[0]
+    told = {text.get_position(): text.get_text().split()[0] for text in axes.texts if text.get_text()}
+    assert told == {(0, 0): "2.04", (1, 0): "3.06", (0, 1): "5.10", (1, 1): "7.14"}
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["1 × 1", "2 × 2"] and framed(figure) == [(0, 0)]
+    (group,) = launch_figure.of_scene(load(rows[:10], name="one"), results.scenes[0])
+    assert set(launch_figure.draws(results, group)) == {"threads"}, "one block makes no map"
+
+
+def test_a_sweep_in_the_simulator_is_drawn_with_a_mark_across(section, simulated):
+    rows = sweep(simulated, [(1, 1), (2, 2)], threads=(4, 0), processes=5, kernel=lambda w, h, t: 0.2 * w)
+    for title in (launch_figure.TITLE, blocks_figure.TITLE):
+        text, figures = section(rows, title)
+        assert "png" in text and "unavailable" not in text
+    for stem in ("threads-0", "threads-map-0", "blocks-0"):
+        (figure,) = [figure for name, figure in figures.items() if name.startswith(f"{stem}-comparison")]
+        assert "simulated: times mean nothing" in [text.get_text() for text in figure.axes[0].texts], stem
+        assert "fastest" not in (figure.get_suptitle() + figure.axes[0].get_title("left")), stem
+
+
+def test_a_sweep_of_which_nothing_has_a_time_says_so(section, simulated):
+    rows = sweep(simulated, [(1, 1), (2, 2)], processes=1)
+    for row in rows:
+        row["frames_s"] = row["frames_s"][:1]
+    text, _ = section(rows, blocks_figure.TITLE)
+    assert "unavailable: nothing is ranked: ran in the CUDA simulator" in text and "png" not in text
+
+
+@pytest.mark.parametrize(("kind", "mark"), [("cpu", ["a processor, not a GPU: made-up CPU"]), ("gpu", []), (None, [])])
+def test_a_device_that_is_a_processor_is_marked(load, gpu_record, kind, mark):
+    device = gpu_record()["device"] | {"name": "made-up CPU", "type": kind}
+    results = load(sweep(gpu_record, [(1, 1), (2, 2)], kernel=lambda w, h, t: 0.2 * w, device=device))
+    (group,) = blocks_figure.of_scene(results, results.scenes[0])
+    figure = blocks_figure.draw(results, group)
+    told = [text.get_text() for text in figure.axes[0].texts if text.get_rotation()]
+    assert told == mark and "fastest: 1 × 1" in figure.get_suptitle()
 
 
 def test_of_many_launches_the_fastest_is_spoken_of(load, gpu_record):

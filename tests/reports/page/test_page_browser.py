@@ -156,6 +156,38 @@ def _series(page):
     assert page.evaluate("document.getElementById('series-plot').data[0].y") == [1, 2, 3, 3]
 
 
+@pytest.fixture
+def swept(cell):
+    """Records of two variants at three depths; at each depth one is faster, and they cross between 2 and 4."""
+    told = []
+    for name, times in (("cpp", (0.1, 0.2, 0.4)), ("numba", (0.25, 0.25, 0.25))):
+        for depth, time_s in zip((1, 2, 4), times, strict=True):
+            told += cell(name, [time_s * (1 + 0.001 * n) for n in range(5)], 0.01 * depth, False, depth=depth)
+    return told
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_chart_of_sweeps(visit, make_run, swept, tmp_path, width):
+    page = visit(report.write(make_run(swept, **FACTS), tmp_path / "report"), width)
+    page.evaluate("document.querySelectorAll('details').forEach((one) => (one.open = true))")
+    page.wait_for_selector("#sweep-plot .scatterlayer .trace")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    lines = "document.getElementById('sweep-plot').data.filter((one) => one.name)"
+    assert page.evaluate(f"{lines}.map((one) => [one.name, one.x])") == [["cpp", [1, 2, 4]], ["numba", [1, 2, 4]]]
+    times = np.array(page.evaluate(f"{lines}.map((one) => one.y)"))
+    np.testing.assert_allclose(times, [[100.2, 200.4, 400.8], [250.5] * 3])  # ms
+    assert page.inner_text("#sweep-told").startswith("numba overtakes cpp at about depth 2.")
+    bands = "document.getElementById('sweep-plot').data.filter((one) => one.fill === 'toself').length"
+    assert page.evaluate(bands) == 2
+    page.uncheck("#sweep-bands")
+    until(page, f"{bands} === 0")
+    page.select_option("#sweep-kind", "1")
+    until(page, f"{lines}[0].y[2] === 0.04")
+    assert page.inner_text("#sweep-told") == ""
+    page.check("#sweep-log")
+    until(page, "document.getElementById('sweep-plot').layout.yaxis.type === 'log'")
+
+
 @pytest.mark.nightly("it takes about 30 s with nothing beside it")
 @pytest.mark.slow
 @pytest.mark.alone
