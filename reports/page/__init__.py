@@ -19,7 +19,7 @@ TAGS = 20_000  # of them for HTML tags around figures
 ROOM = 1_300_000  # of them for pictures to compare and of points; figures get the rest
 
 # Sections that come first, in this order, and those with something interactive.
-FIRST = ("summary", "sweep_figure", "speedup", "pareto_figure", "overview", "pictures_figure", "cpu_figure")
+FIRST = ("summary", "pareto_figure", "sweep_figure", "speedup", "overview", "pictures_figure", "cpu_figure")
 TRIED = {"pareto_figure": chart, "pictures_figure": comparer, "cpu_figure": series, "sweep_figure": sweep_chart}
 
 

@@ -39,7 +39,7 @@ from reports.times import (
 )
 
 PARTS = (
-    summary, doubts, machine_table, times_table, times_figure, speedup, sweep_figure, accuracy_table, front_figure,
+    summary, doubts, machine_table, times_table, times_figure, sweep_figure, speedup, accuracy_table, front_figure,
     pareto_figure, budget_table, startup_table, startup_figure, memory_table, peers, pictures_figure,
     gallery_figure, needs, cpu_table, cpu_figure, gpu_table, gpu_figure, roofline_figure, limits,
     scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, hierarchy, convergence_figure,

@@ -8,15 +8,17 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from harness.statistics.statistics import Estimate
-from reports.paper import quantity, style
+from reports.paper import quantity, style, thinning
 
-CAPTION = (
-    "Median over processes, below it its 95 % interval, where there are enough processes; darker is less, on a "
-    "logarithmic scale."
-)
-SIDE = 0.62  # least side of a square, inches
+SIDE = 0.58  # least side of a square, inches
+MOST = 11, 16  # columns and rows
+ROOMY = 8  # columns up to which an interval fits into a square
 NARROW = 5.6  # least width, which a title needs, inches
 LETTER = 0.075  # width of a letter beside the squares, inches
+CAPTION = (
+    f"Median over processes, with up to {ROOMY} columns also its 95 % interval; darker is less, on a logarithmic "
+    f"scale. Of more than {MOST[0]} columns or {MOST[1]} rows some, evenly spread."
+)
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class Map:
     """What a heat map shows.
 
     columns, rows: names by key, in order. values: s by (column, row), None where there is a cell without a value.
-    framed: the (column, row) of a square that stands out. absent: text of a square without a value.
+    framed: the (column, row) of a square that stands out.
     """
 
     columns: dict
@@ -34,35 +36,35 @@ class Map:
     upright: str
     what: str
     framed: tuple | None = None
-    absent: str = "not\nranked"
 
 
 def draw(shown: Map, title: str, mark: str = "") -> Figure:
     """Draws a map with at least one value. mark: see style.across."""
+    columns, rows = map(thinning.few, (list(shown.columns), list(shown.rows)), MOST)
+    values = {at: value for at, value in shown.values.items() if at[0] in columns and at[1] in rows}
     known = [value.value for value in shown.values.values() if value is not None]
     low, high = min(known), max(known)
     size, unit = quantity.unit(high)
     norm = LogNorm(low / size, max(high, low * 1.01) / size)
-    columns, rows = list(shown.columns), list(shown.rows)
-    beside = LETTER * max(len(name) for name in shown.rows.values())
+    beside = LETTER * max(len(shown.rows[row]) for row in rows)
     side = min(1.4, max(SIDE, 4.2 / len(columns)))  # a few squares are larger, as wide as the title
     wide, high = max(NARROW, side * len(columns) + 1.3 + beside), side * len(rows) + 1.0
     figure, axes = plt.subplots(figsize=(wide, high), layout="constrained")
     shades = plt.get_cmap("cividis")
-    for (column, row), value in shown.values.items():
+    for (column, row), value in values.items():
         x, y = columns.index(column), rows.index(row)
         shade = None if value is None else norm(value.value / size)
         colour = "#E4E4E4" if value is None else shades(shade)
         axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=colour, edgecolor="white", lw=1))
-        text = shown.absent if value is None else _number(value, 1 / size)
+        text = "not\nranked" if value is None else _number(value, 1 / size, len(columns) <= ROOMY)
         ink = "white" if value is not None and shade < 0.5 else "black"
         axes.text(x, y, text, ha="center", va="center", fontsize=6.5, color=ink)
-    if shown.framed is not None:
+    if shown.framed in values:
         x, y = columns.index(shown.framed[0]), rows.index(shown.framed[1])
         axes.add_patch(Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, fill=False, edgecolor="#D55E00", lw=2.2, zorder=3))
     axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(-0.5, len(rows) - 0.5), aspect="equal")
-    axes.set_xticks(range(len(columns)), list(shown.columns.values()))
-    axes.set_yticks(range(len(rows)), list(shown.rows.values()))
+    axes.set_xticks(range(len(columns)), [shown.columns[column] for column in columns])
+    axes.set_yticks(range(len(rows)), [shown.rows[row] for row in rows])
     axes.set(xlabel=shown.across, ylabel=shown.upright)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
@@ -74,7 +76,7 @@ def draw(shown: Map, title: str, mark: str = "") -> Figure:
     return figure
 
 
-def _number(value: Estimate, scale: float) -> str:
-    if value.low is None:
+def _number(value: Estimate, scale: float, roomy: bool) -> str:
+    if value.low is None or not roomy:
         return quantity.plain(value.value * scale)
     return quantity.text(value, scale).replace(" [", "\n[").replace(", all", "\nall")

@@ -20,6 +20,7 @@ from reports.run.stored import STEP
 
 DPI = 200
 LETTERS = 15  # of a title, to the inch
+ACROSS = "across"  # gid of a text that lies over a chart on purpose
 
 # Okabe and Ito's colours, which people with any colour vision tell apart (jfly.uni-koeln.de/color).
 COLOURS = {
@@ -132,7 +133,7 @@ def across(axes, text: str) -> None:
         return
     wide = axes.get_position().width * axes.figure.get_figwidth()
     size = min(22, 72 * 1.5 * wide / max(1, len(text)))
-    at = {"transform": axes.transAxes, "ha": "center", "va": "center", "rotation": 15, "zorder": 9}
+    at = {"transform": axes.transAxes, "ha": "center", "va": "center", "rotation": 15, "zorder": 9, "gid": ACROSS}
     axes.text(0.5, 0.5, text, fontsize=size, color="#B00020", alpha=0.55, fontweight="bold", **at)
 
 

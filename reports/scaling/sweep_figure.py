@@ -125,7 +125,7 @@ def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbe
         every[0, 0].set_ylim(bottom=0)
     slopes = {slope for axes, panel in drawn for slope in _guides(axes, panel, what)}
     for axes in every.flat[len(panels) :]:
-        axes.set_visible(False)
+        axes.remove()
     handles = [Line2D([], [], lw=1.3, ms=3.5, label=label, **of[label]) for label in labels]
     handles += [Line2D([], [], label=f"slope {slope}", **GUIDES[slope]) for slope in sorted(slopes)]
     figure.legend(handles=handles, loc="outside lower center", ncols=beside)

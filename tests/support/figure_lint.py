@@ -24,7 +24,8 @@ def texts(figure: Figure) -> list:
             found += _legend(axes.get_legend())
         if axes.axison:
             found += [label for axis in (axes.xaxis, axes.yaxis) for label in [axis.label, *ticks(axis)]]
-    seen = {id(text): text for text in found if text.get_visible() and text.get_text().strip()}
+    found = [text for text in found if text.get_visible() and text.get_gid() != style.ACROSS]
+    seen = {id(text): text for text in found if text.get_text().strip()}
     return list(seen.values())
 
 

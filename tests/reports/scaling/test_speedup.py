@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import stored_run
+from figure_lint import faults
 
 from reports.paper import style
 from reports.run.cell import Missing
@@ -117,9 +118,14 @@ def test_threads_that_slow_it_down_have_a_share_of_0(load, threaded, cores):
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Figures by name, which are drawn and not saved."""
+    """Figures by name, which are drawn, examined and not saved."""
     figures = {}
-    monkeypatch.setattr(style, "save", lambda figure, path: figures.update({path.name: figure}))
+
+    def keep(figure, path):
+        assert faults(figure) == []
+        figures[path.name] = figure
+
+    monkeypatch.setattr(style, "save", keep)
     yield figures
     plt.close("all")
 

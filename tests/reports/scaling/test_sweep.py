@@ -6,8 +6,9 @@ import math
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from figure_lint import faults
 
-from reports.paper import style
+from reports.paper import heat_map, style
 from reports.scaling import crossing, sweep, sweep_figure
 from reports.scaling.sweep import MEMORY, TIME
 
@@ -225,9 +226,14 @@ def test_no_chart_of_sizes_whose_region_has_the_same_pixels(load, swept):
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Figures by name, which are drawn and not saved."""
+    """Figures by name, which are drawn, examined and not saved."""
     figures = {}
-    monkeypatch.setattr(style, "save", lambda figure, path: figures.update({path.name: figure}))
+
+    def keep(figure, path):
+        assert faults(figure) == []
+        figures[path.name] = figure
+
+    monkeypatch.setattr(style, "save", keep)
     yield figures
     plt.close("all")
 
@@ -324,8 +330,10 @@ def test_2000_points_are_thinned_in_the_figure_and_whole_in_the_csv(load, swept,
     rows = swept("cpp", points, lambda side, depth: 1e-6 * side**2 * (1 + depth))
     text = sweep_figure.write(load([row for row in rows if row["repetition"] == 0]), tmp_path)
     assert "Shown are 12 of 120 panels" in text
-    assert sum(axes.get_visible() for axes in drawn["sweeps-time"].axes) == 12
+    assert len(drawn["sweeps-time"].axes) == 12
     names = [axes.get_xlabel() for axes in drawn["sweeps-time"].axes]
     assert names.count("pixels") == names.count("depth") == 6
     told = [row for row in rows_of(tmp_path / "sweeps.csv") if row["quantity"] == "time"]
     assert len(told) == 2 * 2000
+    ticks = [label.get_text() for label in drawn["sweeps-map-0"].axes[0].get_xticklabels()]
+    assert len(ticks) == heat_map.MOST[0] and (ticks[0], ticks[-1]) == ("100", "11,881")
