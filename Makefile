@@ -53,7 +53,7 @@ gallery: .venv/installed  ## the study's figures, with scenes of our own
 figures: .venv/installed  ## regenerates every table and figure from the reference results; measures nothing
 	$(BIN)/rayrace report $(sort $(wildcard results/reference/*/*.tar.xz)) -o build/figures
 
-docs: .venv/installed  ## the documentation as a site, in build/site
+docs: .venv/installed  ## the documentation as a site, in build/site, with reports of the reference results
 	$(BIN)/pip install -q -c constraints.txt -e '.[docs]'
 	$(BIN)/mkdocs build
 

@@ -82,7 +82,10 @@ def percent(text: str) -> float:
 @app.command(cls=Once)
 def report(
     runs: Annotated[
-        list[Path], typer.Argument(help="Folders that `rayrace run` wrote, or packed runs (.tar.xz).", metavar="RUN ..")
+        list[Path],
+        typer.Argument(
+            help="Folders that `rayrace run` wrote, or packed runs (.tar.xz); or one folder of such.", metavar="RUN .."
+        ),
     ],
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Folder for the report. Default, of one folder: RUN/report.")
@@ -96,14 +99,20 @@ def report(
 ) -> None:
     """Write every table and figure of a run, and report.html and report.md, which hold them.
 
-    Of several runs each has its report, and one page has their machines side by side; nothing is pooled.
+    Of several runs each has its report, and one page has their machines side by side; nothing is pooled. Of a folder of
+    runs, index.html has them all, the newest first; reports are made where they are missing or old.
     """
     from harness.errors import UserError
-    from reports.page import several
+    from reports.page import index, several
 
     if out is None and (len(runs) > 1 or runs[0].is_file()):
         raise UserError("name the folder of the report with -o FOLDER")
     folder = out or runs[0] / "report"
+    if len(runs) == 1 and runs[0].is_dir() and not (runs[0] / "run.json").exists():
+        if check:
+            raise UserError(f"{runs[0]}: a folder of runs", remedy="--check takes runs")
+        print(index.make(runs[0], folder, pool, print))
+        return
     if not check:
         print(several.make(runs, folder, pool))
         return

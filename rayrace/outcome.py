@@ -42,7 +42,8 @@ def _ranking(loaded, found, steady: bool, notes: dict[str, None]) -> Table:
     from reports.accuracy import accuracy_columns
 
     of = [f"one of {len(loaded.places)} places"] * (steady and len(loaded.places) > 1)
-    table = _table(", ".join([found.where, *found.shared, *of]), "", found.clock, "× fastest", "RMSE", "agrees")
+    base = next(bar for bar in found.bars if bar.ratio is None)
+    table = _table(", ".join([found.where, *found.shared, *of]), "", found.clock, f"÷ {base.name}", "RMSE", "agrees")
     for bar in found.bars[:MOST]:
         ratio = "1" if bar.ratio is None else quantity.plain(bar.ratio.value)
         if bar.ratio and bar.ratio.low is not None and not bar.resolved:

@@ -10,7 +10,7 @@ from reports.run.cell import Missing
 from reports.run.results import Results
 
 TITLE = "The fastest method within an error budget"
-HEADER = ("error at most", "fastest", "steady frame (s)", "RMSE", "not resolved from", "command")
+HEADER = ("error at most", "fastest", "steady frame", "RMSE", "not resolved from", "command")
 CSV_HEADER = (
     "view", "scene", "budget", "variant", "method", "time_s", "time_low_s", "time_high_s", "error_rmse",
     "error_against", "not_resolved_from", "note", "command",
@@ -34,7 +34,7 @@ def write(results: Results, out: Path) -> str:
     parts = [f"## {TITLE}"]
     for chart in shown:
         rows = [_row(results, chart, budget) for budget in BUDGETS]
-        parts += [f"### {markdown.escape(chart.view.label)}", markdown.table(HEADER, rows)]
+        parts += [f"### {markdown.escape(chart.view.title)}", markdown.table(HEADER, rows)]
     parts += [thinning.note(len(shown), len(charts), "tables", "the CSV file has all"), "[budgets.csv](budgets.csv)"]
     return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))
 
@@ -45,7 +45,7 @@ def _row(results: Results, chart: Chart, budget: float) -> list[str]:
     if isinstance(found, Missing):
         return [name, str(found), *["unavailable"] * 4]
     point, rivals = found
-    numbers = quantity.text(point.time), accuracy_columns.shown_rmse(point.cell)
+    numbers = quantity.seconds(point.time), accuracy_columns.shown_rmse(point.cell)
     return [name, point.name, *numbers, _names(rivals) or "none", pareto_table.shown_command(results, point.cell)]
 
 

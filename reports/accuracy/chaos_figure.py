@@ -38,10 +38,10 @@ def write(results: Results, out: Path) -> str:
         return ""
     parts = [f"## {TITLE}"]
     for number, one in enumerate(found):
-        parts.append(f"### {markdown.escape(one.view.label)}")
+        parts.append(f"### {markdown.escape(one.view.title)}")
         if one.growths:
             path = out / f"chaos-{number}-{markdown.slug(one.view.label)}"
-            parts += [style.figure(path, f"{TITLE}: {one.view.label}", draw, one), _table(one.growths)]
+            parts += [style.figure(path, f"{TITLE}: {one.view.title}", draw, one), _table(one.growths)]
         parts += markdown.listed("Not drawn:", [f"{label}: equal in every bit" for label in one.equal] + one.lacking)
     table.write_lines(out / "chaos.csv", CSV_HEADER, _csv(found))
     return "\n\n".join([*parts, "Every bounce: [chaos.csv](chaos.csv).", markdown.escape(CAPTION)])
@@ -92,7 +92,7 @@ def draw(one: Chaos):
     handles, labels = axes.get_legend_handles_labels()
     columns = 2 if max(map(len, labels)) <= WIDEST else 1
     figure.legend(handles, labels, loc="outside lower left", ncols=columns, fontsize=6)
-    style.entitle(figure, one.view.label)
+    style.entitle(figure, one.view.title)
     return figure
 
 

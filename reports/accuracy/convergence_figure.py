@@ -102,7 +102,7 @@ def _panel(axes, view: View, lines: list[Line]) -> None:
 def _label(view: View) -> str:
     """Returns the name of a view, with what its errors are held against where that is not the truth of the scene."""
     against = " and ".join(dict.fromkeys(cell.against for cell in view.cells if cell.against))
-    return f"{view.label} (error {against})" if against else view.label
+    return f"{view.title} (error {against})" if against else view.title
 
 
 def _line(axes, line: Line, colour: str, marker: str) -> None:

@@ -146,10 +146,10 @@ def write(results: Results, out: Path) -> str:
         return ""
     parts = [f"## {TITLE}", _judgement(views)]
     for number, (seen, sweeps) in enumerate(views):
-        parts.append(f"### {markdown.escape(seen.label)}")
+        parts.append(f"### {markdown.escape(seen.title)}")
         drawn = [sweep for sweep in sweeps if sweep.points]
         if drawn:
-            path, alt = out / f"cutoff-{number}-{markdown.slug(seen.label)}", f"{TITLE}: {seen.label}"
+            path, alt = out / f"cutoff-{number}-{markdown.slug(seen.label)}", f"{TITLE}: {seen.title}"
             parts += [style.figure(path, alt, draw, seen, drawn, results.variants), _table(drawn)]
         left = [f"{count} of {sweep.label}: {why}" for sweep in sweeps for why, count in sweep.lacking.items()]
         parts += markdown.listed("Left out:", left)
@@ -251,7 +251,7 @@ def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
     style.log_ticks(left.yaxis)
     left.legend(fontsize=6)
     figure.legend(*right.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize=6)
-    style.entitle(figure, seen.label)
+    style.entitle(figure, seen.title)
     return figure
 
 

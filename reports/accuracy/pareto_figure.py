@@ -61,7 +61,7 @@ def draw(results: Results, chart: Chart):
     if chart.sampled and any(curve.dial in pareto.DRAWS for curve in chart.curves):
         _guides(axes)
     _numbers(axes, chart, zero)
-    figure.text(0.01, 1 - 0.08 / height, chart.view.label, va="top", fontweight="bold")
+    figure.text(0.01, 1 - 0.08 / height, chart.view.title, va="top", fontweight="bold")
     figure.text(0.01, 1 - 0.26 / height, "\n".join(fastest), va="top", fontsize=7)
     handles = [Line2D([], [], color=style.colour(name, results.variants), lw=4) for name in variants]
     marks = [Line2D([], [], ls="", marker=markers[family], color="#555555", ms=5) for family in shown]
@@ -242,7 +242,7 @@ def _fastest(results: Results, chart: Chart) -> list[str]:
         return [f"fastest below 1/255: {found}"]
     first, rivals = found
     doubt = f"; not resolved from {' / '.join(point.name for point in rivals)}" if rivals else ""
-    text = f"fastest below 1/255: {first.name}, {quantity.text(first.time)} s (number {first.number}, ringed){doubt}"
+    text = f"fastest below 1/255: {first.name}, {quantity.seconds(first.time)} (number {first.number}, ringed){doubt}"
     return textwrap.wrap(text, 130)[:3]
 
 
@@ -251,7 +251,9 @@ def _titled(path: Path, results: Results, chart: Chart) -> None:
     text = path.read_text(encoding="utf-8")
     for number, point in enumerate(chart.points):
         place = f"{point.number}: " if point.number else ""
-        title = f"{place}{point.name}, error {accuracy_columns.shown_rmse(point.cell)}, {quantity.text(point.time)} s: "
+        title = (
+            f"{place}{point.name}, error {accuracy_columns.shown_rmse(point.cell)}, {quantity.seconds(point.time)}: "
+        )
         title += str(command.of(results, point.cell))
         mark = f'<g id="method-{number}">'
         text = text.replace(mark, f"{mark}\n    <title>{escape(title, quote=False)}</title>", 1)
@@ -274,9 +276,9 @@ def write(results: Results, out: Path) -> str:
         pareto_table.write_csv(results, chart, out / f"{name}.csv")
         if chart.points and id(chart) not in shown:
             continue  # or its errors are equal
-        parts.append(f"### {markdown.escape(chart.view.label)}")
+        parts.append(f"### {markdown.escape(chart.view.title)}")
         if chart.points:
-            parts.append(style.figure(out / name, f"{TITLE}: {chart.view.label}", draw, results, chart))
+            parts.append(style.figure(out / name, f"{TITLE}: {chart.view.title}", draw, results, chart))
             if (out / f"{name}.svg").exists():
                 _titled(out / f"{name}.svg", results, chart)
             parts += pareto_table.front(results, chart)

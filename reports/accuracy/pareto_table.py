@@ -11,8 +11,8 @@ from reports.run.cell import Cell, Missing
 from reports.run.results import Results, grouped
 
 HEADER = (
-    "number", "variant and method", "RMSE", "largest error", "beyond 1/255 (%)", "FLIP", "steady frame (s)",
-    "peak memory (MB)", "on the front (%)", "efficiency (1/s)", "command",
+    "number", "variant and method", "RMSE", "largest error", "beyond 1/255 (%)", "FLIP", "steady frame",
+    "peak memory", "on the front (%)", "efficiency (1/s)", "command",
 )  # fmt: skip
 CSV_HEADER = (
     "number", "scene", "point", "variant", "method", "status", "time_s", "time_low_s", "time_high_s", "processes",
@@ -40,7 +40,7 @@ def _row(results: Results, point: Point) -> list[str]:
     return [
         str(point.number), point.name, accuracy_columns.shown_rmse(cell), quantity.exact(cell.error("error_max")),
         quantity.exact(cell.error("error_bad_pixels"), 100), quantity.exact(cell.error("error_flip")),
-        quantity.text(point.time), quantity.text(cell.median("peak_bytes", "the peak is not known"), 1e-6),
+        quantity.seconds(point.time), quantity.size(cell.median("peak_bytes", "the peak is not known")),
         f"{100 * point.share:.3g}",
         ("exact" if point.error == 0 else "biased") if isinstance(efficiency, Missing) else f"{efficiency:.3g}",
         shown_command(results, cell),

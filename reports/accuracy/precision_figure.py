@@ -48,10 +48,10 @@ def write(results: Results, out: Path) -> str:
         return ""
     parts = [f"## {TITLE}"]
     for number, (seen, methods) in enumerate(found):
-        parts.append(f"### {markdown.escape(seen.label)}")
+        parts.append(f"### {markdown.escape(seen.title)}")
         if any(len(method.found) > 1 for method in methods):
             path, drawn = out / f"precision-{number}-{markdown.slug(seen.label)}", [m for m in methods if m.found]
-            parts.append(style.figure(path, f"{TITLE}: {seen.label}", draw, seen, drawn))
+            parts.append(style.figure(path, f"{TITLE}: {seen.title}", draw, seen, drawn))
         parts.append(_table(methods))
     table.write_lines(out / "precision.csv", CSV_HEADER, _csv(found))
     return "\n\n".join([*parts, "Every picture: [precision.csv](precision.csv).", markdown.escape(CAPTION)])
@@ -113,7 +113,7 @@ def draw(seen: View, methods: list[Method]):
         axes.grid()
     style.visible_step(panels[1])
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=6)
-    style.entitle(figure, seen.label)
+    style.entitle(figure, seen.title)
     return figure
 
 

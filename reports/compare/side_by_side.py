@@ -56,7 +56,7 @@ def _columns(of: dict[Cell, Member]) -> list[Column]:
     return [
         Column("machine", "machine", "", lambda cell: of[cell].host),
         Column("run", "run", "", lambda cell: of[cell].name),
-        Column("steady frame (s)", "steady_frame", "s", lambda cell: cell.steady),
+        Column("steady frame", "steady_frame", "s", lambda cell: cell.steady),
         Column("÷ the baseline of its run", "ratio", "1", ratio, _ratio),
         *accuracy_columns.ERRORS,
         Column("picture", "picture", "", lambda cell: _digits(of[cell], cell)),

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from reports.accuracy import accuracy_columns
-from reports.paper import table
+from reports.paper import quantity, table
 from reports.paper.table import Column
 from reports.run import gpu
 from reports.run.results import Cell, Missing, Results
@@ -27,7 +27,7 @@ DEVICE = (
 
 
 def _time(title: str, name: str, reason: str) -> Column:
-    return Column(f"{title} (ms)", name, "s", lambda cell: cell.median(name, reason), scale=1e3)
+    return Column(title, name, "s", lambda cell: cell.median(name, reason))
 
 
 NO_PARTS = "no steady frames that report their parts"
@@ -44,6 +44,7 @@ TIME_COLUMNS = [
 
 def launch_columns(results: Results) -> list[Column]:
     def method(title, name, unit="", show=_count):
+        show = quantity.size if unit == "byte" else show
         return Column(title, name, unit, lambda cell: _method(results, cell, name), show)
 
     records = [gpu.record(results, cell) for scene in gpu.scenes(results) for cell in gpu.cells(results, scene)]
@@ -54,9 +55,9 @@ def launch_columns(results: Results) -> list[Column]:
         method("block", "block"),
         method("threads", "total_threads", "1"),
         method("registers", "registers", "1"),
-        method("shared memory (byte)", "shared_bytes", "byte"),
-        method("local memory (byte)", "local_bytes", "byte"),
-        method("constant memory (byte)", "constant_bytes", "byte"),
+        method("shared memory", "shared_bytes", "byte"),
+        method("local memory", "local_bytes", "byte"),
+        method("constant memory", "constant_bytes", "byte"),
         *(method(name.replace("_", " "), name) for name in spills),
         method("occupancy (%)", "occupancy", "1", lambda v: v if isinstance(v, str) else f"{100 * v:.0f}"),
     ]
@@ -72,17 +73,17 @@ def _count(value) -> str:
 
 
 def device_columns(results: Results) -> list[Column]:
-    def seen(title, name, unit, scale=1.0):
-        return Column(title, name, unit, lambda cell: gpu.observed(results, cell, name), scale=scale)
+    def seen(title, name, unit):
+        return Column(title, name, unit, lambda cell: gpu.observed(results, cell, name))
 
     return [
         Column("pass", "pass", "", lambda cell: "load" if cell.loaded else "timed"),
         seen("GPU use (%)", "utilisation_percent", "%"),
         seen("power (W)", "power_w", "W"),
         seen("energy (J)", "energy_j", "J"),
-        seen("over (s)", "energy_s", "s"),
+        seen("over", "energy_s", "s"),
         seen("energy per million rays (J)", "joules_per_mray", "J"),
-        seen("memory of the process (MB)", "process_memory_bytes", "byte", 1e-6),
+        seen("memory of the process", "process_memory_bytes", "byte"),
         seen("temperature (°C)", "temperature_c", "°C"),
         Column("slowed down by", "throttled", "", lambda cell: _throttled(results, cell)),
     ]

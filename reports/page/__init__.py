@@ -5,21 +5,24 @@ import hashlib
 from pathlib import Path
 
 import orjson
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from harness.errors import UserError
-from reports.page import chart, comparer, sections, series, sweep_chart
+from reports.page import chart, comparer, glance, sections, series, sweep_chart
+from reports.page.card import Card
 from reports.page.embedded import Embedded
 from reports.run.results import Results
 
 NAME = "report.html"
 LIMIT = 8_000_000  # bytes of the page
 TAGS = 20_000  # of them for HTML tags around figures
+SEEN = 400_000  # of them for pictures of the first screen
 ROOM = 1_300_000  # of them for pictures to compare and of points; figures get the rest
 
 # Sections that come first, in this order, and those with something interactive.
 FIRST = ("summary", "pareto_figure", "sweep_figure", "speedup", "overview", "pictures_figure", "cpu_figure")
+GLANCE = "glance"  # the section that the first screen shows
 TRIED = {"pareto_figure": chart, "pictures_figure": comparer, "cpu_figure": series, "sweep_figure": sweep_chart}
 
 
@@ -28,47 +31,56 @@ def write(results: Results, told: list[tuple[str, str]], out: Path) -> Path:
 
     told: sections, each (name of its module, Markdown).
     """
-    pictures = Embedded(ROOM)
+    pictures, seen = Embedded(ROOM), Embedded(SEEN)
+    first = {**glance.data(results, seen), "images": seen.images}
+    told = [(name, text) for name, text in told if name != GLANCE]
     data = {name: TRIED[name].data(results, pictures) for name, _ in told if name in TRIED}
     data = {name: found for name, found in data.items() if found}
-    return _write(results.facts["title"], _lead(results), sorted(told, key=_place), data, pictures, out)
+    shown = {"title": results.facts["title"], "lead": _lead(results), "glance": first, "data": data}
+    return _write(shown, sorted(told, key=_place), out / NAME, pictures.images)
 
 
-def write_plain(title: str, lead: str, told: list[tuple[str, str]], out: Path) -> Path:
-    """Writes the same page without anything interactive, in the order of `told`. lead: a line below the title."""
-    return _write(title, lead, told, {}, Embedded(0), out)
+def write_several(
+    title: str, lead: str, told: list[tuple[str, str]], cards: list[tuple[Card, str]], path: Path
+) -> Path:
+    """Writes a page of several runs to `path`, without anything interactive, with sections in the order of `told`.
+
+    lead: a line below the title. cards: of the runs, each with the address of its report.
+    """
+    return _write({"title": title, "lead": lead, "cards": cards}, told, path, {})
 
 
-def _write(title: str, lead: str, told: list[tuple[str, str]], data: dict, pictures: Embedded, out: Path) -> Path:
-    block = orjson.dumps({**data, "images": pictures.images}).decode().replace("<", "\\u003c")
+def _write(shown: dict, told: list[tuple[str, str]], path: Path, images: dict[str, str]) -> Path:
+    """Writes a page. shown: values of the template. images: addresses of pictures that the script shows, by key."""
+    shown = {"glance": None, "cards": None, "data": {}, **shown}
+    block = orjson.dumps({**shown["data"], "images": images}).decode().replace("<", "\\u003c")
+    drawing, program = _drawing() if shown["data"] else "", _source("page.js")
 
     def made(figures: Embedded) -> str:
-        return _made(title, lead, sections.of(told, out, figures), figures, data, block)
+        found = sections.of(told, path.parent, figures)
+        return _template().render(
+            **shown,
+            sections=found,
+            anchors={section.name: section.anchor for section in reversed(found)},
+            titles={section.name: section.title for section in reversed(found)},
+            left_out=figures.left_out,
+            block=Markup(block),
+            look=Markup(_source("page.css")),
+            drawing=Markup(drawing),
+            program=Markup(program),
+            allowed=" ".join(map(_fingerprint, filter(None, (drawing, program)))),
+        )
 
-    path = out / NAME
-    path.write_text(made(Embedded(LIMIT - TAGS - len(made(Embedded(0)).encode()))), encoding="utf-8")
+    room = LIMIT - TAGS - len(made(Embedded(0)).encode())
+    path.write_text(made(Embedded(room, inline=True)), encoding="utf-8")
     return path
 
 
-def _made(title: str, lead: str, found: list[sections.Section], figures: Embedded, data: dict, block: str) -> str:
-    """Returns the page. figures: the embedded ones. data: of interactive charts by the name of their section."""
-    drawing, program = _drawing() if data else "", _source("page.js")
-    made = Environment(
+def _template() -> Template:
+    return Environment(
         loader=PackageLoader("reports.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
     ).get_template("page.html.jinja")  # fmt: skip
-    return made.render(
-        title=title,
-        lead=lead,
-        sections=found,
-        data=data,
-        left_out=figures.left_out,
-        block=Markup(block),
-        look=Markup(_source("page.css")),
-        drawing=Markup(drawing),
-        program=Markup(program),
-        allowed=" ".join(map(_fingerprint, filter(None, (drawing, program)))),
-    )
 
 
 def _drawing() -> str:
@@ -93,8 +105,8 @@ def _fingerprint(script: str) -> str:
 
 
 def _lead(results: Results) -> str:
-    """Returns a line on the run: variants, processes, processor and time."""
+    """Returns a line on the run: variants, processes, places and time."""
     facts, places = results.facts, len(results.places)
     counts = f"{len(results.variants)} variants, {len(results.records)} processes"
     many = f", {places} places" if places > 1 else ""
-    return f"{counts}{many}; {facts['environment']['cpu']}; begun {facts['started'][:16].replace('T', ' ')} UTC"
+    return f"{counts}{many}; begun {facts['started'][:16].replace('T', ' ')} UTC"

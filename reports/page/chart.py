@@ -6,9 +6,9 @@ from reports.accuracy import accuracy_columns, pareto, pareto_figure
 from reports.accuracy.pareto import VISIBLE, Chart, Point
 from reports.page.embedded import Embedded, smaller
 from reports.paper import quantity, style, thinning
-from reports.run import command, stored
+from reports.run import command, naming, stored
 from reports.run.cell import Cell, Missing
-from reports.run.results import Results, place_label
+from reports.run.results import Results
 
 MOST = 2000  # points of a page
 MOST_SEEN = 240  # pictures of points
@@ -81,7 +81,7 @@ def _chart(results: Results, chart: Chart, kept: list[Point], seen: dict[Cell, s
         _point(results, chart, point, names.index(families[point.cell]), seen.get(point.cell), words) for point in kept
     ]
     return {
-        "label": chart.view.label,
+        "label": chart.view.title,
         "resolution": chart.resolution,
         "axis": chart.axis,
         "sampled": chart.sampled,
@@ -98,7 +98,7 @@ def _point(results: Results, chart: Chart, point: Point, family: int, seen: str 
     return {
         "variant": cell.variant,
         "name": point.name,
-        "where": place_label(cell.place),
+        "where": naming.called(results, cell.place),
         "error": chart.drawn(point),
         "time": [point.time.value, point.time.low, point.time.high],
         "share": round(point.share, 3),
@@ -107,8 +107,8 @@ def _point(results: Results, chart: Chart, point: Point, family: int, seen: str 
         "told": [
             accuracy_columns.shown_rmse(cell),
             cell.agreement,
-            f"{quantity.text(point.time)} s",
-            str(memory) if isinstance(memory, Missing) else f"{quantity.text(memory, 1e-6)} MB",
+            quantity.seconds(point.time),
+            quantity.size(memory),
             str(efficiency) if isinstance(efficiency, Missing) else f"{efficiency:.3g} /s",
             cell.verdict,
         ],

@@ -6,9 +6,9 @@ from matplotlib.colors import LogNorm
 
 from reports.page.embedded import Embedded, smaller
 from reports.pictures import pictures_figure
-from reports.run import stored
+from reports.run import naming, stored
 from reports.run.cell import Cell, Missing
-from reports.run.results import Results, place_label
+from reports.run.results import Results
 
 LONGEST = 640  # pixels of a side; a larger picture is reduced
 MOST = 40  # pictures of a place
@@ -26,7 +26,7 @@ def data(results: Results, pictures: Embedded) -> dict:
         shown = [one for cell in cells[:MOST] if (one := _picture(results, cell, pictures))]
         there += len(cells)
         if shown:
-            places.append({"label": place_label(place), "pictures": shown + ([truth] if truth else [])})
+            places.append({"label": naming.called(results, place), "pictures": shown + ([truth] if truth else [])})
     if not places:
         return {}
     count = sum(not one["truth"] for place in places for one in place["pictures"])

@@ -15,8 +15,13 @@ SHORTEST = 0.2  # s of a process; of a shorter one starting is a large part
 
 def write(results: Results, _: Path | None = None) -> str:
     """Returns the section of the report."""
-    found = [*map(markdown.escape, results.facts.get("warnings", [])), *_warnings(results)]
-    return f"## Doubtful\n\n{markdown.bullets(found) if found else 'No scene and no repetition has a warning.'}"
+    doubtful = found(results)
+    return f"## Doubtful\n\n{markdown.bullets(doubtful) if doubtful else 'No scene and no repetition has a warning.'}"
+
+
+def found(results: Results) -> list[str]:
+    """Returns the doubts as Markdown, one for each variant and kind."""
+    return [*map(markdown.escape, results.facts.get("warnings", [])), *_warnings(results)]
 
 
 def _warnings(results: Results) -> list[str]:

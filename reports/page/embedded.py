@@ -11,25 +11,32 @@ LOSSY = 82  # quality of WebP for pictures that are only looked at
 
 
 class Embedded:
-    """Pictures as data: addresses by a short key, at most `room` bytes in total. left_out: how many did not fit."""
+    """Pictures as data: addresses by a short key, at most `room` bytes in total. left_out: how many did not fit.
 
-    def __init__(self, room: int):
-        self.room, self.left_out = room, 0
+    inline: an address is written wherever its picture is used, and so counts each time.
+    """
+
+    def __init__(self, room: int, inline: bool = False):
+        self.room, self.inline, self.left_out = room, inline, 0
         self.images: dict[str, str] = {}
         self._known: dict[str, str] = {}
 
-    def add(self, data: bytes, kind: str) -> str | None:
-        """Adds a picture of a kind such as "image/webp"; returns its key, None if it does not fit."""
+    def add(self, data: bytes, kind: str, told: bool = True) -> str | None:
+        """Adds a picture of a kind such as "image/webp"; returns its key, None if it does not fit.
+
+        told: count it as left out if it does not fit.
+        """
         found = hashlib.sha256(data).hexdigest()
-        if found not in self._known:
-            address = f"data:{kind};base64,{base64.b64encode(data).decode()}"
-            if len(address) > self.room:
-                self.left_out += 1
-                return None
-            self.room -= len(address)
-            self._known[found] = f"p{len(self.images)}"
-            self.images[self._known[found]] = address
-        return self._known[found]
+        if found in self._known and not self.inline:
+            return self._known[found]
+        address = f"data:{kind};base64,{base64.b64encode(data).decode()}"
+        if len(address) > self.room:
+            self.left_out += told
+            return None
+        self.room -= len(address)
+        key = self._known.setdefault(found, f"p{len(self.images)}")
+        self.images[key] = address
+        return key
 
     def add_pixels(self, pixels: np.ndarray, exact: bool = False) -> str | None:
         """Adds a picture, uint8 sRGB (height, width, 3), without loss if `exact`; returns as `add`."""

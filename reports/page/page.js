@@ -434,15 +434,39 @@
     button.textContent = dark() ? "Light" : "Dark";
   }
 
+  // A link into a closed section opens it.
+  function reveal(name) {
+    const place = name && id(decodeURIComponent(name));
+    if (!place) return;
+    for (let box = place.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
+    place.scrollIntoView();
+  }
+  window.addEventListener("hashchange", () => reveal(location.hash.slice(1)));
+  document.addEventListener("click", (event) => {
+    const link = event.target.closest('a[href^="#"]');
+    if (link) setTimeout(() => reveal(link.hash.slice(1)), 0); // also when the address has it already
+  });
+  reveal(location.hash.slice(1));
+  id("every")?.addEventListener("click", (event) => {
+    document.querySelector(".bars").classList.add("all");
+    event.target.remove();
+  });
+
   window.addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((one) => (one.open = true)));
   theme();
-  if (data.pictures_figure) comparer(data.pictures_figure);
 
-  // The library that draws takes seconds to start, so the page is there to be read before: one task a chart.
-  const charts = { sweep_figure: sweeps, pareto_figure: speedAgainstAccuracy, cpu_figure: overTime };
-  const tasks = Object.keys(charts).filter((name) => data[name]).map((name) => () => charts[name](data[name]));
-  if (tasks.length) tasks.unshift(() => (element("script", id("drawing").textContent, document.body)));
-  const next = () => setTimeout(() => tasks.length && (tasks.shift()(), next()), 0);
-  if (document.readyState === "complete") next();
-  else window.addEventListener("load", next);
+  // What can be tried out starts when its section is first open: it needs its size, and the library seconds to load.
+  const parts = { "chart": ["pareto_figure", speedAgainstAccuracy], "comparer": ["pictures_figure", comparer], "series": ["cpu_figure", overTime], "sweep": ["sweep_figure", sweeps] };
+  for (const [name, [key, start]] of Object.entries(parts)) {
+    if (!data[key]) continue;
+    const section = id(name).closest("details");
+    const begin = () => {
+      if (!section.open) return;
+      section.removeEventListener("toggle", begin);
+      if (key !== "pictures_figure" && !window.Plotly) element("script", id("drawing").textContent, document.body);
+      start(data[key]);
+    };
+    section.addEventListener("toggle", begin);
+    begin();
+  }
 })();

@@ -1,5 +1,6 @@
 """Writes the report of a run: tables, figures, report.md and report.html. The same run gives the same bytes."""
 
+import re
 from pathlib import Path
 
 from harness.errors import UserError
@@ -15,7 +16,7 @@ from reports.accuracy import (
     precision_figure,
 )
 from reports.gpu import blocks_figure, gpu_figure, gpu_table, launch_figure, scene_memory_table
-from reports.page import doubts, provenance, summary
+from reports.page import doubts, glance, provenance, summary
 from reports.paper import markdown
 from reports.pictures import fault_figure, gallery_figure, pictures_figure
 from reports.run import results
@@ -39,15 +40,15 @@ from reports.times import (
 )
 
 PARTS = (
-    summary, doubts, machine_table, times_table, times_figure, sweep_figure, speedup, accuracy_table, front_figure,
-    pareto_figure, budget_table, startup_table, startup_figure, memory_table, peers, pictures_figure,
+    glance, summary, doubts, machine_table, times_table, times_figure, sweep_figure, speedup, accuracy_table,
+    front_figure, pareto_figure, budget_table, startup_table, startup_figure, memory_table, peers, pictures_figure,
     gallery_figure, needs, cpu_table, cpu_figure, gpu_table, gpu_figure, roofline_figure, limits,
     scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, hierarchy, convergence_figure,
     cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
 # For a run that puts methods under stress, where nothing is ranked.
 STABILITY = (
-    stability_summary, machine_table, stability_overview, stability_pictures, stability_window, stability_cost,
+    glance, stability_summary, machine_table, stability_overview, stability_pictures, stability_window, stability_cost,
     stability_figure,
 )  # fmt: skip
 
@@ -65,11 +66,27 @@ def write_loaded(loaded: results.Results, out: Path) -> list[tuple[str, str]]:
     parts = STABILITY if loaded.facts.get("stability") else PARTS
     names = {part: part.__name__.rpartition(".")[2] for part in (*parts, provenance)}
     sections = [(name, text) for part, name in names.items() if (text := _section(part, name, loaded, out))]
+    sections = _without_the_unavailable(sections)
     title = f"# {markdown.escape(loaded.facts['title'])}"
     text = "\n\n".join([title, *(text for _, text in sections)]) + "\n"
     (out / "report.md").write_text(text, encoding="utf-8")
     page.write(loaded, sections, out)
     return sections
+
+
+def _without_the_unavailable(sections: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Returns sections without those that have only a reason, and a last one that lists these, by reason."""
+    kept, reasons = [], {}
+    for name, text in sections:
+        parts = []
+        for part in re.split(r"^(?=## )", text, flags=re.MULTILINE):
+            if found := re.fullmatch(markdown.UNAVAILABLE, part):
+                reasons.setdefault(found["reason"], []).append(found["title"])
+            else:
+                parts.append(part)
+        kept += [(name, "".join(parts).rstrip("\n"))] * bool("".join(parts))
+    lines = [f"{'; '.join(titles)}: unavailable: {reason}" for reason, titles in reasons.items()]
+    return kept + [("unavailable", f"## Not in this run\n\n{markdown.bullets(lines)}")] * bool(lines)
 
 
 def _section(part, name: str, loaded: results.Results, out: Path) -> str:

@@ -11,10 +11,12 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup, escape
 from PIL import Image
 
+from reports.page import drawing
 from reports.page.embedded import Embedded, smaller
 from reports.paper import markdown
 
-LARGEST_DRAWING = 220_000  # bytes of an SVG file; a larger one, which contains pictures, is embedded as pixels
+# Bytes of an SVG file; a larger one is embedded as pixels.
+LARGEST_DRAWING, LARGEST_WITH_PICTURES = 700_000, 220_000
 LONGEST = 1400  # pixels of such a figure
 POINT = 96 / 72  # pixels of a page
 
@@ -71,21 +73,31 @@ def _plain(reader: MarkdownIt, title: str) -> str:
 def _image(token, folder: Path, figures: Embedded) -> str:
     """Returns the HTML of a figure: its vector drawing, else its pixels, or a link to its file if neither fits."""
     name, alt = token.attrs["src"], "".join(child.content for child in token.children)
-    drawing, pixels = (folder / name).with_suffix(".svg"), folder / name
-    if drawing.exists() and drawing.stat().st_size <= LARGEST_DRAWING:
-        data = drawing.read_bytes()
-        size, key = _size(data), figures.add(data, "image/svg+xml")
-    else:
-        with Image.open(pixels) as opened:
-            made = smaller(np.asarray(opened.convert("RGB")), LONGEST)
-        size, key = (made.shape[1], made.shape[0]), figures.add_pixels(made)
-    if key is None:
+    found = _drawing((folder / name).with_suffix(".svg"), figures) or _pixels(folder / name, figures)
+    if found is None:
         return f'<p class="note">Too large for this page: <a href="{escape(name)}">{escape(alt)}</a></p>'
-    wide, high = size
+    kind, key, (wide, high) = found
     return (
-        f'<img class="figure" src="{figures.images[key]}" alt="{escape(alt)}" width="{wide}" height="{high}" '
+        f'<img class="{kind}" src="{figures.images[key]}" alt="{escape(alt)}" width="{wide}" height="{high}" '
         'loading="lazy" decoding="async">'
     )
+
+
+def _drawing(path: Path, figures: Embedded) -> tuple[str, str, tuple[int, int]] | None:
+    """Adds a vector drawing; returns its class, key and size. None without one, or if it is too large."""
+    data = drawing.for_page(path.read_bytes()) if path.exists() else b""
+    if not 0 < len(data) <= (LARGEST_WITH_PICTURES if b"<image" in data else LARGEST_DRAWING):
+        return None
+    key = figures.add(data, "image/svg+xml", told=False)
+    return ("figure", key, _size(data)) if key else None
+
+
+def _pixels(path: Path, figures: Embedded) -> tuple[str, str, tuple[int, int]] | None:
+    """Adds the pixels of a figure; returns the same."""
+    with Image.open(path) as opened:
+        made = smaller(np.asarray(opened.convert("RGB")), LONGEST)
+    key = figures.add_pixels(made)
+    return ("figure pixels", key, (made.shape[1], made.shape[0])) if key else None
 
 
 def _size(svg: bytes) -> tuple[int, int]:

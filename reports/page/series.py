@@ -5,7 +5,8 @@ import pandas as pd
 
 from reports.page.embedded import Embedded
 from reports.paper import style, timeline
-from reports.run.results import Cell, Results, place_label
+from reports.run import naming
+from reports.run.results import Cell, Results
 from reports.times import cpu_figure
 
 FINEST = 150  # steps of a curve
@@ -27,7 +28,7 @@ def data(results: Results, _: Embedded) -> dict:
         place = timeline.largest_place(results.of(scene))
         processes = [one for cell in results.at(place) if (one := _process(results, cell))]
         if processes:
-            places.append({"label": place_label(place), "processes": processes})
+            places.append({"label": naming.called(results, place), "processes": processes})
     if not places:
         return {}
     every = [process for place in places for process in place["processes"]]

@@ -14,7 +14,7 @@ from harness.store import likeness, packed, store
 from reports import page
 from reports.compare import hosts, side_by_side
 from reports.compare.hosts import Member
-from reports.page import report, study_again
+from reports.page import card, report, study_again
 from reports.paper import drawn, markdown
 from reports.run import results
 
@@ -28,17 +28,19 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
     A run on several hosts of a cluster counts as one run per host. pool: hosts that differ only in their names count
     as one machine.
     """
-    _may_write(out)
+    may_write(out)
     with ExitStack() as stack:
         folders = [stack.enter_context(packed.opened(run)) for run in runs]
         loaded = [run for folder in folders for run in _by_host(folder, pool)]
         if len(loaded) == 1:
             report.write_loaded(loaded[0][1], out)
+            card.write(loaded[0][1], out)
             return out / page.NAME
         members = hosts.members(loaded)
         texts = {
             member: [text for _, text in report.write_loaded(member.results, out / member.name)] for member in members
         }
+        cards = [(card.write(member.results, out / member.name), f"{member.name}/{page.NAME}") for member in members]
         parts = [
             ("several_runs", _runs(members)),
             ("unlike", _unlike(folders)),
@@ -48,10 +50,10 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
         ]
         parts = [(name, text) for name, text in parts if text]
         (out / "report.md").write_text("\n\n".join([f"# {TITLE}", *(text for _, text in parts)]) + "\n", "utf-8")
-        return page.write_plain(TITLE, _lead(members), parts, out)
+        return page.write_several(TITLE, _lead(members), parts, cards, out / page.NAME)
 
 
-def _may_write(out: Path) -> None:
+def may_write(out: Path) -> None:
     """Marks the folder of a report, whose files may be overwritten. UserError if it holds other files."""
     mark, page_file = out / MARK, out / page.NAME
     try:
@@ -132,7 +134,7 @@ def _runs(members: list[Member]) -> str:
             facts["environment"]["commit"], str(len(member.results.records)), f"{good} of {len(cells)}",
             _floor(member.results.floor),
         ])  # fmt: skip
-    links = [f"[{markdown.escape(member.name)}]({member.name}/report.html)" for member in members]
+    links = [f"[{markdown.escape(member.name)}]({member.name}/{page.NAME})" for member in members]
     return "\n\n".join(
         ["## Runs", markdown.table(header, rows), "Each run has its own report: " + ", ".join(links) + "."]
     )

@@ -4,8 +4,8 @@ from collections import Counter
 from pathlib import Path
 
 from reports.paper import markdown, quantity, thinning
-from reports.run import launch, ranking
-from reports.run.results import Cell, Missing, Results, grouped, place_label
+from reports.run import launch, naming, ranking
+from reports.run.results import Cell, Missing, Results, grouped
 
 MOST = 40  # sentences on places
 MOST_NAMED = 8  # places that a sentence names
@@ -14,7 +14,7 @@ LARGE_MASK = 0.1  # of a picture: a larger mask is said
 
 def write(results: Results, _: Path | None = None) -> str:
     """Returns the section of the report."""
-    parts = ["## Summary", _floor(results), markdown.bullets(_rankings(results)), *_masks(results)]
+    parts = ["## Summary", _floor(results), *_against(results), markdown.bullets(_rankings(results)), *_masks(results)]
     unranked = _reasons(results, [cell for cell in results.cells if cell.unranked and not cell.as_meant])
     apart = _reasons(results, [cell for cell in results.cells if cell.as_meant])
     if unranked:
@@ -36,6 +36,12 @@ def _floor(results: Results) -> str:
         text += f" {twice} {quantity.text(floor.ratio)}."
     end = "No smaller difference is resolved." if known else "What is resolved is decided by the intervals alone."
     return markdown.escape(f"{text} {end}")
+
+
+def _against(results: Results) -> list[str]:
+    """Says what errors are held against, in a paragraph, where that is not the truth of the scene."""
+    found = list(dict.fromkeys(cell.against for cell in results.cells if cell.against))
+    return [markdown.escape(f"Errors are {' or '.join(found)}.")] if found else []
 
 
 def _masks(results: Results) -> list[str]:
@@ -91,13 +97,13 @@ def _launches(results: Results, place: tuple[str, str], others: list[Cell]) -> s
 
 def _ranking(results: Results, place: tuple[str, str]) -> str:
     """Returns a sentence on the ranked cells of a place."""
-    label = f"**{markdown.escape(place_label(place))}**: "
+    label = f"**{markdown.escape(naming.called(results, place))}**: "
     ranked = ranking.ranked(results, place)
     if not ranked:
         return label + "nothing is ranked."
     first, *others = ranked
     name = markdown.escape(first.name)
-    said = markdown.escape(f"{quantity.text(first.steady)} s a frame, {first.errors}, agreement {first.agreement}")
+    said = markdown.escape(f"{quantity.seconds(first.steady)} a frame, {_errors(first)}, agreement {first.agreement}")
     if not others:
         return f"{label}only {name} is ranked: {said}."
     rivals = ", ".join(markdown.escape(cell.name) for cell in _rivals(results, ranked))
@@ -105,6 +111,10 @@ def _ranking(results: Results, place: tuple[str, str]) -> str:
     ratios = ((cell.name, quantity.ratio(ranking.ratio(cell, first), results.floor.value)) for cell in others)
     rest = ", ".join(markdown.escape(f"{name} {ratio}") for name, ratio in ratios)
     return f"{label}**{name}** {best}: {said}. Times as long: {rest}."
+
+
+def _errors(cell: Cell) -> str:
+    return cell.errors.removesuffix(f", {cell.against}") if cell.against else cell.errors
 
 
 def _reasons(results: Results, cells: list[Cell]) -> list[str]:
@@ -129,4 +139,4 @@ def where(results: Results, places: list[tuple[str, str]]) -> str:
         return "everywhere"
     if len(places) > MOST_NAMED:
         return f"in {len(places)} of {len(results.places)} places"
-    return markdown.escape("; ".join(map(place_label, places)))
+    return markdown.escape("; ".join(naming.called(results, place) for place in places))

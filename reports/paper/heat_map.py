@@ -57,7 +57,7 @@ def draw(shown: Map, title: str, mark: str = "") -> Figure:
         colour = "#E4E4E4" if value is None else shades(shade)
         axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, facecolor=colour, edgecolor="white", lw=1))
         text = "not\nranked" if value is None else _number(value, 1 / size, len(columns) <= ROOMY)
-        ink = "white" if value is not None and shade < 0.5 else "black"
+        ink = style.FIXED_WHITE if value is not None and shade < 0.5 else style.FIXED_BLACK
         axes.text(x, y, text, ha="center", va="center", fontsize=6.5, color=ink)
     if shown.framed in values:
         x, y = columns.index(shown.framed[0]), rows.index(shown.framed[1])

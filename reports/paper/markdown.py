@@ -3,6 +3,10 @@
 import html
 import re
 
+from reports.paper import compact
+
+UNAVAILABLE = r"## (?P<title>[^\n]+)\n\nunavailable: (?P<reason>[^\n]+)\n*"  # matches a section of `unavailable`
+
 
 class Ready(str):
     """Text that is Markdown already: a table takes it as it is."""
@@ -22,10 +26,30 @@ def code(text: str) -> Ready:
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
-    """Returns a table; cells are plain text, which is escaped, or `Ready`."""
-    lines = [map(escape, header), ["---"] * len(header)]
-    lines += [[cell if isinstance(cell, Ready) else escape(cell) for cell in row] for row in rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    """Returns a table; cells are plain text, which is escaped, or `Ready`.
+
+    Above it stand the columns that have one text in all rows, below it the reasons that cells point at.
+    """
+    left_out = compact.same(header, rows)
+    above = "; ".join(f"{escape(header[column])}: {_cell(text)}" for column, text in left_out.items())
+    header, *rows = (
+        [text for column, text in enumerate(line) if column not in left_out] for line in [list(header), *rows]
+    )
+    rows, notes = compact.with_notes(header, rows)
+    lines = [map(escape, header), ["---"] * len(header), *(map(_cell, row) for row in rows)]
+    below = "; ".join(f"({mark}) {escape(reason)}" for mark, reason in notes)
+    parts = [f"The same in all rows: {above}."] if above else []
+    parts.append("\n".join(f"| {' | '.join(line)} |" for line in lines))
+    return "\n\n".join(parts + [f"{below}."] * bool(below))
+
+
+def _cell(text: str) -> str:
+    return text if isinstance(text, Ready) else escape(text)
+
+
+def unavailable(title: str, reason: str) -> str:
+    """Returns a section that has only a reason; a report says all of these in one place."""
+    return f"## {escape(title)}\n\nunavailable: {escape(reason)}"
 
 
 def bullets(items: list[str]) -> str:

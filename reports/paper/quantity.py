@@ -8,6 +8,7 @@ from reports.run.missing import Missing
 
 NO_INTERVAL = "(no interval, n = {})"  # too few processes
 SECONDS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
+RATES = ((1e9, "G/s"), (1e6, "M/s"), (1e3, "k/s"), (1.0, "/s"))
 BYTES = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"), (1.0, "B"))
 
 
@@ -32,6 +33,11 @@ def seconds(value: Estimate | Missing | float | str) -> str:
 def size(value: Estimate | Missing | float | str) -> str:
     """Returns a number of bytes in the unit that suits it: "37.6 MB"; a text unchanged."""
     return _in_unit(value, BYTES)
+
+
+def rate(value: Estimate | Missing | float | str) -> str:
+    """Returns a number per second in the unit that suits it: "3.6 [3.2, 3.9] M/s"; a text unchanged."""
+    return _in_unit(value, RATES)
 
 
 def times(value: Estimate | Missing | float | str) -> str:

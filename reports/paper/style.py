@@ -35,6 +35,9 @@ COLOURS = {
 OUTLINE = [withStroke(linewidth=2, foreground="white")]  # of text that may lie over data
 SPARE = ("#000000", "#999999", "#8C6BB1", "#7F5539", "#B5A300", "#5B8DB8")
 
+FIXED = FIXED_WHITE, FIXED_BLACK = "#fffffe", "#000001"  # of text over a colour, which no dark page changes
+ON_DARK = {"#005C43": "#7FD6BC", "#000000": "#E6E9EC", "#7F5539": "#B98A66"}
+
 PHASES = {
     "start": "#D9D9D9",
     "import": "#BFD3E6",
@@ -81,6 +84,11 @@ def colour(variant: str, variants: list[str]) -> str:
     """Returns the colour of a variant: its own, else a spare one by its place among the unknown variants."""
     unknown = [name for name in variants if name not in COLOURS]
     return COLOURS.get(variant) or SPARE[unknown.index(variant) % len(SPARE)]
+
+
+def dark(colour: str) -> str:
+    """Returns the colour that stands for `colour` on a dark page: the same, unless it would be too dark."""
+    return ON_DARK.get(colour, colour)
 
 
 def log_ticks(axis, narrow: bool = False) -> None:

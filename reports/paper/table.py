@@ -8,13 +8,16 @@ import pandas as pd
 
 from harness.statistics.statistics import Estimate
 from reports.paper import markdown, quantity, thinning
-from reports.run import study
+from reports.run import naming, study
+from reports.run.method import PLAIN
 from reports.run.results import Cell, Missing
 
 CSV_HEADER = ("scene", "point", "variant", "status", "quantity", "unit", "value", "low", "high", "processes", "note")
 
 AGAINST = "error_against"  # name of the column that is shown where an error is not from the truth of the scene
 MOST = 200  # rows of a table for people
+OWN_UNIT = {"s": quantity.seconds, "byte": quantity.size}  # formats of values by their unit
+NOT_THE_STUDYS = "The study's numbers: unavailable, it has another scene or other variables."
 
 Value = Estimate | Missing | float | str
 
@@ -23,8 +26,9 @@ Value = Estimate | Missing | float | str
 class Column:
     """A column of a table of cells.
 
-    title: for people, with their unit. name, unit: in the CSV file. value: returns the value of a cell in `unit`.
-    scale: from `unit` to the unit of the title. show: formats a value for people where a scaled number is not enough.
+    title: for people, with the unit unless that is of time or memory, which a value brings along. name, unit: in the
+    CSV file. value: returns the value of a cell in `unit`. scale: from `unit` to the unit of the title. show: formats a
+    value for people where this is not enough.
     """
 
     title: str
@@ -36,44 +40,86 @@ class Column:
 
     def text(self, value: Value) -> str:
         """Returns a value as text for people."""
-        return self.show(value) if self.show else quantity.text(value, self.scale)
+        if self.show:
+            return self.show(value)
+        return OWN_UNIT[self.unit](value) if self.unit in OWN_UNIT else quantity.text(value, self.scale)
 
     @property
     def of_study(self) -> bool:
         return self.name.startswith("study_")
 
 
-def section(out: Path, stem: str, title: str, tables: list[tuple[str, list[Cell], list[Column]]], caption: str) -> str:
+def section(
+    out: Path,
+    stem: str,
+    title: str,
+    tables: list[tuple[str, list[Cell], list[Column]]],
+    caption: str,
+    silent: tuple[str, ...] = (),
+) -> str:
     """Returns the Markdown of tables, each (scene, cells, columns), and writes `out`/STEM-NUMBER-SCENE.csv and .tex.
 
+    silent: parameters that columns have, so that no name does.
     The study's columns are only in the CSV file where no cell of a table repeats a case of the study, and so is what
     errors are held against where that is the truth of the scene everywhere.
     """
-    parts = [f"## {title}"]
+    if reasons := _all_missing(tables):
+        for number, (scene, cells, columns) in enumerate(tables):
+            write_csv(cells, columns, out / _name(stem, number, scene))
+        return markdown.unavailable(title, "; ".join(reasons))
+    parts, others = [f"## {title}"], False
     for number, (scene, cells, columns) in enumerate(tables):
-        name = f"{stem}-{number}-{markdown.slug(Path(scene).stem)}.csv"
+        name = _name(stem, number, scene)
         write_csv(cells, columns, out / name)
         repeated = any(study.case(cell) for cell in cells)
         known = [column for column in columns if column.name != AGAINST or any(cell.against for cell in cells)]
         shown = [column for column in known if repeated or not column.of_study]
+        others |= shown != known
         places = list(dict.fromkeys(cell.place for cell in cells))
         kept = set(thinning.few(places, max(1, MOST * len(places) // len(cells))))
         rows = [cell for cell in cells if cell.place in kept]
-        header, body = to_texts(rows, shown)
+        header, body, shared = to_texts(rows, shown, silent)
         write_latex(header, body, (out / name).with_suffix(".tex"))
-        parts += [f"### {markdown.escape(scene)}", markdown.table(header, body)]
+        parts += [f"### {markdown.escape(scene)}", *shared, markdown.table(header, body)]
         if len(rows) < len(cells):
             parts.append(thinning.note(len(rows), len(cells), "rows, whole places", "the CSV file has all"))
-        if shown != known:
-            parts.append("The study's numbers: unavailable, it has another scene or other variables.")
         parts.append(f"[{name}]({name})")
-    return "\n\n".join([*parts, markdown.escape(caption)])
+    return "\n\n".join([*parts, *[NOT_THE_STUDYS] * others, markdown.escape(caption)])
 
 
-def to_texts(cells: list[Cell], columns: list[Column]) -> tuple[list[str], list[list[str]]]:
-    """Returns header and rows, one per cell. A row gives each reason once, its last column why a cell is not ok."""
+def _name(stem: str, number: int, scene: str) -> str:
+    return f"{stem}-{number}-{markdown.slug(Path(scene).stem)}.csv"
+
+
+def _all_missing(tables: list[tuple[str, list[Cell], list[Column]]]) -> list[str]:
+    """Returns the reasons why no cell has a result, where none of all tables is ok; [] if one is."""
+    cells = [cell for _, mine, _ in tables for cell in mine]
+    if any(cell.status == "ok" or cell.as_meant for cell in cells):
+        return []
+    return list(dict.fromkeys(cell.verdict.removeprefix("unavailable: ") for cell in cells))
+
+
+def to_texts(
+    cells: list[Cell], columns: list[Column], silent: tuple[str, ...] = ()
+) -> tuple[list[str], list[list[str]], list[str]]:
+    """Returns header and rows, one per cell, named by what varies, and a paragraph on what does not, if any.
+
+    A row gives each reason once, its last column why a cell is not ok.
+    """
+    names = naming.short(cells, silent)
     header = ["point", "variant", *(column.title for column in columns), "status"]
-    return header, [[cell.point, cell.label, *_shown(cell, columns), cell.verdict] for cell in cells]
+    body = [[names.where[cell], names.full(cell), *_shown(cell, columns), _status(cell)] for cell in cells]
+    if not any(row[0] for row in body):
+        header, body = header[1:], [row[1:] for row in body]
+    elif not all(row[0] for row in body):
+        body = [[row[0] or PLAIN, *row[1:]] for row in body]
+    return header, body, [f"Everywhere: {markdown.escape(', '.join(names.shared))}."] if names.shared else []
+
+
+def _status(cell: Cell) -> str:
+    """Returns the verdict on a cell; of a disturbed one without the details, which the section of doubts has."""
+    text = cell.verdict
+    return text.replace(cell.disturbed, cell.disturbed.partition(":")[0]) if cell.disturbed else text
 
 
 def _shown(cell: Cell, columns: list[Column]) -> list[str]:

@@ -10,9 +10,10 @@ from matplotlib.colors import LogNorm
 
 from harness.store import record
 from reports.paper import markdown, style, thinning
-from reports.run import launch, method, stored
+from reports.run import launch, method, naming, stored
 from reports.run.results import Cell, Missing, Results, place_label
 
+TITLE = "Pictures (the study's figure 4.1)"
 CAPTION = (
     "First the truth; then, above, each picture; below, its error: the largest absolute difference in any channel of "
     "linear RGB from the truth, on a logarithmic scale common to all; grey where it is exactly 0, magenta where a "
@@ -199,14 +200,14 @@ def _few(found: list) -> list:
 
 def write(results: Results, out: Path) -> str:
     """Writes pictures-NUMBER-PLACE.png and .svg for each place of more than one pixel; returns the section."""
-    parts = ["## Pictures (the study's figure 4.1)"]
     if stored.left_out(results):
-        return "\n\n".join([*parts, f"unavailable: {stored.LEFT_OUT}."])
+        return markdown.unavailable(TITLE, stored.LEFT_OUT)
+    parts = [f"## {TITLE}"]
     found = places(results)
     drawn = _few(found)
     parts.append(thinning.note(len(drawn), len(found), "places", "those where something is not ok come first"))
     for number, (place, cells) in enumerate(drawn):
-        label = place_label(place)
+        label = naming.called(results, place)
         if cells[0].pixels == 1:
             parts.append(f"{markdown.escape(label)}: a single pixel is not drawn; its error stands beside its time.")
             continue
@@ -214,7 +215,7 @@ def write(results: Results, out: Path) -> str:
         there = [cell for cell in cells if cell not in lacking]
         parts.append(f"### {markdown.escape(label)}")
         for page, shown in enumerate(figures(there) if there else [], 1):
-            name = f"pictures-{number}-{markdown.slug(label)}{f'-{page}' if page > 1 else ''}"
+            name = f"pictures-{number}-{markdown.slug(place_label(place))}{f'-{page}' if page > 1 else ''}"
             parts.append(style.figure(out / name, f"Pictures: {label}", draw, results, there, shown))
         told = [f"{cell.label}: {why.reason if cell.status != 'ok' else why}" for cell, why in lacking.items()]
         parts += markdown.listed("Not drawn:", told)

@@ -69,7 +69,8 @@ def views(results: Results) -> list[View]:
         differ = [len({kind[place] for kind in parts}) > 1 for place in range(3)]
         for kind, cells in parts.items():
             words = [word for word, differs in zip(kind, differ, strict=True) if differs]
-            found.append(View(", ".join([seen.label, *words]), seen.names, cells))
+            label, title = (", ".join([text, *words]) for text in (seen.label, seen.title))
+            found.append(View(label, title, seen.names, cells))
     return found
 
 
@@ -154,11 +155,11 @@ class Curve:
 class Names:
     """Names the methods of a view by their values that are not the default and by the dials that vary.
 
-    depth: the truth's, which a name leaves out if it is a number.
+    depth: the truth's, which a name leaves out if it is a number. silent: parameters that it leaves out.
     """
 
-    def __init__(self, cells: list[Cell], depth: int | str | None = None):
-        self.depth = depth
+    def __init__(self, cells: list[Cell], depth: int | str | None = None, silent: tuple[str, ...] = ()):
+        self.depth, self.silent = depth, silent
         methods = [(cell.variant, of(cell)) for cell in cells]
         self.placed = bool(view.differing(cells, PLACE))
         values = {key: {str(told[key]) for _, told in methods if key in told} for key in (*DIALS, *CHOICES)}
@@ -166,7 +167,8 @@ class Names:
         threads: dict[str, set] = {}
         for variant, told in methods:
             threads.setdefault(variant, set()).add(told.get("threads"))
-        self.threaded = {variant for variant, counts in threads.items() if len(counts) > 1}
+        several = {variant for variant, counts in threads.items() if len(counts) > 1}
+        self.threaded = several if "threads" not in silent else set()
 
     def full(self, cell: Cell) -> str:
         """Returns the variant and the name of the method."""
@@ -184,7 +186,8 @@ class Names:
             return STANDS_FOR[key] if key in dials else text
 
         def other(key: str, text: str) -> str:
-            return text if key in told and told[key] != command.default(key) else ""
+            known = key in told and key not in self.silent
+            return text if known and told[key] != command.default(key) else ""
 
         sampler, cutoff = told.get("sampler", "one"), told.get("cutoff", 0)
         words = [
@@ -208,7 +211,7 @@ class Names:
             other("walk", f"{told.get('walk')} walk"),
             other("accel", HIERARCHIES.get(told.get("accel"), "")),
             other("kernel", f"{told.get('kernel')} kernel"),
-            *(other(key, f"{key} {told.get(key)}") for key in launch.UNSEEN),
+            *(other(key, f"{key.replace('_', ' ')} {told.get(key)}") for key in launch.UNSEEN),
             _threads(told.get("threads")) if cell.variant in self.threaded else "",
             other("seed", f"seed {told.get('seed')}"),
             f"epsilon {cell.swept['epsilon']}" if "epsilon" in cell.swept else "",  # else it follows from the precision

@@ -1,9 +1,10 @@
 """Groups cells into views: cells that show the same thing by different means."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from reports.run import launch
+from reports.run import launch, words
 from reports.run.results import Cell, grouped, point_label
 
 # A right picture does not depend on these parameters.
@@ -12,9 +13,13 @@ UNSEEN = (*launch.UNSEEN, "threads", "frames", "least_frame", "walk", "accel", "
 
 @dataclass(frozen=True)
 class View:
-    """Cells with one scene and equal parameters except a few. names: its cases and scene, which theory may use."""
+    """Cells with one scene and equal parameters except a few.
+
+    label: its name in CSV files. title: the same in words. names: its cases and scene, which theory may use.
+    """
 
     label: str
+    title: str
     names: tuple[str, ...]
     cells: list[Cell]
 
@@ -25,14 +30,17 @@ def views(cells: list[Cell], free: tuple[str, ...]) -> list[View]:
         (cell for cell in cells if not cell.apart),
         lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, (*free, *UNSEEN))),
     )
-    return [View(_label(mine, free), _names(mine), mine) for mine in found.values()]
+    return [
+        View(_label(mine, free, point_label), _label(mine, free, words.of_point), _names(mine), mine)
+        for mine in found.values()
+    ]
 
 
-def _label(cells: list[Cell], free: tuple[str, ...]) -> str:
+def _label(cells: list[Cell], free: tuple[str, ...], told: Callable[[dict], str]) -> str:
     swept = {key: value for key, value in cells[0].swept.items() if key not in (*free, *UNSEEN, "case")}
     names = _names(cells)
     names = names if len(names) < 3 else names[-1:]  # of several cases their scene
-    return ", ".join([*names, *([point_label(swept)] if swept else [])])
+    return ", ".join([*names, *([told(swept)] if swept else [])])
 
 
 def _names(cells: list[Cell]) -> tuple[str, ...]:

@@ -166,10 +166,10 @@ def columns(results: Results, points: dict[int, Point]) -> list[Column]:
 
     return [
         Column("objects", "objects", "1", of(lambda p: float(p.objects)), lambda value: f"{value:.0f}"),
-        Column("frame, none (ms)", "frame_none", "s", of(lambda p: p.frames["none"]), scale=1e3),
-        Column("frame, bvh (ms)", "frame_bvh", "s", of(lambda p: p.frames["bvh"]), scale=1e3),
+        Column("frame, none", "frame_none", "s", of(lambda p: p.frames["none"])),
+        Column("frame, bvh", "frame_bvh", "s", of(lambda p: p.frames["bvh"])),
         Column("none ÷ bvh", "none_over_bvh", "1", of(lambda p: p.ratio), lambda value: quantity.ratio(value, floor)),
-        Column("build (ms)", "build", "s", of(lambda p: p.built), scale=1e3),
+        Column("build", "build", "s", of(lambda p: p.built)),
         Column("frames until it pays", "frames_until_it_pays", "1", of(pays_after)),
     ]
 
@@ -187,7 +187,7 @@ def write(results: Results, out: Path) -> str:
     ]
     crossings = [(line, break_even(line)) for line in lines]
     table.write_lines(out / "hierarchy-break-even.csv", CSV_HEADER, _csv(crossings))
-    parts = [table.section(out, "hierarchy", TITLE, tables, CAPTION), "### Break-even", _table(crossings)]
+    parts = [table.section(out, "hierarchy", TITLE, tables, CAPTION, silent=NAMED), "### Break-even", _table(crossings)]
     parts.append("[hierarchy-break-even.csv](hierarchy-break-even.csv)")
     if any(not isinstance(time, Missing) for point in points.values() for time in point.frames.values()):
         parts.append(style.figure(out / "hierarchy", TITLE, hierarchy_figure.draw, results, crossings))

@@ -193,7 +193,7 @@ def write(results: Results, out: Path) -> str:
     if not groups:
         return ""
     tables = [(group.label, group.cells, columns(group)) for group in groups]
-    parts = [table.section(out, "limits", TITLE, tables, CAPTION)]
+    parts = [table.section(out, "limits", TITLE, tables, CAPTION, silent=("precision", "vector"))]
     for number, group in enumerate(groups):
         if any(not isinstance(group.rate(cell), Missing) for cell in group.cells):
             path = out / f"limits-{number}-{markdown.slug(group.label)}"

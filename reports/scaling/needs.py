@@ -91,8 +91,8 @@ def columns(results: Results, partners: dict[int, Cell | None]) -> list[Column]:
             "time ÷ needed", "time_over_needed", "1", lambda cell: ratio(cell, partners[id(cell)]),
             lambda value: quantity.ratio(value, floor),
         ),
-        Column("compile (s)", "compile_cold", "s", startup_table.cold, startup_table.show_cold),
-        Column("peak memory (MB)", "peak_bytes", "byte", peak, scale=1e-6),
+        Column("compile", "compile_cold", "s", startup_table.cold, startup_table.show_cold),
+        Column("peak memory", "peak_bytes", "byte", peak),
         Column("same picture", "same_picture", "", lambda cell: same_picture(results, cell, partners[id(cell)])),
     ]  # fmt: skip
     if any(cell.gpu for cell in results.cells):
@@ -113,7 +113,7 @@ def write(results: Results, out: Path) -> str:
     shown = columns(results, partners)
     mine = grouped((cell for cell in results.cells if id(cell) in partners), lambda cell: cell.scene)
     tables = [(scene, mine[scene], shown) for scene in results.scenes if scene in mine]
-    parts = [table.section(out, "needs", TITLE, tables, CAPTION)]
+    parts = [table.section(out, "needs", TITLE, tables, CAPTION, silent=("kernel",))]
     if not any(cell.gpu for cell in results.cells):
         parts.append(markdown.escape(f"Registers, local and constant memory: unavailable: {NO_GPU}."))
     drawn = [group for group in groups if _points(group)]
@@ -143,7 +143,7 @@ def draw(results: Results, groups: list[Carried]):
     panels[0].axvline(1, color="#888888", lw=0.8)
     if floor is not None:
         panels[0].axvspan(1 / (1 + floor), 1 + floor, color="#E6E6E6", lw=0)
-    for axes, label in zip(panels, ("time ÷ needed", "compile (s)", "peak memory (MB)"), strict=True):
+    for axes, label in zip(panels, ("time ÷ needed", "compile", "peak memory (MB)"), strict=True):
         axes.set(xlabel=label, xscale="log")
         style.log_ticks(axes.xaxis)
         axes.grid(axis="x")

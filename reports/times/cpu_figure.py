@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 
 from reports.paper import markdown, style, thinning, timeline
-from reports.run.results import Cell, Missing, Results, place_label
+from reports.run import naming
+from reports.run.results import Cell, Missing, Results
 
 CAPTION = (
     "CPU time between two samples of the measurer, divided by the time between them; 100 % is one core, the "
@@ -89,7 +90,7 @@ def write(results: Results, out: Path) -> str:
     parts = ["## CPU use (the study's figure 4.2)"]
     for number, scene in enumerate(results.scenes):
         place = timeline.largest_place(results.of(scene))
-        path, label = out / f"cpu-{number}-{markdown.slug(Path(scene).stem)}", place_label(place)
+        path, label = out / f"cpu-{number}-{markdown.slug(Path(scene).stem)}", naming.called(results, place)
         lacking = {cell: why for cell in results.at(place) if (why := _lacking(results, cell))}
         there = [cell for cell in results.at(place) if cell not in lacking]
         parts.append(f"### {markdown.escape(label)}")

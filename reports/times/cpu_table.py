@@ -47,13 +47,13 @@ def _no_audit(cell: Cell) -> Missing:
 
 
 COLUMNS = [
-    Column("CPU time (s)", "cpu_s", "s", lambda cell: cell.median("cpu_s", "not reported")),
+    Column("CPU time", "cpu_s", "s", lambda cell: cell.median("cpu_s", "not reported")),
     Column("measured (%)", "measured_share", "1", _share, scale=100),
     Column("flagged", "flagged", "", _flagged),
-    Column("interval, p50 (ms)", "tick_p50_s", "s", lambda cell: cell.median("tick_p50_s", NO_AUDIT), scale=1e3),
-    Column("p99 (ms)", "tick_p99_s", "s", _worst, scale=1e3),
+    Column("interval, p50", "tick_p50_s", "s", lambda cell: cell.median("tick_p50_s", NO_AUDIT)),
+    Column("p99", "tick_p99_s", "s", _worst),
     Column("missed", "missed", "", _missed),
-    Column("the measurer's CPU time (s)", "measurer_cpu_s", "s", lambda cell: cell.median("measurer_cpu_s", NO_AUDIT)),
+    Column("the measurer's CPU time", "measurer_cpu_s", "s", lambda cell: cell.median("measurer_cpu_s", NO_AUDIT)),
 ]
 
 

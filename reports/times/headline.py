@@ -9,19 +9,16 @@ from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
 from reports.accuracy import pareto
 from reports.accuracy.pareto import BUDGETS, VISIBLE, Chart
-from reports.run import launch, method, ranking, view
+from reports.run import launch, method, naming, ranking
 from reports.run.cell import Cell, Missing
 from reports.run.method import Names
-from reports.run.results import Results, grouped, place_label, point_label
+from reports.run.results import Results, grouped
 from reports.stability import stability
 from reports.times import sentence
 
 if TYPE_CHECKING:
     from reports.times.startup_figure import Start
 
-# Parameters of a method: cells that differ only in these and in the variant have one task. Depth is work too.
-_FREE = *method.DIALS, *method.CHOICES, *method.OF_SCENE, *view.UNSEEN, "epsilon"
-METHOD = tuple(name for name in _FREE if name != "depth")
 EACH_ITS_OWN = (*launch.UNSEEN, "threads", "frames", "least_frame")  # parameters in which variants of one method differ
 STEADY, FIRST, START = "steady frame", "first frame", "to the first frame"  # what the times of bars are of
 APART = 2  # times the smallest error: methods whose errors differ by less do not trade speed for accuracy
@@ -33,8 +30,9 @@ class Bar:
     """A contestant: a variant with one method, at one place or over several.
 
     cell: one of its cells, for its error and agreement. words: the parts of its method's name that not all have.
-    rounds: its times by round, s. time: their median. ratio: its time over that of the first; None for the first.
-    resolved: is that ratio? compared: the sentence compares it, as one of those that use the same method.
+    rounds: its times by round, s. time: their median. ratio: its time over that of the fastest that the first sentence
+    compares; None for that one. resolved: is that ratio? compared: that sentence compares it, as one of those that use
+    the same method.
     """
 
     cell: Cell
@@ -60,17 +58,21 @@ class Bar:
 class Headline:
     """The result of a run at a glance.
 
-    sentence: plain text. bars: of one task, the fastest first; [] where nothing has a time. where: their place in
-    words. clock: what their times are of. shared: parts of the names of methods that all bars have. lacking: (variant,
-    reason) of variants without a bar.
+    sentences: plain text; the first says who won. bars: of one task, the fastest first; [] where nothing has a time.
+    where: their place in words. clock: what their times are of. shared: parts of the names of methods that all bars
+    have. lacking: (variant, reason) of variants without a bar.
     """
 
-    sentence: str
+    sentences: list[str]
     bars: list[Bar]
     where: str
     clock: str
     shared: list[str]
     lacking: list[tuple[str, str]]
+
+    @property
+    def sentence(self) -> str:
+        return " ".join(self.sentences)
 
 
 def of(results: Results) -> Headline:
@@ -88,18 +90,17 @@ def _race(results: Results, cells: list[Cell], ranked: list[Cell]) -> Headline:
     budget = _budget(results, cells)
     if budget is not None:
         return budget
-    words, shared = short_words(cells)
-    mine = _of_one_method(cells)
-    entries = [_bar(cell, words, cell in mine) for cell in cells]
-    bars = _with_ratios(results, entries)
-    own, method_words = short_words(mine)
+    names, mine = Names(cells, silent=("threads",)), _of_one_method(cells)  # labels have the threads
+    words, shared = naming.varying(names, cells)
+    bars = _with_ratios(results, [_bar(cell, words, cell in mine) for cell in cells])
+    own, alike = naming.varying(names, mine)
     compared = _with_ratios(results, _fastest_by_variant([_bar(cell, own) for cell in mine]))
     told = [sentence.of_bars(compared, results.floor.value)]
-    if method_words := [word for word in method_words if word not in shared]:
-        told = [f"With {', '.join(method_words)}: {told[0]}"]
+    if more := [word for word in alike if word not in shared]:
+        told = [f"With {', '.join(more)}: {told[0]}"]
     told += [_fastest_of_all(results, bars, compared), _over_places(compared, ranked, results.floor.value)]
-    where = place_label((cells[0].scene, point_label(_work(cells[0]))))
-    return Headline(" ".join(filter(None, told)), bars, where, STEADY, shared, _lacking(results, bars))
+    where = naming.place(cells[0], results.of(cells[0].scene))
+    return Headline([text for text in told if text], bars, where, STEADY, shared, _lacking(results, bars))
 
 
 def _bar(cell: Cell, words: dict[Cell, tuple[str, ...]], compared: bool = True) -> Bar:
@@ -108,17 +109,12 @@ def _bar(cell: Cell, words: dict[Cell, tuple[str, ...]], compared: bool = True) 
 
 def _task(cells: list[Cell]) -> list[Cell]:
     """Returns the cells of the task with the most variants, of these with the most methods, of these the slowest."""
-    tasks = grouped(cells, lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, METHOD))).values()
+    tasks = grouped(cells, lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, naming.METHOD))).values()
 
     def worth(mine: list[Cell]) -> tuple:
         return len({cell.variant for cell in mine}), len(mine), min(cell.steady.value for cell in mine)
 
     return max(tasks, key=worth)
-
-
-def _work(cell: Cell) -> dict:
-    """Returns the swept values of a cell that are no method."""
-    return {key: value for key, value in cell.swept.items() if key not in METHOD}
 
 
 def _of_one_method(cells: list[Cell]) -> list[Cell]:
@@ -128,7 +124,7 @@ def _of_one_method(cells: list[Cell]) -> list[Cell]:
     """
     if len({cell.variant for cell in cells}) == 1:
         return cells
-    free = [name for name in METHOD if name not in EACH_ITS_OWN]
+    free = [name for name in naming.METHOD if name not in EACH_ITS_OWN]
     groups = grouped(cells, lambda cell: json.dumps([str(cell.parameters.get(name)) for name in free])).values()
     names = Names(cells)
 
@@ -138,21 +134,14 @@ def _of_one_method(cells: list[Cell]) -> list[Cell]:
     return max(groups, key=worth)
 
 
-def short_words(cells: list[Cell]) -> tuple[dict[Cell, tuple[str, ...]], list[str]]:
-    """Returns for each cell the parts of its method's name that not all have, and the parts that all have."""
-    names = Names(cells)
-    words = {cell: names.words(cell) for cell in cells}
-    shared = [word for word in words[cells[0]] if all(word in mine for mine in words.values())]
-    return {cell: tuple(word for word in mine if word not in shared) for cell, mine in words.items()}, shared
-
-
 def _with_ratios(results: Results, bars: list[Bar]) -> list[Bar]:
-    """Returns bars, the fastest first, each with its ratio to the first."""
-    first, *others = sorted(bars, key=lambda bar: bar.time.value)
-    ratios = [ranking.ratio_of_rounds(bar.rounds, first.rounds) for bar in others]
-    return [replace(first, ratio=None, resolved=False)] + [
-        replace(bar, ratio=ratio, resolved=ranking.resolved(results, ratio))
-        for bar, ratio in zip(others, ratios, strict=True)
+    """Returns bars, the fastest first, each with its ratio to the first that is compared."""
+    ordered = sorted(bars, key=lambda bar: bar.time.value)
+    base = next((bar for bar in ordered if bar.compared), ordered[0])
+    ratios = [None if bar is base else ranking.ratio_of_rounds(bar.rounds, base.rounds) for bar in ordered]
+    return [
+        replace(bar, ratio=ratio, resolved=ratio is not None and ranking.resolved(results, ratio))
+        for bar, ratio in zip(ordered, ratios, strict=True)
     ]
 
 
@@ -176,7 +165,7 @@ def _fastest_of_all(results: Results, bars: list[Bar], compared: list[Bar]) -> s
 
 def _over_places(compared: list[Bar], ranked: list[Cell], floor: float | None) -> str:
     """Says the geometric means over places of the ratios to the fastest; "" if fewer than FEW have all of them."""
-    names = [name for name in METHOD if name not in ("frames", "least_frame")]
+    names = [name for name in naming.METHOD if name not in ("frames", "least_frame")]
 
     def key(cell: Cell) -> tuple:
         return cell.variant, json.dumps([str(cell.parameters.get(name)) for name in names])
@@ -184,7 +173,7 @@ def _over_places(compared: list[Bar], ranked: list[Cell], floor: float | None) -
     mine = {key(bar.cell): bar for bar in compared}
     tasks = grouped(
         (cell for cell in ranked if key(cell) in mine),
-        lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, METHOD)),
+        lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, naming.METHOD)),
     )
     whole = [{key(cell): cell for cell in cells} for cells in tasks.values() if len(cells) == len(compared)]
     if len(compared) < 2 or len(whole) < FEW:
@@ -212,7 +201,7 @@ def _lacking(results: Results, bars: list[Bar]) -> list[tuple[str, str]]:
     there = {bar.cell.variant for bar in bars}
     found = {}
     for cell in results.cells:
-        if cell.variant not in there:
+        if cell.variant not in there and not cell.as_meant:
             found.setdefault(cell.variant, cell.unranked or "has other places")
     return list(found.items())
 
@@ -240,17 +229,15 @@ def _budget(results: Results, cells: list[Cell]) -> Headline | None:
     able = [point for point in mine.points if point.error <= budget]
     groups = grouped(able, lambda point: point.cell.variant).values()
     best = [min(group, key=lambda point: point.time.value).cell for group in groups]
-    words, shared = (
-        short_words(best) if len(best) > 1 else ({best[0]: tuple(Names(mine.view.cells).words(best[0]))}, [])
-    )
+    words, shared = naming.varying(mine.names, best)
     bars = _with_ratios(results, [_bar(cell, words) for cell in best])
-    others = [(chart.view.label, _cheapest(results, chart, budget)) for chart in charts if chart is not mine]
-    text = sentence.of_budget(budget, bars, results.floor.value, others)
+    others = [(chart.view.title, _cheapest(results, chart, budget)) for chart in charts if chart is not mine]
+    told = sentence.of_budget(budget, bars, shared, results.floor.value, others)
     lacking = [
         (name, why if why != "" else sentence.too_far(budget, _nearest(mine, name)))
         for name, why in _lacking_of(results, bars)
     ]
-    return Headline(text, bars, mine.view.label, STEADY, shared, lacking)
+    return Headline(told, bars, mine.view.title, STEADY, shared, lacking)
 
 
 def _cheapest(results: Results, chart: Chart, budget: float) -> tuple[str, float] | None:
@@ -287,8 +274,8 @@ def _starts(results: Results) -> Headline | None:
     bars = _with_ratios(results, entries)
     warm = [replace(bar, words=()) for bar in entries if bar.compared]
     cold = [bar for bar in bars if not bar.compared]
-    text = sentence.of_starts(_with_ratios(results, warm) if warm else [], cold, results.floor.value)
-    return Headline(text, bars, place_label(place), START, [], _lacking(results, bars))
+    told = sentence.of_starts(_with_ratios(results, warm) if warm else [], cold, results.floor.value)
+    return Headline(told, bars, naming.place(bars[0].cell, results.of(place[0])), START, [], _lacking(results, bars))
 
 
 def _start(cell: Cell, start: "Start") -> Bar:
@@ -319,16 +306,17 @@ def _first_frames(results: Results) -> Headline | None:
     if not entries:
         return None
     bars = _with_ratios(results, entries)
-    where = place_label(places[0]) if len(places) == 1 else f"all {len(places)} pictures"
+    one = naming.place(bars[0].cell, results.of(bars[0].cell.scene))
+    where = one if len(places) == 1 else f"all {len(places)} pictures"
     text = sentence.of_first_frames(bars, len(places), results.floor.value)
-    return Headline(text, bars, where, FIRST, [], _lacking(results, bars))
+    return Headline([text], bars, where, FIRST, [], _lacking(results, bars))
 
 
 def _nothing(results: Results) -> Headline:
     lacking = _lacking(results, [])
     reasons = list(dict.fromkeys(why for _, why in lacking))
     text = f"Nothing is ranked: {reasons[0]}." if len(reasons) == 1 else "Nothing is ranked."
-    return Headline(text, [], "", STEADY, [], lacking)
+    return Headline([text], [], "", STEADY, [], lacking)
 
 
 def _stress(results: Results) -> Headline:
@@ -339,4 +327,4 @@ def _stress(results: Results) -> Headline:
         mine = [row for row in rows if any(curve.known and curve.way.naive == naive for curve in row.curves)]
         broken = [row for row in mine if any(curve.broken and curve.way.naive == naive for curve in row.curves)]
         counts[naive] = len(broken), len(mine)
-    return Headline(sentence.of_stress(len(rows), counts[True], counts[False]), [], "", "", [], [])
+    return Headline([sentence.of_stress(len(rows), counts[True], counts[False])], [], "", "", [], [])

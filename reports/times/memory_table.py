@@ -19,7 +19,7 @@ CAPTION = (
 
 
 def _column(title: str, name: str, reason: str) -> Column:
-    return Column(title, name, "byte", lambda cell: cell.median(name, reason), scale=1e-6)
+    return Column(title, name, "byte", lambda cell: cell.median(name, reason))
 
 
 def _method(cell: Cell):
@@ -27,14 +27,14 @@ def _method(cell: Cell):
     if not methods:
         return Missing("not reported" if cell.status == "ok" else cell.verdict)
     floors = cell.values("floor_bytes")
-    return ", ".join(methods) + (f", floor {quantity.text(max(floors), 1e-6)} MB" if floors else "")
+    return ", ".join(methods) + (f", floor {quantity.size(max(floors))}" if floors else "")
 
 
 COLUMNS = [
-    _column("peak RSS (MB)", "peak_bytes", "not reported"),
+    _column("peak RSS", "peak_bytes", "not reported"),
     Column("the study's RSS (MB)", "study_rss", "MB", lambda cell: study.find(study.RSS_MB, cell), study.show),
-    _column("peak RSS of rendering (MB)", "render_peak_bytes", "the renderer does not report it"),
-    _column("peak VMS (MB)", "peak_virtual_bytes", "the renderer does not report it"),
+    _column("peak RSS of rendering", "render_peak_bytes", "the renderer does not report it"),
+    _column("peak VMS", "peak_virtual_bytes", "the renderer does not report it"),
     Column("the study's VMS (MB)", "study_vms", "MB", lambda cell: study.find(study.VMS_MB, cell), study.show),
     Column("method", "method", "", _method),
 ]

@@ -38,7 +38,7 @@ def columns(results: Results, scene: str) -> list[Column]:
         *accuracy_columns.ERRORS,
         *accuracy_columns.AGREEMENT,
         memory_table.COLUMNS[0],
-        Column("compile, cold (s)", "compile_cold", "s", startup_table.cold, startup_table.show_cold),
+        Column("compile, cold", "compile_cold", "s", startup_table.cold, startup_table.show_cold),
         Column("lines", "lines", "1", lambda cell: lines(results, cell), _whole),
     ]  # fmt: skip
 

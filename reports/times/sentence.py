@@ -40,7 +40,7 @@ def of_bars(bars: list[Bar], floor: float | None, what: str = "a frame") -> str:
 
 
 def _too_few(bars: list[Bar]) -> str:
-    count = max(bar.time.processes for bar in bars)
+    count = min(bar.time.processes for bar in bars)
     each = "One process each resolves" if count == 1 else f"{count} processes each resolve"
     return f"{each} no difference: {statistics.LEAST} are needed."
 
@@ -50,7 +50,7 @@ def _alike(rivals: list[Bar], floor: float | None) -> str:
     ends = [end for bar in rivals for end in (bar.ratio.low, bar.ratio.high)]
     within = max(floor or 0.0, *map(statistics.difference, ends))
     if within <= EQUAL:
-        return f"are equally fast (within {_share(within)})"
+        return f"are equally fast (within {_share(within)})" if within else "are equally fast"
     return f"cannot be told apart (within {_share(within)})"
 
 
@@ -89,18 +89,27 @@ def of_means(first: str, means: list[tuple[str, Estimate]], places: int, floor: 
 
 
 def of_budget(
-    budget: float, bars: list[Bar], floor: float | None, others: list[tuple[str, tuple[str, float] | None]]
-) -> str:
-    """Says the fastest methods within an error. others: other views, each with its fastest name and time, or None."""
-    within = f"an error of {error(budget)} (RMSE)"
-    told = [f"Within {within}: {of_bars(bars, floor)}"]
+    budget: float,
+    bars: list[Bar],
+    shared: list[str],
+    floor: float | None,
+    others: list[tuple[str, tuple[str, float] | None]],
+) -> list[str]:
+    """Says the fastest methods within an error.
+
+    shared: parts of the names of their methods that all have. others: other views, each with the name and time of its
+    fastest method, or None.
+    """
+    within = ", with ".join(filter(None, [f"Within an error of {error(budget)} (RMSE)", ", ".join(shared)]))
+    alone = f"only {bars[0].spoken}, {quantity.seconds(bars[0].time.value)} a frame."
+    told = [f"{within}: {of_bars(bars, floor) if len(bars) > 1 else alone}"]
     found = [f"{label}: {best[0]} ({quantity.seconds(best[1])})" for label, best in others if best]
     none = [label for label, best in others if not best]
     if found:
         told.append(f"The fastest elsewhere: {'; '.join(found)}.")
     if none:
         told.append(f"No method is so near to the truth in {listed(none)}.")
-    return " ".join(told)
+    return told
 
 
 def too_far(budget: float, nearest: float | None) -> str:
@@ -114,7 +123,7 @@ def error(budget: float) -> str:
     return NAMED.get(budget, f"{budget:g}")
 
 
-def of_starts(warm: list[Bar], cold: list[Bar], floor: float | None) -> str:
+def of_starts(warm: list[Bar], cold: list[Bar], floor: float | None) -> list[str]:
     """Says the times from the start of a process to its first frame, with compiled code of an earlier one and without.
 
     Both are sorted, the fastest first.
@@ -123,23 +132,25 @@ def of_starts(warm: list[Bar], cold: list[Bar], floor: float | None) -> str:
     slow = ", ".join(f"{bar.cell.variant} {quantity.seconds(bar.time.value)}" for bar in cold)
     if cold:
         told.append(f"With nothing compiled yet, the build of a program included: {slow}.")
-    return " ".join(told)
+    return told
 
 
 def of_first_frames(bars: list[Bar], places: int, floor: float | None) -> str:
     """Says the sums over places of the times of first frames, which have no steady ones beside them."""
     what = "for the first frame" if places == 1 else f"for the first frames of all {places} pictures"
+    if len(bars) == 1:
+        return f"{bars[0].spoken} takes {quantity.seconds(bars[0].time.value)} {what}; nothing has steady ones."
     return of_bars(bars, floor, what)
 
 
 def of_stress(rows: int, naive: tuple[int, int], robust: tuple[int, int]) -> str:
     """Says in how many rows methods break. naive, robust: rows with a failure, and rows with an answer."""
     told = [
-        f"{kind} methods give a wrong answer in {broken} of {there}"
-        for kind, (broken, there) in (("naive", naive), ("robust", robust))
+        f"{kind} {broken} of {there}"
+        for kind, (broken, there) in (("naive methods give wrong answers in", naive), ("robust methods in", robust))
         if there
     ]
-    return f"Of {rows} kinds of failure, {listed(told)}." if told else "No cell has an answer."
+    return f"Of {rows} kind{'s' * (rows != 1)} of failure, {listed(told)}." if told else "No cell has an answer."
 
 
 def listed(items: list[str]) -> str:

@@ -142,13 +142,13 @@ def _table(starts: list[Start]) -> str:
         [
             start.variant,
             start.state,
-            *(f"{start.phases[name]:.3g}" if name in start.phases else "none" for name in names),
-            quantity.text(start.total),
-            "none" if start.build is None else f"{start.build:.3g}",
+            *(quantity.seconds(start.phases[name]) if name in start.phases else "none" for name in names),
+            quantity.seconds(start.total),
+            "none" if start.build is None else quantity.seconds(start.build),
         ]
         for start in starts
     ]
-    return markdown.table(["variant", "cache", *(f"{name} (s)" for name in names), "sum (s)", f"{BUILD} (s)"], rows)
+    return markdown.table(["variant", "cache", *names, "sum", BUILD], rows)
 
 
 def _csv(by_place: dict[tuple[str, str], list[Start]]) -> list[tuple]:

@@ -55,7 +55,7 @@ def cold(cell: Cell):
 
 def show_cold(value) -> str:
     built = isinstance(value, Estimate) and value.note == BUILD
-    return f"{value.value:.3g} (build)" if built else quantity.text(value)
+    return f"{quantity.seconds(value.value)} (build)" if built else quantity.seconds(value)
 
 
 def start_s(cell: Cell, warm: bool) -> float | None:
@@ -97,13 +97,13 @@ def _show_lead(value) -> str:
 
 def columns(results: Results) -> list[Column]:
     return [
-        Column("compile, cold (s)", "compile_cold", "s", cold, show_cold),
-        Column("compile, warm (s)", "compile_warm", "s", lambda cell: compile_s(cell, warm=True)),
+        Column("compile, cold", "compile_cold", "s", cold, show_cold),
+        Column("compile, warm", "compile_warm", "s", lambda cell: compile_s(cell, warm=True)),
         Column(
             "the study's compile (s)", "study_compile", "s",
             lambda cell: study.find(study.COMPILE_S, cell), study.show,
         ),
-        Column("first frame (s)", "first_frame", "s", lambda cell: cell.median("first_s", "no frames are told")),
+        Column("first frame", "first_frame", "s", lambda cell: cell.median("first_s", "no frames are told")),
         *accuracy_columns.ERRORS,
         *(
             Column(

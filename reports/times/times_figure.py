@@ -8,9 +8,10 @@ from matplotlib.lines import Line2D
 
 from reports.accuracy import accuracy_columns
 from reports.paper import markdown, style, thinning
-from reports.run import launch, ranking, study
-from reports.run.results import Missing, Results, place_label
+from reports.run import launch, naming, ranking, study
+from reports.run.results import Missing, Results
 
+TITLE = "Times, drawn"
 CAPTION = (
     "Large: the median time of a steady frame over processes, with its 95 % interval where there are enough; small: "
     "each process, outlying ones too. Only what is ranked is drawn. Beside each row the error of the picture over all "
@@ -80,7 +81,7 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
     axes.set(xscale="log", xlabel=below, ylim=(len(cells) - 0.5, -0.5))
     style.log_ticks(axes.xaxis)
     axes.set_yticks(range(len(cells)), [textwrap.shorten(cell.name, LONGEST) for cell in cells])
-    axes.set_title(place_label(place), loc="left", fontweight="bold")
+    axes.set_title(naming.called(results, place), loc="left", fontweight="bold")
     axes.grid(axis="x", color="#CCCCCC")
 
 
@@ -95,7 +96,9 @@ def _beside(axes, at: tuple[float, float], of, texts: tuple[str, ...], up: float
 
 def write(results: Results, out: Path) -> str:
     """Writes times-NUMBER-SCENE.png and .svg for each scene; returns the section of the report."""
-    parts = ["## Times, drawn"]
+    if all(cell.unranked for cell in results.cells):
+        return markdown.unavailable(TITLE, "nothing is ranked")
+    parts = [f"## {TITLE}"]
     for number, scene in enumerate(results.scenes):
         there = drawable(results, scene)
         if not there:

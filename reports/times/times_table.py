@@ -6,6 +6,7 @@ from harness.statistics import steady
 from harness.statistics.statistics import LEAST
 from reports.accuracy import accuracy_columns
 from reports.paper import quantity, table
+from reports.paper.compact import UNAVAILABLE
 from reports.paper.table import Column
 from reports.run import ranking, study
 from reports.run.cell import Cell, Missing
@@ -27,15 +28,15 @@ CAPTION = (
     "interval holds 1, or if it is no further from 1 than the noise floor of this run (summary). "
     "The study's time is shown where its scene and variables are the same "
     f"(comparison, 512 × 512, depth 10, no shadows, float64). {accuracy_columns.CAPTION} "
-    "Rays per second counts primary, reflected, transmitted and shadow rays."
+    "Rays, per second, are primary, reflected, transmitted and shadow rays."
 )
 
 
 def columns(results: Results, scene: str) -> list[Column]:
     base, floor = ranking.baseline(results, scene), results.floor.value
     return [
-        Column("steady frame (s)", "steady_frame", "s", lambda cell: cell.steady),
-        Column("processes", "processes", "1", lambda cell: float(len(cell.counting)), _count),
+        Column("steady frame", "steady_frame", "s", lambda cell: cell.steady),
+        Column("processes", "processes", "1", lambda cell: float(len(cell.counting)), _processes),
         Column("outlying", "outlying", "1", _outlying, _count),
         *accuracy_columns.ERRORS,
         *accuracy_columns.AGREEMENT,
@@ -46,8 +47,8 @@ def columns(results: Results, scene: str) -> list[Column]:
         ),
         Column("the study's frame (s)", "study_frame", "s", lambda cell: study.find(study.TIMES_S, cell), study.show),
         Column(
-            "rays per second (millions)", "rays_per_second", "1/s",
-            lambda cell: cell.median("rays_per_s", "rays or steady frames are not reported"), scale=1e-6,
+            "rays", "rays_per_second", "1/s",
+            lambda cell: cell.median("rays_per_s", "rays or steady frames are not reported"), quantity.rate,
         ),
     ]  # fmt: skip
 
@@ -58,6 +59,10 @@ def _outlying(cell: Cell) -> float | Missing:
     if len(cell.counting) < LEAST:
         return Missing(f"needs {LEAST} processes")
     return float(cell.outlying)
+
+
+def _processes(value: float) -> str:
+    return f"{value:.0f}" if value else UNAVAILABLE
 
 
 def _count(value: float) -> str:

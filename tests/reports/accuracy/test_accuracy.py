@@ -3,6 +3,7 @@
 import csv
 
 import pytest
+import report_tables
 from made_up_errors import OF_SCENE, error
 
 from reports.accuracy import accuracy_columns, accuracy_table
@@ -78,11 +79,10 @@ BASES = [
 def test_every_table_and_the_summary_say_what_errors_are_held_against(report_text, record, told, said):
     """If that is not the truth of the scene, in words beside each number."""
     text = report_text([record("cpp", error=told)])
-    headers = [line for line in text.splitlines() if line.startswith("| point") and "RMSE" in line]
-    assert headers and all(("| error against |" in line) == (said is not None) for line in headers)
-    summary = next(line for line in text.splitlines() if "s a frame" in line)
-    assert (said or "a frame") in summary and (said is not None or "against" not in summary + "")
-    assert said is None or text.count(said) > len(headers)
+    tables = [rows for rows in report_tables.tables(text.partition("## Summary")[2]) if "RMSE" in rows[0]]
+    assert tables and all(rows[0].get("error against") == said for rows in tables)
+    summary = text.partition("## Summary")[2].partition("\n## ")[0]
+    assert (f"Errors are {said}." in summary) == (said is not None) and (said is not None or "against" not in summary)
 
 
 def test_first_hits_of_earlier_runs_have_their_error_in_the_agreement(make_run, record):

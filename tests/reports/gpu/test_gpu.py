@@ -4,6 +4,7 @@ import csv
 
 import numpy as np
 import pytest
+import report_tables
 
 from reports.gpu import blocks_figure, gpu_figure, launch_figure
 from reports.page import doubts, report, summary
@@ -54,10 +55,8 @@ def test_exhibits_and_simulators_are_in_no_comparison_and_no_failure(report_text
     assert "numba-cuda-index-fault: exhibit: the study's figure 2.9; its picture is wrong, as meant" in shown
     assert "numba-cuda: ran in the CUDA simulator" in shown
     assert "numba-cuda" not in said.split("Shown,")[0] and "Not ranked" not in said
-    times = [
-        line for line in text.split("## Times (")[1].split("\n## ")[0].splitlines() if line.startswith("| no sweep")
-    ]
-    assert [line.split("|")[2].strip() for line in times] == [
+    (times,) = report_tables.tables(text.split("## Times (")[1].split("\n## ")[0])
+    assert [row["variant"].partition(",")[0] for row in times] == [
         "cpp", "numba", "numba-cuda-index-fault", "numba-cuda (simulator)",
     ]  # fmt: skip
     assert "time ÷ cpp" in text
@@ -241,7 +240,7 @@ def test_a_device_that_is_a_processor_is_marked(load, gpu_record, kind, mark):
 def test_of_many_launches_the_fastest_is_spoken_of(load, gpu_record):
     results = load(sweep(gpu_record, [(1, 1), (2, 2), (4, 4)], kernel=lambda w, h, t: 0.2 * w))
     said = summary.write(results)
-    assert said.count("only numba-cuda is ranked") == 1 and "block\\_width = 1" in said
+    assert said.count("only numba-cuda is ranked") == 1 and "comparison, block\\_width 1, block\\_height 1" in said
     assert "It is the fastest of 3 ways to launch it" in said
 
 
@@ -258,8 +257,11 @@ def test_memory_kinds_are_divided_by_global(report_text, gpu_record):
         ]
     )  # fmt: skip
     section = text.split("## Memory that holds the scene")[1].split("\n## ")[0]
-    lines = {kind: next(line for line in section.splitlines() if f"memory = {kind} " in line) for kind in kinds}
-    assert "1 (the baseline)" in lines["global"] and "0.500" in lines["constant"] and "0.250" in lines["shared"]
+    (table,) = report_tables.tables(section)
+    assert {row["memory kind"]: row["time ÷ global"].partition(" (")[0] for row in table} == {
+        "global": "1", "constant": "0.500", "shared": "0.250",
+    }  # fmt: skip
+    assert {row["kernel"].partition(" (")[0] for row in table} == {"400 ms", "200 ms", "100 ms"}
 
 
 def test_the_study_s_numbers_of_cuda_reach_numba_cuda(load, gpu_record):

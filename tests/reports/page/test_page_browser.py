@@ -1,11 +1,13 @@
-"""report.html in a real browser without a network: what moves, at the width of a desk and of a hand."""
+"""report.html in a real browser without a network, at the width of a desk and of a hand: what shows, what moves."""
 
+import io
+import re
 import shutil
-import time
 
 import numpy as np
 import pytest
 from made_up_errors import FACTS
+from PIL import Image
 
 from reports.page import LIMIT, report
 
@@ -30,7 +32,7 @@ def visit(browser):
     opened, heard = [], []
 
     def visit(path, width, scheme="light"):
-        context = browser.new_context(viewport={"width": width, "height": 800}, offline=True, color_scheme=scheme)
+        context = browser.new_context(viewport={"width": width, "height": 900}, offline=True, color_scheme=scheme)
         opened.append(context)
         page = context.new_page()
         page.on("console", lambda message: heard.append(message.text) if message.type in ("error", "warning") else None)
@@ -63,6 +65,20 @@ def path(make_run, cell, record, tmp_path):
     return report.write(make_run(told, files=files, **FACTS), tmp_path / "report")
 
 
+@pytest.fixture
+def race(make_run, cell, tmp_path):
+    """A report of twelve methods of six variants, five processes each, with pictures."""
+    told, files = [], {}
+    for n, name in enumerate(("cpp", "numba", "numpy", "python", "numba-parallel", "cpp-threads")):
+        for vector, speed in (("off", 1.0), ("on", 8.0)):
+            times = [0.02 * 3**n / speed * (1 + 0.01 * k) for k in range(5)]
+            told += cell(name, times, 0.01, False, vector=vector)
+            files[told[-1]["picture"]["file"]] = np.random.default_rng(n).uniform(0, 1, (60, 80, 3))
+    for row in told:
+        row["parameters"] = row["parameters"] | {"width": 80, "height": 60, "region": "0,0,80,60"}
+    return report.write(make_run(told, name="race", files=files, **FACTS), tmp_path / "race-report")
+
+
 def until(page, condition):
     """Wait until an expression is true. (The page's policy lets it evaluate no text itself.)"""
     for _ in range(50):
@@ -72,19 +88,118 @@ def until(page, condition):
     raise AssertionError(f"never true: {condition}")
 
 
+def processor_s(page):
+    """Processor time of the page's process so far, s."""
+    session = page.context.new_cdp_session(page)
+    session.send("Performance.enable")
+    found = {one["name"]: one["value"] for one in session.send("Performance.getMetrics")["metrics"]}
+    return found["ProcessTime"]
+
+
 def centre(page, number):
     """Where a point of the chart is drawn."""
     box = page.locator("#chart-plot .scatterlayer .points path").nth(number).bounding_box()
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
-@pytest.mark.parametrize("width", [1280, 390])
+WIDTHS, SCHEMES = pytest.mark.parametrize("width", [1280, 390]), pytest.mark.parametrize("scheme", ["light", "dark"])
+
+
+def wide(page):
+    return page.evaluate("document.documentElement.scrollWidth")
+
+
+def opened(page, selector):
+    """Open the section that holds an element, and what else holds it."""
+    page.evaluate(f"""(() => {{ let box = document.querySelector('{selector}');
+        while (box = box.parentElement.closest('details')) box.open = true; }})()""")
+    page.wait_for_timeout(200)
+
+
+def brightness(page, selector, what="color"):
+    """Of a colour of an element, 0 to 255."""
+    text = page.evaluate(f"getComputedStyle(document.querySelector('{selector}')).getPropertyValue('{what}')")
+    return sum(map(float, re.findall(r"[\d.]+", text)[:3])) / 3
+
+
+@WIDTHS
+@SCHEMES
+def test_the_first_screen_has_the_sentence_and_the_bars(visit, race, width, scheme):
+    page = visit(race, width, scheme)
+    assert wide(page) <= width, "nothing is wider than the page"
+    for what in (".won", ".raced", ".seen img", ".bars tbody tr:visible .time", ".bars tbody tr:visible .bar"):
+        box = page.locator(what).last.bounding_box()
+        assert box["y"] >= 0 and box["y"] + box["height"] <= 900 and box["x"] + box["width"] <= width, what
+    assert page.inner_text(".won").startswith(
+        "cpp is the fastest, 20.4 ms a frame; numba takes 3.0 times as long, numpy"
+    )
+    rows = page.locator(".bars tbody tr:visible")
+    assert rows.count() == 10 and page.locator(".bars tbody tr").count() == 12
+    ends = [rows.locator(".bar").nth(n).bounding_box()["width"] for n in range(10)]
+    assert ends == sorted(ends) and ends[0] < 0.5 * ends[9], "the fastest first"
+    page.click("#every")
+    assert rows.count() == 12
+    assert (brightness(page, "body", "background-color") < brightness(page, ".won")) == (scheme == "dark")
+    assert page.locator("details.section[open]").count() == 0, "all else is closed"
+
+
+@WIDTHS
+def test_with_every_section_open_nothing_is_wider_than_the_page(visit, path, width):
+    page = visit(path, width)
+    page.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
+    page.wait_for_selector("#chart-plot .scatterlayer .points path")
+    assert wide(page) <= width
+    if width > 1000:
+        script = (
+            "Array.from(document.querySelectorAll('.wide')).filter(box => box.scrollWidth > box.clientWidth).length"
+        )
+        assert page.evaluate(script) == 0, "tables fit"
+
+
+def test_a_link_into_a_closed_section_opens_it(visit, path):
+    page = visit(path, 1280)
+    link = page.locator("nav a", has_text="Doubtful")
+    place = link.get_attribute("href")
+    assert page.locator(f"details{place}[open]").count() == 0
+    link.click()
+    page.wait_for_selector(f"details{place}[open]")
+    inside = page.evaluate("""(() => { const heading = document.querySelector('details.section .tried h3');
+        return heading.id; })()""")
+    page.goto(f"{path.as_uri()}#{inside}")
+    page.reload()
+    page.wait_for_selector(f"details.section[open] #{inside}", state="visible")
+
+
+def test_figures_suit_the_page_and_pictures_stay_as_they_are(visit, path):
+    """A drawing is light or dark as the page is, also after the button; pixels of pictures are the same in both."""
+    shot = {}
+    for scheme in ("light", "dark"):
+        page = visit(path, 1280, scheme)
+        for state in (scheme, "light" if scheme == "dark" else "dark"):
+            if state != scheme:
+                page.click("#theme")
+            opened(page, "img.figure:not(.pixels)")
+            figure = page.locator("details.section[open] img.figure:not(.pixels)").first
+            figure.scroll_into_view_if_needed()
+            page.wait_for_timeout(300)
+            shot[scheme, state] = np.asarray(Image.open(io.BytesIO(figure.screenshot())).convert("L")).mean()
+    assert all((value > 150) == (state == "light") for (_, state), value in shot.items()), shot
+    seen = [np.asarray(Image.open(io.BytesIO(visit(path, 1280, scheme).locator(".seen img").first.screenshot())))
+            for scheme in ("light", "dark")]  # fmt: skip
+    np.testing.assert_array_equal(*(pixels[8:-8, 8:-8] for pixels in seen), "but for round corners")
+
+
+@WIDTHS
 def test_the_page(visit, path, width):
     page = visit(path, width)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width, "nothing is wider than the page"
+    for part in ("#chart", "#comparer", "#series"):
+        opened(page, part)
+    page.wait_for_selector("#chart-plot .scatterlayer .points path")
+    page.wait_for_selector("#series-plot .scatterlayer .trace", state="attached")
     _chart(page)
     _comparer(page)
     _series(page)
+    assert wide(page) <= width
     before = page.evaluate("getComputedStyle(document.body).backgroundColor")
     page.click("#theme")
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") != before
@@ -191,8 +306,8 @@ def test_the_chart_of_sweeps(visit, make_run, swept, tmp_path, width):
 @pytest.mark.nightly("it takes about 30 s with nothing beside it")
 @pytest.mark.slow
 @pytest.mark.alone
-def test_two_thousand_points_are_drawn_nearly_as_soon_as_three(visit, path, make_run, cell, tmp_path):
-    """A page of three points is as long in loading as the library that draws."""
+def test_two_thousand_points_can_be_used_within_three_seconds(visit, path, make_run, cell, tmp_path):
+    """Of processor time, from a click on the section of the chart on; three points take nearly as long."""
     rng = np.random.default_rng(9)
     told = []
     for n in range(500):
@@ -203,11 +318,15 @@ def test_two_thousand_points_are_drawn_nearly_as_soon_as_three(visit, path, make
     many = report.write(make_run(told, name="many", **FACTS), tmp_path / "many-report")
     took = {path: [], many: []}
     for file in [path, many] * 3:
-        start = time.perf_counter()
         page = visit(file, 1280)
+        start = processor_s(page)
+        opened(page, "#chart")
         page.wait_for_selector("#chart-plot .scatterlayer .points path")
-        took[file].append(time.perf_counter() - start)
+        page.locator("#chart-plot").scroll_into_view_if_needed()
+        page.mouse.move(*centre(page, 0))
+        until(page, "document.getElementById('point-told').children.length > 0")
+        took[file].append(processor_s(page) - start)
     print(list(took.values()))
     assert page.locator("#chart-plot .scatterlayer .points path").count() >= 2000
     assert many.stat().st_size < LIMIT
-    assert min(took[many]) < 2 * min(took[path])
+    assert min(took[many]) < 3 and min(took[many]) < 2 * min(took[path])

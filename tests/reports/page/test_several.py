@@ -3,6 +3,7 @@
 import csv
 
 import pytest
+import report_tables
 
 from harness.store import packed
 from reports.compare import hosts, side_by_side
@@ -68,7 +69,8 @@ def test_nothing_is_pooled(make, tmp_path):
     assert [(row["variant"], round(float(row["value"]), 3), row["processes"]) for row in rows] == [
         ("cpp", 0.425, "6"), ("cpp", 0.125, "6"), ("numba", 0.85, "6"), ("numba", 0.25, "6"),
     ]  # fmt: skip
-    assert "0.42" in text and "0.12" in text and "2.00" in text
+    shown = [row["steady frame"].partition(" \\[")[0] for row in report_tables.tables(text)[0]]
+    assert shown == ["420", "120", "850", "250"] and "2.00" in text
     assert next(tmp_path.glob("side-by-side-*.svg")).exists()
 
 
@@ -133,8 +135,8 @@ def test_a_run_packed_without_its_pictures_says_so(make, tmp_path):
     packed.pack(make("a"), tmp_path / "a.tar.xz", pictures=False)
     several.make([tmp_path / "a.tar.xz"], tmp_path / "out")
     text = (tmp_path / "out" / "report.md").read_text("utf-8")
-    pictures = text.partition("## Pictures")[2].partition("\n## ")[0]
-    assert "unavailable: the pictures of this run were left out when it was packed" in pictures and "![" not in pictures
+    told = "Pictures (the study's figure 4.1): unavailable: the pictures of this run were left out when it was packed"
+    assert told in text.partition("## Not in this run")[2] and "(pictures-" not in text
     assert "largest error 0.75" in text, "their errors stay"
 
 

@@ -6,6 +6,7 @@ import json
 import cpu_time
 import numpy as np
 import pytest
+import report_tables
 
 from harness.system import trouble
 from reports.page import doubts, provenance, summary
@@ -89,9 +90,9 @@ def test_no_steady_state_is_no_time_and_no_failure(report_text, record):
     text = report_text([*rounds(record, "cpp", [1.0] * 5), *drifting])
     reason = "no steady state: the frames of 5 processes became 21 % faster"
     assert f"- numba: {reason}" in text.split("Not ranked:")[1]
-    row = next(line for line in text.split("## Times (")[1].splitlines() if "| numba |" in line)
-    cells = [cell.strip() for cell in row.split("|")[1:-1]]
-    assert cells[2] == f"unavailable: {reason}" and cells[-1] == "ok"
+    table = report_tables.tables(text.split("## Times (")[1])[0]
+    row = next(row for row in table if row["variant"] == "numba")
+    assert row["steady frame"].startswith(f"unavailable: {reason}") and row["status"] == "ok"
     assert "only cpp is ranked" in text
 
 
@@ -140,8 +141,8 @@ def test_outlying_processes_are_marked_and_kept(report_text, tmp_path, record):
     times = [1.0, 1.01, 0.99, 1.0, 1.02, 0.98, 1.0, 3.0]
     text = report_text([*rounds(record, "cpp", times), *rounds(record, "numba", times[:4])])
     section = text.split("## Times (")[1].split("\n## ")[0]
-    rows = [line.split("|") for line in section.splitlines() if line.startswith("| no sweep")]
-    shown = {row[2].strip(): [cell.strip() for cell in row[4:6]] for row in rows}
+    (table,) = report_tables.tables(section)
+    shown = {row["variant"]: [row["processes"], row["outlying"]] for row in table}
     assert shown == {"cpp": ["8", "1"], "numba": ["4", "unavailable: needs 5 processes"]}
     with open(tmp_path / "report" / "repetitions.csv", newline="") as file:
         told = [row["outlier"] for row in csv.DictReader(file) if row["variant"] == "cpp"]
@@ -170,22 +171,12 @@ def test_the_audit_of_the_measurer_is_a_table(report_text, record):
     doubt = "CPU time: wait4 says 4 s, the measurer saw 2 s"
     records = [record("cpp", measurer=audit), record("cpp", 1, measurer=audit, cpu=off, warnings=[doubt])]
     text = report_text([*records, record("numba", cpu=off | {"series_s": None})])
-    lines = text.split("## CPU time, and the measurer's audit")[1].splitlines()
-    rows = {
-        line.split("|")[2].strip(): [cell.strip() for cell in line.split("|")[3:-2]]
-        for line in lines
-        if "| no " in line
-    }
+    rows = {row["variant"]: row for row in report_tables.tables(text.split("## CPU time, and")[1])[0]}
     # CPU times 2 and 4 s, of which 2 and 2 were seen: 4 / 6
-    assert rows["cpp"][1:] == [
-        "66.7",
-        "1 of 2",
-        "50.0 (no interval, n = 2)",
-        "60",
-        "2 of 40",
-        "0.250 (no interval, n = 2)",
-    ]
-    assert rows["numba"][1] == "unavailable: no series was stored" and rows["numba"][2] == "none"
+    told = [rows["cpp"][name] for name in ("measured (%)", "flagged", "interval, p50", "p99", "missed")]
+    assert told == ["66.7", "1 of 2", "50.0 ms (no interval, n = 2)", "60.0 ms", "2 of 40"]
+    assert rows["cpp"]["the measurer's CPU time"] == "250 ms (no interval, n = 2)"
+    assert rows["numba"]["measured (%)"] == "unavailable: no series was stored" and rows["numba"]["flagged"] == "none"
     assert f"cpp: {doubt}" in text
 
 
@@ -218,7 +209,7 @@ def test_a_report_of_many_places_stays_short_and_says_so(report_text, tmp_path, 
         for variant, level in (("cpp", 1.0), ("numba", 2.0))
     ]
     text = report_text(records)
-    said = text.split("## Machine")[0]
+    said = text.split("## Summary")[1].split("## Machine")[0]
     assert (
         said.count("has the lowest median") == summary.MOST
         and "Of 120 places: who is the fastest is not resolved in 120." in said

@@ -4,6 +4,7 @@ import csv
 from types import SimpleNamespace
 
 import pytest
+import report_tables
 from drawn_files import drawn_files
 
 from reports.run import results
@@ -160,10 +161,15 @@ def test_nothing_where_it_was_not_varied(make_run, record, told, tmp_path):
 def test_in_the_report(section, told, tmp_path):
     rows = [*told(), *told("numba", none={10: 1.0, 40: 4.0}, bvh={10: 0.5, 40: 0.5})]
     text, figures = section(rows, hierarchy.TITLE)
-    text = text.replace("\\", "")
-    assert "| balls | cpp | 20.0 objects | 10 and 40 objects |" in text
-    assert "| balls | numba | unavailable: they do not cross: it is the faster way from 10 objects on" in text
-    assert "| size = 40, accel = bvh | cpp | 40 | 400 [392, 408] | 200 [196, 204] | 2.00, all equal |" in text
+    table, crossings = report_tables.tables(text.replace("\\", ""))
+    assert [(row["variant"], row["faster from"].partition(" on")[0], row["measured at"]) for row in crossings] == [
+        ("cpp", "20.0 objects", "10 and 40 objects"),
+        ("numba", "unavailable: they do not cross: it is the faster way from 10 objects", "unavailable"),
+    ]
+    row = next(row for row in table if (row["variant"], row["objects"]) == ("cpp", "40"))
+    assert [row[name] for name in ("frame, none", "frame, bvh", "none ÷ bvh")] == [
+        "400 [392, 408] ms", "200 [196, 204] ms", "2.00, all equal",
+    ]  # fmt: skip
     (axes,) = figures["hierarchy"].axes
     assert [axis.get_major_formatter()(100, None) for axis in (axes.xaxis, axes.yaxis)] == ["100", "100"]
     stars = [line for line in axes.lines if line.get_marker() == "*"]

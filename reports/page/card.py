@@ -1,0 +1,64 @@
+"""Makes the card of a run: what a page of several runs shows of each."""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from harness.errors import UserError
+from reports.page import glance
+from reports.page.embedded import Embedded
+from reports.run.results import Results
+from reports.times import headline
+
+FILE = ".rayrace-card"  # in the folder of a report
+ROOM = 60_000  # bytes of a picture
+
+
+@dataclass(frozen=True)
+class Card:
+    """A run on a page of several.
+
+    title, sentence, raced, machine: texts. begun: ISO time. commit: of rayrace. processes: how many were stored.
+    picture: address, "" without one.
+    """
+
+    title: str
+    sentence: str
+    raced: str
+    machine: str
+    begun: str
+    commit: str
+    processes: int
+    picture: str
+
+
+def of(results: Results) -> Card:
+    """Returns the card of a run."""
+    found, pictures = headline.of(results), Embedded(ROOM)
+    seen = glance.pictures_of(results, found, pictures, most=1)
+    facts = results.facts
+    return Card(
+        facts["title"],
+        found.sentences[0],
+        glance.raced(results, found),
+        f"{facts['environment']['host']}: {glance.machine(results)}",
+        facts["started"],
+        facts["environment"]["commit"],
+        len(results.records),
+        pictures.images[seen[0][0]] if seen else "",
+    )
+
+
+def write(results: Results, folder: Path) -> Card:
+    """Writes the card of a run into the folder of its report, and returns it."""
+    made = of(results)
+    (folder / FILE).write_text(json.dumps(asdict(made)), encoding="utf-8")
+    return made
+
+
+def read(folder: Path) -> Card:
+    """Reads the card in the folder of a report. UserError if there is none."""
+    try:
+        return Card(**json.loads((folder / FILE).read_text("utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise UserError(f"{folder / FILE}: not a card of a report: {error}") from None

@@ -1,0 +1,248 @@
+"""Writes the first section of a report, the run at a glance: what was raced, who won, by how much, what is doubtful."""
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from harness.statistics.statistics import Estimate
+from reports.accuracy import accuracy_columns
+from reports.page import doubts
+from reports.page.embedded import Embedded, smaller
+from reports.paper import markdown, quantity, style
+from reports.run import stored, study
+from reports.run.results import Cell, Missing, Results
+from reports.times import headline
+from reports.times.headline import Bar, Headline
+
+TITLE = "At a glance"
+MOST, LISTED = 10, 60  # bars that are shown at once, and with a click
+MOST_TICKS = 6
+FAR = 12  # times the fastest: bars of a longer one need a logarithmic scale
+PICTURES, LONGEST, SMALL = 18, 340, 120  # pictures, and pixels of a side: of one picture, of several
+
+
+def write(results: Results, _: Path | None = None) -> str:
+    """Returns the section of report.md."""
+    found = headline.of(results)
+    parts = [f"## {TITLE}", markdown.escape(found.sentence), markdown.escape(f"{raced(results, found)}.")]
+    if found.bars:
+        parts.append(_table(results, found))
+    return "\n\n".join([*parts, markdown.bullets([markdown.escape(text) for text, _ in remarks(results, found)])])
+
+
+def _table(results: Results, found: Headline) -> str:
+    header = ["variant", found.clock, f"÷ {_base(found).name}", "RMSE", "agrees", "the study, 2020"]
+    rows = []
+    bars = few(found.bars, LISTED)
+    for bar in bars:
+        theirs = _study(bar)
+        rmse, *_, agrees = accuracy_columns.brief(bar.cell)
+        ratio = "1" if bar.ratio is None else quantity.ratio(bar.ratio, results.floor.value)
+        rows.append([bar.name, quantity.seconds(bar.time), ratio, rmse, agrees, "none" if theirs is None else
+                     f"{study.show(theirs)} s"])  # fmt: skip
+    if all(row[-1] == "none" for row in rows):
+        header, rows = header[:-1], [row[:-1] for row in rows]
+    note = f"Shown are {len(bars)} of {len(found.bars)} methods, the fastest; the tables' CSV files have all."
+    return "\n\n".join([markdown.table(header, rows), *[note] * (len(bars) < len(found.bars))])
+
+
+def _base(found: Headline) -> Bar:
+    """Returns the bar that others are divided by."""
+    return next(bar for bar in found.bars if bar.ratio is None)
+
+
+def _study(bar: Bar) -> Estimate | None:
+    """Returns the study's time for the case of a bar; None if it has none, or used another method."""
+    found = study.find(study.TIMES_S, bar.cell)
+    return (
+        None if isinstance(found, Missing) or not bar.compared or bar.cell.parameters.get("vector") == "on" else found
+    )
+
+
+def raced(results: Results, found: Headline) -> str:
+    """Returns what was raced: the place of the bars, its size, and what the scene consists of."""
+    if not found.bars:
+        return f"{len(results.cells)} cells of {len(results.variants)} variants"
+    cell = found.bars[0].cell
+    if found.clock == headline.FIRST and len(results.places) > 1:
+        return found.where
+    record, parameters = results.record(cell) or {}, cell.parameters
+    counts = [_counted(count, name) for name, count in (record.get("shapes") or {}).items() if count]
+    counts += [_counted(record["lights"], "light")] if record.get("lights") else []
+    light = "shadows" if parameters.get("shadows") else "no shadows"
+    size = f"{cell.size[1]} × {cell.size[0]}"
+    words = [*found.where.split(", "), size, f"depth {parameters.get('depth')}", light, *counts, *found.shared]
+    return ", ".join(dict.fromkeys(words))
+
+
+def _counted(count: int, name: str) -> str:
+    plural = {"sphere": "spheres", "box": "boxes", "csg": "CSG solids"}.get(name, f"{name}s")
+    return f"{count} {name if count == 1 and name != 'csg' else plural}"
+
+
+def machine(results: Results) -> str:
+    """Returns the machine in one line."""
+    told = results.facts["environment"]
+    cores = told["cores"]["usable"]
+    words = [told["cpu"], f"{cores} core{'s' * (cores != 1)}", f"{told['memory_bytes'] / 1e9:.0f} GB", told["os"]]
+    if isinstance(told["gpu"], dict):
+        words.insert(3, told["gpu"]["name"])
+    return ", ".join(words + ["a virtual machine"] * (told["virtual_machine"] == "yes"))
+
+
+def remarks(results: Results, found: Headline) -> list[tuple[str, str]]:
+    """Returns what limits the result, each (sentence, name of the section that has more)."""
+    told = []
+    if not results.facts.get("stability"):
+        floor = results.floor
+        known = (
+            f"Noise floor {quantity.percent(floor.value)}: smaller differences are not resolved." if floor.value else ""
+        )
+        told.append((known or f"Noise floor: unavailable: {floor.reason}.", "summary"))
+    reasons: dict[str, list[str]] = {}
+    for variant, why in found.lacking:
+        reasons.setdefault(why, []).append(variant)
+    told += [(f"{', '.join(names)}: {why}.", "summary") for why, names in reasons.items()]
+    bad = Counter(cell.status for cell in results.cells if cell.status != "ok" and not cell.as_meant)
+    wrong = [f"{count} {status}" for status, count in bad.items() if status not in ("unavailable", "unsupported")]
+    if wrong:
+        told.append((f"Cells without a result: {', '.join(wrong)}.", "summary"))
+    if count := len(doubts.found(results)):
+        told.append((f"{count} kind{'s' * (count != 1)} of doubt about its repetitions.", "doubts"))
+    return told
+
+
+# --- For the page ---
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Places times on an axis, in per cent of its width."""
+
+    low: float
+    high: float
+    logarithmic: bool
+
+    def at(self, seconds: float) -> float:
+        if not self.logarithmic:
+            return round(100 * seconds / self.high, 2)
+        span = math.log(self.high / self.low)
+        return round(100 * min(1.0, max(0.0, math.log(seconds / self.low) / span)), 2)
+
+    @property
+    def ticks(self) -> list[tuple[float, str]]:
+        """Returns (place, label) of some round times."""
+        if self.logarithmic:
+            first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
+            step = -(-(last - first + 1) // MOST_TICKS)
+            values = [10.0**n for n in range(first, last + 1, step)]
+        else:
+            step = _round(self.high / 4)
+            values = [n * step for n in range(int(self.high / step) + 1)]
+        return [(self.at(value) if value else 0.0, _label(value)) for value in values]
+
+
+def _round(value: float) -> float:
+    """Returns the nearest number below of 1, 2 and 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return max(factor * power for factor in (1, 2, 5) if factor * power <= value * 1.0001)
+
+
+def _label(seconds: float) -> str:
+    if not seconds:
+        return "0"
+    size, name = quantity.unit(seconds)
+    return f"{seconds / size:g} {name}"
+
+
+def scale(times: list[Estimate]) -> Scale:
+    """Returns the axis for times: from 0, or logarithmic if the longest is far from the shortest."""
+    ends = [end for time in times for end in (time.value, time.low, time.high) if end]
+    if max(ends) <= FAR * min(ends):
+        return Scale(0.0, 1.05 * max(ends), False)
+    return Scale(min(ends) / 2, 1.2 * max(ends), True)
+
+
+def data(results: Results, pictures: Embedded) -> dict:
+    """Returns what the first screen shows. Adds pictures to `pictures`."""
+    found = headline.of(results)
+    bars = few(found.bars, LISTED)
+    theirs = [time for bar in bars if (time := _study(bar))]
+    axis = scale([*(bar.time for bar in bars), *theirs]) if bars else None
+    shown = {id(bar) for bar in few(bars, MOST)}
+    rows = [{"late": id(bar) not in shown, **_row(results, bar, axis)} for bar in bars]
+    against = dict.fromkeys(bar.cell.against for bar in found.bars if bar.cell.against)
+    return {
+        "sentences": found.sentences,
+        "count": f"{len(bars)} of {len(found.bars)}" if len(bars) < len(found.bars) else f"all {len(bars)}",
+        "raced": raced(results, found),
+        "machine": machine(results),
+        "pictures": pictures_of(results, found, pictures),
+        "rows": rows,
+        "late": len(rows) - len(shown),
+        "clock": found.clock,
+        "base": _base(found).name if found.bars else "",
+        "axis": axis,
+        "study": bool(theirs),
+        "unsure": any(row["unresolved"] for row in rows),
+        "against": " and ".join(against),
+        "remarks": remarks(results, found),
+    }
+
+
+def few(bars: list[Bar], most: int) -> list[Bar]:
+    """Returns at most `most` bars in their order: of each variant the fastest, and that which the sentence compares."""
+    if len(bars) <= most:
+        return bars
+    wanted = [*(bar for bar in bars if bar.compared), *bars]
+    by_variant = {bar.cell.variant: bar for bar in reversed(bars)}
+    compared = {bar.cell.variant: bar for bar in reversed(bars) if bar.compared}
+    chosen = list(dict.fromkeys([bars[0], *compared.values(), *by_variant.values(), *wanted]))[:most]
+    return [bar for bar in bars if bar in chosen]
+
+
+def _row(results: Results, bar: Bar, axis: Scale) -> dict:
+    theirs, time = _study(bar), bar.time
+    rmse, *_, agrees = accuracy_columns.brief(bar.cell)
+    unresolved = bar.ratio is not None and not bar.resolved
+    return {
+        "name": bar.name,
+        "colour": style.colour(bar.cell.variant, results.variants),
+        "dark": style.dark(style.colour(bar.cell.variant, results.variants)),
+        "end": axis.at(time.value),
+        "whisker": None if time.low is None else (axis.at(time.low), axis.at(time.high)),
+        "study": None if theirs is None else (axis.at(theirs.value), f"{study.show(theirs)} s"),
+        "time": quantity.seconds(time),
+        "median": quantity.seconds(time.value),
+        "ratio": "1" if bar.ratio is None else f"{quantity.plain(bar.ratio.value, 2)} ×",
+        "unresolved": unresolved,
+        "rmse": rmse,
+        "agrees": agrees,
+    }
+
+
+def pictures_of(results: Results, found: Headline, pictures: Embedded, most: int = PICTURES) -> list[tuple[str, str]]:
+    """Returns pictures of what was raced, (key, name): one of each scene and case, that of the bars first.
+
+    Adds them to `pictures`. most: how many there may be.
+    """
+    places: dict[tuple, list[Cell]] = {}
+    for cell in [*(bar.cell for bar in found.bars), *results.cells]:
+        if cell.pixels > 1 and not cell.apart and cell.parameters.get("kind") != "rays":
+            places.setdefault((cell.scene, cell.swept.get("case")), []).append(cell)
+    longest = LONGEST if min(most, len(places)) == 1 else SMALL
+    made: list[tuple[str, str]] = []
+    if stored.left_out(results):
+        return made
+    for (scene, case), cells in places.items():
+        if len(made) == most:
+            break
+        picture = next((one for cell in cells if not isinstance(one := stored.picture(results, cell), Missing)), None)
+        if picture is None or picture.ndim != 3:
+            continue
+        pixels = smaller(stored.displayed(picture, cells[0]), longest)
+        zoom = max(1, longest // max(pixels.shape))
+        key = pictures.add_pixels(pixels.repeat(zoom, axis=0).repeat(zoom, axis=1))
+        made += [(key, str(case or Path(scene).stem))] if key else []
+    return made
