@@ -72,7 +72,8 @@ def _struck(axes) -> list[str]:
     Text with an outline or a background stands that.
     """
     found = []
-    shown = [text for text in axes.texts if text.get_visible() and text.get_text().strip()]
+    mine = {id(text) for text in axes.texts}
+    shown = [text for text in texts(axes.figure) if id(text) in mine]
     plain = [text for text in shown if not text.get_path_effects() and not text.get_bbox_patch()]
     boxes = [(text.get_text(), text.get_window_extent()) for text in plain]
     for line in axes.lines if boxes else ():
