@@ -108,18 +108,12 @@ def to_texts(
     """
     names = naming.short(cells, silent)
     header = ["point", "variant", *(column.title for column in columns), "status"]
-    body = [[names.where[cell], names.full(cell), *_shown(cell, columns), _status(cell)] for cell in cells]
+    body = [[names.where[cell], names.full(cell), *_shown(cell, columns), cell.verdict] for cell in cells]
     if not any(row[0] for row in body):
         header, body = header[1:], [row[1:] for row in body]
     elif not all(row[0] for row in body):
         body = [[row[0] or PLAIN, *row[1:]] for row in body]
     return header, body, [f"Everywhere: {markdown.escape(', '.join(names.shared))}."] if names.shared else []
-
-
-def _status(cell: Cell) -> str:
-    """Returns the verdict on a cell; of a disturbed one without the details, which the section of doubts has."""
-    text = cell.verdict
-    return text.replace(cell.disturbed, cell.disturbed.partition(":")[0]) if cell.disturbed else text
 
 
 def _shown(cell: Cell, columns: list[Column]) -> list[str]:

@@ -100,7 +100,7 @@ def of_budget(
     shared: parts of the names of their methods that all have. others: other views, each with the name and time of its
     fastest method, or None.
     """
-    within = ", with ".join(filter(None, [f"Within an error of {error(budget)} (RMSE)", ", ".join(shared)]))
+    within = ", with ".join(filter(None, [f"Within {error(budget)} of the truth (RMSE)", ", ".join(shared)]))
     alone = f"only {bars[0].spoken}, {quantity.seconds(bars[0].time.value)} a frame."
     told = [f"{within}: {of_bars(bars, floor) if len(bars) > 1 else alone}"]
     found = [f"{label}: {best[0]} ({quantity.seconds(best[1])})" for label, best in others if best]

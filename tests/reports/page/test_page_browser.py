@@ -9,7 +9,7 @@ import pytest
 from made_up_errors import FACTS
 from PIL import Image
 
-from reports.page import LIMIT, report
+from reports.page import LIMIT, index, report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 QUIET = ("--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run")
@@ -154,6 +154,22 @@ def test_with_every_section_open_nothing_is_wider_than_the_page(visit, path, wid
             "Array.from(document.querySelectorAll('.wide')).filter(box => box.scrollWidth > box.clientWidth).length"
         )
         assert page.evaluate(script) == 0, "tables fit"
+
+
+@WIDTHS
+@SCHEMES
+def test_the_page_of_a_folder_of_runs(visit, make_run, record, tmp_path, width, scheme):
+    for number in range(3):
+        make_run([record("cpp"), record("numba")], name=f"lab/{number}", title=f"run {number}" + " long" * 20)
+    (tmp_path / "lab" / "not a run").mkdir()
+    page = visit(index.make(tmp_path / "lab", tmp_path / "site"), width, scheme)
+    assert wide(page) <= width and page.locator(".cards li").count() == 3
+    assert page.locator(".cards img").first.evaluate("image => image.naturalWidth") > 100
+    assert (brightness(page, "body", "background-color") < 128) == (scheme == "dark")
+    page.locator("details.section summary").click()
+    assert "not a run: holds no run" in page.inner_text("details.section")
+    page.locator(".cards a").first.click()
+    page.wait_for_selector(".won")
 
 
 def test_a_link_into_a_closed_section_opens_it(visit, path):

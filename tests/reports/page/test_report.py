@@ -110,7 +110,7 @@ def test_no_cell_of_a_table_is_blank_or_a_bare_zero(report_text, tmp_path, recor
     (row,) = rows(text, "Times (")
     assert row["steady frame"] == "unavailable: no steady frames" and "nothing is ranked" in text
     assert "unavailable: nobody else makes it" in (row["RMSE"], row["agrees"])
-    assert "wait4, floor 8 MB" in text
+    assert "wait4, floor 8.00 MB" in text
     for path in (tmp_path / "report").glob("*.csv"):
         with open(path, newline="") as file:
             for row in csv.DictReader(file):

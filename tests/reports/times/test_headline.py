@@ -117,12 +117,12 @@ def test_methods_that_trade_speed_for_accuracy_are_compared_within_1_255(load, j
     """Of n x n samples the error is 0.08 / n^1.5: 8 x 8 is the first within 1/255, 4 x 4 has 0.01."""
     told = [*jittered("cpp", 0.09), *jittered("numba", 0.3), *jittered("numpy", 2.0, sides=(1, 2, 4))]
     found = headline.of(load(told))
-    assert found.sentence.startswith("Within an error of 1/255 (RMSE), with jittered 8 × 8: cpp is the fastest, 5.")
+    assert found.sentence.startswith("Within 1/255 of the truth (RMSE), with jittered 8 × 8: cpp is the fastest, 5.")
     assert [(bar.name, bar.cell.parameters["samples"]) for bar in found.bars] == [("cpp", 8), ("numba", 8)]
     assert found.shared == ["jittered 8 × 8"]
     assert found.lacking == [("numpy", "no method of it is within 1/255: its nearest has 0.010")]
     far = headline.of(load([row for row in told if row["parameters"]["samples"] < 8], name="far"))
-    assert far.sentence.startswith("Within an error of 1/32 (RMSE), with jittered 2 × 2: cpp is the fastest, ")
+    assert far.sentence.startswith("Within 1/32 of the truth (RMSE), with jittered 2 × 2: cpp is the fastest, ")
 
 
 def test_first_frames_stand_in_where_there_are_no_steady_ones(load, record):
