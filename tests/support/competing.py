@@ -4,8 +4,8 @@
     .venv/bin/python tests/support/competing.py --record minutes > FILE.csv   # on two cores and a machine that is idle
 
 Rounds take turns: without another program; with one on the other core; with one on the same core, to which rayrace is
-bound too. It is busy for a share of the time, in periods of 20 ms. A result holds if the median frame is within BOUND
-of the median of the rounds without it.
+bound too. It is busy for a share of the time, in periods of 20 ms. A result holds if the median frame takes at most
+BOUND longer than in the median of the rounds without it.
 """
 
 import csv
@@ -104,29 +104,29 @@ def table(file: Path = RECORDED) -> Iterator[str]:
     holds, and how often there is a doubt, by the rule of version 0.1 and by this version's."""
     with open(file, newline="") as lines:
         rows = list(csv.DictReader(lines))
-    alone = {}
+    alone, groups = {}, {}
     for row in rows:
         if row["where"].startswith("none"):
             alone.setdefault((row["variant"], row["threads"]), []).append(float(row["frame_s"]))
-    yield "| other program | busy | threads | repetitions | hold | false doubts, 0.1 | now | missed, 0.1 | now |"
-    yield "|---|---|---|---|---|---|---|---|---|"
-    groups = {}
-    for row in rows:
-        where = row["where"].removesuffix(", bound")
-        groups.setdefault((where, float(row["share"]), row["threads"]), []).append(row)
-    for (where, share, threads), mine in sorted(groups.items(), key=lambda one: (one[0][0], one[0][2], -one[0][1])):
-        held, told = [], []
+        groups.setdefault((_told(row["where"], float(row["share"])), row["threads"]), []).append(row)
+    yield "| another program | threads | repetitions | hold | false doubts, 0.1 | now | missed, 0.1 | now |"
+    yield "|---|---|---|---|---|---|---|---|"
+    for (where, threads), mine in sorted(groups.items()):
+        good, bad = [], []
         for row in mine:
             level = median(alone[row["variant"], row["threads"]])
-            held.append(abs(float(row["frame_s"]) / level - 1) <= BOUND)
             least = max(trouble.LEAST_S, trouble.SHARE * float(row["wall_s"]))
-            told.append((float(row["other_cpu_s"]) > least, row["doubt"] == "1"))
-        good = [doubts for holds, doubts in zip(held, told, strict=True) if holds]
-        bad = [doubts for holds, doubts in zip(held, told, strict=True) if not holds]
+            doubts = float(row["other_cpu_s"]) > least, row["doubt"] == "1"
+            (good if float(row["frame_s"]) <= (1 + BOUND) * level else bad).append(doubts)
         counts = [f"{sum(doubts[rule] for doubts in good)} of {len(good)}" if good else "" for rule in (0, 1)]
         counts += [f"{sum(not doubts[rule] for doubts in bad)} of {len(bad)}" if bad else "" for rule in (0, 1)]
-        busy = f"{100 * share:.0f} %" if share else ""
-        yield f"| {where} | {busy} | {threads} | {len(mine)} | {len(good)} | {' | '.join(counts)} |"
+        yield f"| {where} | {threads} | {len(mine)} | {len(good)} | {' | '.join(counts)} |"
+
+
+def _told(where: str, share: float) -> str:
+    if not share:
+        return "none"
+    return f"on {where}, {'a quarter of the time or more' if share >= 0.25 else 'a tenth or less'}"
 
 
 if __name__ == "__main__":

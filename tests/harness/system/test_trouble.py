@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 
+import competing
 import pytest
 
 from harness.system import trouble
@@ -156,3 +157,15 @@ def test_a_row_that_was_disturbed_says_so(rayrace, experiment, rows, tmp_path):
     (row,) = rows(tmp_path / "run")["python"]
     if "unavailable" not in str(row["disturbed"]["other_cpu_s"]):
         assert trouble.DOUBTS["other_cpu_s"] in row["warnings"]
+
+
+def test_of_renderers_beside_a_busy_program_doubts_are_rarer_where_results_hold_and_there_where_not():
+    """As recorded: the table in docs/measuring-well.md."""
+    lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in competing.table()][2:]
+    beside = {(where, threads): counts for where, threads, _, _, *counts in lines if "or more" in where}
+    for was, now, _, missed in beside.values():
+        assert missed.startswith("0 of ") and int(now.split()[0]) <= int(was.split()[0])
+    was, now, *_ = beside["on the other core, a quarter of the time or more", "1"]
+    assert was == "10 of 10" and int(now.split()[0]) <= 3
+    text = (competing.ROOT / "docs/measuring-well.md").read_text(encoding="utf-8")
+    assert all(line in text for line in competing.table()), "tests/support/competing.py prints the table"
