@@ -12,23 +12,53 @@ from reports.page.embedded import Embedded, smaller
 from reports.paper import markdown, quantity, style
 from reports.run import stored, study
 from reports.run.results import Cell, Missing, Results
+from reports.scaling import complexity, hierarchy
+from reports.stability import stability
 from reports.times import headline
 from reports.times.headline import Bar, Headline
 
 TITLE = "At a glance"
 MOST, LISTED = 10, 60  # bars that are shown at once, and with a click
-MOST_TICKS = 6
+FEW_TICKS, MOST_TICKS = 3, 6
 FAR = 12  # times the fastest: bars of a longer one need a logarithmic scale
+SURVIVED = (
+    "The share of the range of stress, from mild to extreme, up to the first wrong answer of any variant and precision."
+)
+GISTS = hierarchy.gist, complexity.gist
 PICTURES, LONGEST, SMALL = 18, 340, 120  # pictures, and pixels of a side: of one picture, of several
 
 
 def write(results: Results, _: Path | None = None) -> str:
     """Returns the section of report.md."""
     found = headline.of(results)
-    parts = [f"## {TITLE}", markdown.escape(found.sentence), markdown.escape(f"{raced(results, found)}.")]
+    told = " ".join(sentences(results, found))
+    parts = [f"## {TITLE}", markdown.escape(told), markdown.escape(f"{raced(results, found)}.")]
     if found.bars:
         parts.append(_table(results, found))
+    if kinds := stress(results):
+        shares = [[kind["name"], *(_survived(kind[what]) for what in ("naive", "robust"))] for kind in kinds]
+        parts += [markdown.table(["kind of failure", "naive methods", "robust methods"], shares), SURVIVED]
     return "\n\n".join([*parts, markdown.bullets([markdown.escape(text) for text, _ in remarks(results, found)])])
+
+
+def stress(results: Results) -> list[dict]:
+    """Returns for each kind of failure how much stress methods survive, the least robust first; [] of other runs."""
+    if not results.facts.get("stability"):
+        return []
+    found = [
+        {"name": row.label, "naive": row.survived(True), "robust": row.survived(False)}
+        for row in stability.rows(results)
+    ]
+    return sorted(found, key=lambda kind: 1.0 if kind["robust"] is None else kind["robust"])
+
+
+def _survived(share: float | None) -> str:
+    return "no such method" if share is None else quantity.percent(share)
+
+
+def sentences(results: Results, found: Headline) -> list[str]:
+    """Returns the sentences of the headline, and one of each section that has a result of its own."""
+    return [*found.sentences, *(text for gist in GISTS if (text := gist(results)))]
 
 
 def _table(results: Results, found: Headline) -> str:
@@ -36,7 +66,7 @@ def _table(results: Results, found: Headline) -> str:
     rows = []
     bars = few(found.bars, LISTED)
     for bar in bars:
-        theirs = _study(bar)
+        theirs = _study(found, bar)
         rmse, *_, agrees = accuracy_columns.brief(bar.cell)
         ratio = "1" if bar.ratio is None else quantity.ratio(bar.ratio, results.floor.value)
         rows.append([bar.name, quantity.seconds(bar.time), ratio, rmse, agrees, "none" if theirs is None else
@@ -52,12 +82,11 @@ def _base(found: Headline) -> Bar:
     return next(bar for bar in found.bars if bar.ratio is None)
 
 
-def _study(bar: Bar) -> Estimate | None:
+def _study(found: Headline, bar: Bar) -> Estimate | None:
     """Returns the study's time for the case of a bar; None if it has none, or used another method."""
-    found = study.find(study.TIMES_S, bar.cell)
-    return (
-        None if isinstance(found, Missing) or not bar.compared or bar.cell.parameters.get("vector") == "on" else found
-    )
+    get, theirs = bar.cell.parameters.get, study.find(study.TIMES_S, bar.cell)
+    plain = found.clock == headline.STEADY and get("vector", "off") == "off" and get("sampler", "one") == "one"
+    return theirs if plain and isinstance(theirs, Estimate) else None
 
 
 def raced(results: Results, found: Headline) -> str:
@@ -109,7 +138,12 @@ def remarks(results: Results, found: Headline) -> list[tuple[str, str]]:
     if wrong:
         told.append((f"Cells without a result: {', '.join(wrong)}.", "summary"))
     if count := len(doubts.found(results)):
-        told.append((f"{count} kind{'s' * (count != 1)} of doubt about its repetitions.", "doubts"))
+        told.append(
+            (
+                f"{count} kind{'s' * (count != 1)} of doubt about its repetitions.",
+                "summary" if results.facts.get("stability") else "doubts",
+            )
+        )
     return told
 
 
@@ -134,9 +168,12 @@ class Scale:
     def ticks(self) -> list[tuple[float, str]]:
         """Returns (place, label) of some round times."""
         if self.logarithmic:
-            first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
-            step = -(-(last - first + 1) // MOST_TICKS)
-            values = [10.0**n for n in range(first, last + 1, step)]
+            first, last = math.floor(math.log10(self.low)), math.floor(math.log10(self.high))
+            decades = [10.0**n for n in range(first, last + 1)]
+            there = [value for value in decades if value >= self.low]
+            if len(there) < FEW_TICKS:
+                there = [m * ten for ten in decades for m in (1, 2, 5) if self.low <= m * ten <= self.high]
+            values = there[:: -(-len(there) // MOST_TICKS)]
         else:
             step = _round(self.high / 4)
             values = [n * step for n in range(int(self.high / step) + 1)]
@@ -168,13 +205,13 @@ def data(results: Results, pictures: Embedded) -> dict:
     """Returns what the first screen shows. Adds pictures to `pictures`."""
     found = headline.of(results)
     bars = few(found.bars, LISTED)
-    theirs = [time for bar in bars if (time := _study(bar))]
+    theirs = [time for bar in bars if (time := _study(found, bar))]
     axis = scale([*(bar.time for bar in bars), *theirs]) if bars else None
     shown = {id(bar) for bar in few(bars, MOST)}
-    rows = [{"late": id(bar) not in shown, **_row(results, bar, axis)} for bar in bars]
+    rows = [{"late": id(bar) not in shown, **_row(results, found, bar, axis)} for bar in bars]
     against = dict.fromkeys(bar.cell.against for bar in found.bars if bar.cell.against)
     return {
-        "sentences": found.sentences,
+        "sentences": sentences(results, found),
         "count": f"{len(bars)} of {len(found.bars)}" if len(bars) < len(found.bars) else f"all {len(bars)}",
         "raced": raced(results, found),
         "machine": machine(results),
@@ -188,6 +225,8 @@ def data(results: Results, pictures: Embedded) -> dict:
         "unsure": any(row["unresolved"] for row in rows),
         "against": " and ".join(against),
         "remarks": remarks(results, found),
+        "stress": stress(results),
+        "survived": SURVIVED,
     }
 
 
@@ -202,8 +241,8 @@ def few(bars: list[Bar], most: int) -> list[Bar]:
     return [bar for bar in bars if bar in chosen]
 
 
-def _row(results: Results, bar: Bar, axis: Scale) -> dict:
-    theirs, time = _study(bar), bar.time
+def _row(results: Results, found: Headline, bar: Bar, axis: Scale) -> dict:
+    theirs, time = _study(found, bar), bar.time
     rmse, *_, agrees = accuracy_columns.brief(bar.cell)
     unresolved = bar.ratio is not None and not bar.resolved
     return {

@@ -1,5 +1,6 @@
 """Fits the study's equation 4.1, T = a + b p d (o + l), to each variant of a run that varies at least two factors."""
 
+from functools import lru_cache
 from pathlib import Path
 
 import pandas as pd
@@ -33,10 +34,9 @@ CAPTION = (
 
 def write(results: Results, out: Path) -> str:
     """Writes complexity*.csv, .png and .svg; returns the section of the report, "" if no two factors were varied."""
-    found = points.series(results)
+    found, fits = _fitted(results)
     if not found:
         return ""
-    fits = {id(one): models.fitted(one) for one in found if not one.lacking}
     parts = [f"## {TITLE}"]
     if fits:
         _points(found, fits).to_csv(out / "complexity.csv", index=False, na_rep="NaN", lineterminator="\n")
@@ -53,6 +53,23 @@ def write(results: Results, out: Path) -> str:
         files = (f"[{name}]({name})" for name in ("complexity.csv", "complexity-fits.csv"))
         parts += [f"Every point: {next(files)}. Every coefficient: {next(files)}.", markdown.escape(CAPTION)]
     return "\n\n".join(parts)
+
+
+@lru_cache(maxsize=1)
+def _fitted(results: Results) -> tuple[list[Series], dict[int, Fitted]]:
+    """Returns the series of a run, and by their id what was fitted to those that have enough."""
+    found = points.series(results)
+    return found, {id(one): models.fitted(one) for one in found if not one.lacking}
+
+
+def gist(results: Results) -> str:
+    """Returns a sentence on how far off the study's equation is for each variant; "" if it was not fitted."""
+    off = []
+    for one in _fitted(results)[1].values():
+        if one.line(models.STUDY):
+            errors = one.errors[models.STUDY][one.series.points["d"] > 0].abs()
+            off.append(f"{text.percent(errors.max())} ({one.series.label})")
+    return f"The study's equation 4.1 is off by at most {', '.join(off)}." if off else ""
 
 
 def _section(found: Fitted, out: Path, name: str) -> list[str]:

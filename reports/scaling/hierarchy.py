@@ -194,6 +194,17 @@ def write(results: Results, out: Path) -> str:
     return "\n\n".join(parts)
 
 
+def gist(results: Results) -> str:
+    """Returns a sentence on the fewest and the most objects from which on a hierarchy pays; "" if none is known."""
+    crossings = [(line, break_even(line)) for line in found(results)]
+    known = [(one.objects, line) for line, one in crossings if not isinstance(one, Missing)]
+    if not known:
+        return ""
+    ends = [min(known, key=lambda one: one[0]), max(known, key=lambda one: one[0])]
+    said = [f"{quantity.plain(objects, 2)} objects ({line.variant}, {Path(line.scene).stem})" for objects, line in ends]
+    return f"A frame is faster with a hierarchy from {' to '.join(dict.fromkeys(said))} on."
+
+
 def _table(crossings: list[tuple[Line, BreakEven | Missing]]) -> str:
     rows = []
     for line, crossing in crossings:

@@ -189,6 +189,14 @@ class Row:
     def survival(self, curve: Curve) -> Survival | Missing:
         return curve.survival(self.facts["logarithmic"])
 
+    def survived(self, naive: bool) -> float | None:
+        """Returns the share of its range of stress without a wrong answer in any variant and precision.
+
+        Of naive or of robust ways; None if no such way has an answer.
+        """
+        mine = [curve for curve in self.curves if curve.way.naive == naive and curve.known]
+        return min((self.survival(curve).share for curve in mine), default=None)
+
 
 def rows(results: Results) -> list[Row]:
     """Returns every row of the run in its order, an aligned row after its twin in general position."""

@@ -98,7 +98,8 @@ def _race(results: Results, cells: list[Cell], ranked: list[Cell]) -> Headline:
     told = [sentence.of_bars(compared, results.floor.value)]
     if more := [word for word in alike if word not in shared]:
         told = [f"With {', '.join(more)}: {told[0]}"]
-    told += [_fastest_of_all(results, bars, compared), _over_places(compared, ranked, results.floor.value)]
+    told += [_fastest_of_all(results, bars, compared), *_more_threads(results, bars)]
+    told.append(_over_places(compared, ranked, results.floor.value))
     where = naming.place(cells[0], results.of(cells[0].scene))
     return Headline([text for text in told if text], bars, where, STEADY, shared, _lacking(results, bars))
 
@@ -160,7 +161,19 @@ def _fastest_of_all(results: Results, bars: list[Bar], compared: list[Bar]) -> s
     ratio = ranking.ratio_of_rounds(other.rounds, best.rounds)
     if not ranking.resolved(results, ratio):
         return ""
-    return sentence.of_best(best, ratio, other)
+    same = next(bar for bar in bars if bar.cell is other.cell)  # with all parts of its name
+    return sentence.of_best(best, ratio, same)
+
+
+def _more_threads(results: Results, bars: list[Bar]) -> list[str]:
+    """Says for each variant what the most threads gain over the fewest, of those that the first sentence compares."""
+    told = []
+    for mine in grouped([bar for bar in bars if bar.compared], lambda bar: bar.cell.variant).values():
+        few, most = (end(mine, key=lambda bar: bar.cell.parameters.get("threads", 1)) for end in (min, max))
+        if "threads" in most.cell.swept and most.cell.parameters["threads"] > few.cell.parameters["threads"]:
+            ratio = ranking.ratio_of_rounds(few.rounds, most.rounds)
+            told.append(sentence.of_threads(most.cell, few.cell, ratio, ranking.resolved(results, ratio)))
+    return told
 
 
 def _over_places(compared: list[Bar], ranked: list[Cell], floor: float | None) -> str:

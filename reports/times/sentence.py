@@ -8,7 +8,7 @@ from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
 from reports.accuracy import accuracy_columns
 from reports.paper import quantity
-from reports.run.cell import Missing
+from reports.run.cell import Cell, Missing
 
 if TYPE_CHECKING:
     from reports.times.headline import Bar
@@ -74,8 +74,15 @@ def _longer(ratio: Estimate, first: bool) -> str:
 def of_best(best: Bar, ratio: Estimate, other: Bar) -> str:
     """Says which of all methods is the fastest. ratio: the time of `other`, which does not use it, over its time."""
     faster = f"{quantity.plain(ratio.value, 2)} times as fast as {other.spoken}"
-    rmse = "" if isinstance(best.cell.error(), Missing) else f" (RMSE {accuracy_columns.brief(best.cell)[0]})"
+    rmse = "" if isinstance(best.cell.error(), Missing) else f", RMSE {accuracy_columns.brief(best.cell)[0]}"
     return f"The fastest of all is {best.spoken}: {quantity.seconds(best.time.value)}, {faster}{rmse}."
+
+
+def of_threads(most: Cell, few: Cell, ratio: Estimate, resolved: bool) -> str:
+    """Says what more threads gain. ratio: the time of the cell with few over that of the one with most."""
+    many, one = most.parameters["threads"], few.parameters["threads"]
+    gain = f"{quantity.plain(ratio.value, 2)} times as fast as with {one}" + " (not resolved)" * (not resolved)
+    return f"With {many} threads {most.variant} is {gain}."
 
 
 def of_means(first: str, means: list[tuple[str, Estimate]], places: int, floor: float | None) -> str:

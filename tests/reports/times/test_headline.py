@@ -86,7 +86,7 @@ def test_methods_are_named_by_what_varies_and_the_fastest_has_its_error(load, at
     ]  # fmt: skip
     assert found.sentence == (
         "cpp is the fastest, 1.00 s a frame; numba takes 2.0 times as long and numpy 5.0 times. The fastest of all is "
-        "cpp (lanes, float32): 125 ms, 8.0 times as fast as cpp (RMSE 0.25)."
+        "cpp (lanes, float32): 125 ms, 8.0 times as fast as cpp, RMSE 0.25."
     )
     found = headline.of(load([row for row in told if row["point"]], name="fast"))
     assert ([bar.name for bar in found.bars], found.shared) == (["cpp", "numba"], ["lanes", "float32"])
