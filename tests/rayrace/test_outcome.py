@@ -100,6 +100,11 @@ def test_it_pays_later_where_frames_are_short(printed):
     assert table["cpp"][3] == "frame 11"
 
 
+def test_what_is_slower_never_pays(printed):
+    table = {row[0]: row for row in cells(printed(made({"python": 0.5, "numpy": 0.6})), "speed-up")}
+    assert table["numpy"][1:4] == ["0.833 ×", "none", "never"]
+
+
 def test_without_python_the_slowest_is_what_it_is_compared_with(printed):
     lines = printed(made({"numpy": 0.5, "cpp": 0.2, "numba": 0.7}))
     assert any(line.startswith("in place of numba,") for line in lines)

@@ -44,7 +44,7 @@ def started(experiment, bad_folder, environment, tmp_path):
     folder = bad_folder(*GOOD, "bad-hang-child", name="stopped")
     file = experiment((*GOOD, "bad-hang-child"), 'seed = 4\ntimeout = "5 min"\n')
     program = Path(sys.executable).with_name("rayrace")
-    command = [program, "run", file, "--out", tmp_path / "run", "--renderer", folder]
+    command = [program, "run", file, "--out", tmp_path / "run", "--renderer", folder, "--set", "image.depth=2"]
     with open(tmp_path / "said", "w") as said:
         harness = subprocess.Popen(
             command, env=environment, stdout=said, stderr=said, start_new_session=True, preexec_fn=hear_ctrl_c
@@ -79,7 +79,8 @@ def test_stopped(number, started, rows):
     if number == signal.SIGINT:
         said = (lines.parents[1] / "said").read_text()
         kept = f"{len(lines.read_text().splitlines())} of 5 repetitions are kept in {lines.parent}"
-        words = ["rayrace", "run", lines.parents[1] / "experiment.toml", "--renderer", folder, "--resume", lines.parent]
+        options = ["--set", "image.depth=2", "--renderer", folder, "--resume", lines.parent]
+        words = ["rayrace", "run", lines.parents[1] / "experiment.toml", *options]
         assert said.splitlines()[-1] == f"stopped; {kept}; go on with: {shlex.join(map(str, words))}"
         assert "Traceback" not in said
     wait_until(lambda: not processes(f"{folder}/main.py"))
