@@ -8,7 +8,6 @@ from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 
-import harness
 import reports
 from harness.errors import UserError
 from harness.store import packed
@@ -129,9 +128,9 @@ def fingerprint(run: Path, pool: bool = False) -> str:
 def _code() -> str:
     """Returns a hash of the code that makes reports."""
     found = hashlib.sha256()
-    for package in (reports, harness):
+    for package in (Path(reports.__file__).parent, Path(packed.__file__).parents[1]):  # reports and harness
         for kind in CODE:
-            for path in sorted(Path(package.__file__).parent.rglob(kind)):
+            for path in sorted(package.rglob(kind)):
                 if not path.name.endswith(".min.js"):
                     found.update(path.read_bytes())
     return found.hexdigest()

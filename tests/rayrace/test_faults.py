@@ -166,7 +166,7 @@ def test_experiment(name, rayrace, place, write):
         (["trace", "scene.txt", "good.csv", "-o", "no/hits.csv"], "no: no such folder"),
         (["trace", "scene.txt", "empty.csv"], "empty.csv:1: expected the header ox,oy,oz,dx,dy,dz"),
         (["trace", "scene.txt", "nan.csv"], 'nan.csv:3: dy: expected a finite number, found "NaN"'),
-        (["report", "."], ".: not a run"),
+        (["report", "."], ".: neither a run nor a folder of runs"),
         (["generate", "comparision"], 'no generator "comparision"; known: comparison'),
         (["generate", "comparison", "-o", "no/scene.txt"], "no/scene.txt: No such file or directory"),
     ],
