@@ -29,6 +29,7 @@ SAME_WORK = 0.02  # of the pixels of a thread, which whole sides round
 RESAMPLES = 999
 MOST = 12  # lines of a figure
 MARKERS = "osD^vP*X<>ph"
+ROOM = 1.3  # times the highest point: an interval that goes on beyond is cut off
 CAPTION = (
     "Speed-up S: the time of one thread over that of n threads of the same renderer, paired by round as in the table "
     "of times; where the work grows with the threads, times the work. Efficiency: S / n. Curves: Amdahl's law S = 1 / "
@@ -209,6 +210,7 @@ def draw(results: Results, lines: list[Line]):
         axes.grid(color="#EEEEEE")
     left.plot(counts, counts, ls="--", lw=0.8, color="#888888")
     right.axhline(100, ls="--", lw=0.8, color="#888888")
+    points = [(count, gain.value) for line in lines for count, gain in zip(line.threads, line.gains, strict=True)]
     handles = []
     for number, line in enumerate(lines):
         look = {"color": style.colour(line.variant, results.variants), "marker": MARKERS[number % len(MARKERS)]}
@@ -230,8 +232,8 @@ def draw(results: Results, lines: list[Line]):
         left.set_yscale("log")
         style.log_ticks(left.yaxis)
     else:
-        left.set_ylim(bottom=0)
-    right.set_ylim(bottom=0)
+        left.set_ylim(0, ROOM * max(*counts, *(gain for _, gain in points)))
+    right.set_ylim(0, ROOM * max(100, *(100 * gain / count for count, gain in points)))
     left.set_ylabel("speed-up")
     right.set_ylabel("efficiency (%)")
     figure.legend(handles=handles, loc="outside lower center")

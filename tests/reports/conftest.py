@@ -6,6 +6,7 @@ from zlib import crc32
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from figure_lint import faults
 from made_up_errors import DEFAULTS, OF_SCENE, error
 
 from harness.store import store
@@ -217,6 +218,20 @@ def section(make_run, tmp_path, monkeypatch):
         return text.partition(f"## {title}")[2].partition("\n## ")[0], figures
 
     return find
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Figures by name, which are drawn, examined and not saved."""
+    figures = {}
+
+    def keep(figure, path):
+        assert faults(figure) == []
+        figures[path.name] = figure
+
+    monkeypatch.setattr(style, "save", keep)
+    yield figures
+    plt.close("all")
 
 
 @pytest.fixture

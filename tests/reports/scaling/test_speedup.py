@@ -2,13 +2,10 @@
 
 import csv
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import stored_run
-from figure_lint import faults
 
-from reports.paper import style
 from reports.run.cell import Missing
 from reports.scaling import speedup
 from reports.scaling.speedup import AMDAHL, GUSTAFSON
@@ -114,20 +111,6 @@ def test_few_processes_have_no_interval(load, threaded, cores):
 def test_threads_that_slow_it_down_have_a_share_of_0(load, threaded, cores):
     (line,) = speedup.found(load(threaded("cpp-threads", strong(), lambda n, _: float(n)), **cores(8)))
     assert line.share.value == 0 and line.off > 1
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """Figures by name, which are drawn, examined and not saved."""
-    figures = {}
-
-    def keep(figure, path):
-        assert faults(figure) == []
-        figures[path.name] = figure
-
-    monkeypatch.setattr(style, "save", keep)
-    yield figures
-    plt.close("all")
 
 
 def test_what_is_absent_says_why(load, threaded, cores, tmp_path, drawn):

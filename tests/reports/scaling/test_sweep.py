@@ -3,12 +3,10 @@
 import csv
 import math
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from figure_lint import faults
 
-from reports.paper import heat_map, style
+from reports.paper import heat_map
 from reports.scaling import crossing, sweep, sweep_figure
 from reports.scaling.sweep import MEMORY, TIME
 
@@ -222,20 +220,6 @@ def test_no_chart_of_sizes_whose_region_has_the_same_pixels(load, swept):
     for row in rows:
         row["parameters"] |= {"region": "0,0,8,8"}
     assert sweep.panels(load(rows)) == []
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """Figures by name, which are drawn, examined and not saved."""
-    figures = {}
-
-    def keep(figure, path):
-        assert faults(figure) == []
-        figures[path.name] = figure
-
-    monkeypatch.setattr(style, "save", keep)
-    yield figures
-    plt.close("all")
 
 
 def rows_of(path):
