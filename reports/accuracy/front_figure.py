@@ -29,6 +29,7 @@ AXIS = "error: RMSE, linear RGB"
 INVISIBLE = "a screen of 8 bits cannot show it"
 GAP, REACHES = 7.0, (1, 2.2, 4)  # points between a mark and its name, and times as many where it is crowded
 AROUND = [(1, -1), (-1, -1), (1, 0), (-1, 0), (0, -1), (1, 1), (-1, 1), (0, 1)]  # places of a name about its mark
+BESIDE = [(1, 0), *(place for place in AROUND if place != (1, 0))]  # the same, for the name of a line
 
 
 def worth(chart: Chart, points: list[Point]) -> list[Point]:
@@ -69,10 +70,12 @@ def draw(results: Results, chart: Chart):
     best = thinning.few(worth(chart, chart.points), MOST_NAMED)
     named = [(places[id(point)], chart.names.method(point.cell) or method.PLAIN) for point in best]
     boxes = [shade]
-    for at, variant, bold in ends:
-        boxes.append(_name(axes, variant, at, taken, boxes, **bold)[1])
+    for at, variant, bold in sorted(ends, key=lambda end: end[0][1]):
+        boxes.append(_name(axes, variant, at, BESIDE, taken, boxes, **bold)[1])
     for at, name in named:
-        drawn, box, free = _name(axes, textwrap.fill(name, WRAP), at, taken, boxes, color="#333333", fontsize=6.5)
+        drawn, box, free = _name(
+            axes, textwrap.fill(name, WRAP), at, AROUND, taken, boxes, color="#333333", fontsize=6.5
+        )
         if free:
             boxes.append(box)
         else:
@@ -86,6 +89,7 @@ def _scale(axes, places: np.ndarray, chart: Chart) -> None:
     for low, high in zip(places.min(axis=0), places.max(axis=0), strict=True):
         pad = max((high / low) ** 0.12, 1.5)
         room.append([low / pad, high * pad])
+    room[0][1] *= room[0][1] / places[:, 0].max()  # names of renderers stand at the right
     room[0] = [min(room[0][0], VISIBLE / 2), max(room[0][1], VISIBLE * 2)]
     axes.set(xscale="log", yscale="log", xlim=room[0], ylim=room[1])
     for axis in (axes.xaxis, axes.yaxis):
@@ -124,14 +128,14 @@ def _along(places: np.ndarray) -> list[np.ndarray]:
     ]
 
 
-def _name(axes, text: str, at, taken: list, boxes: list, **look):
+def _name(axes, text: str, at, around: list, taken: list, boxes: list, **look):
     """Writes a name beside a mark, where it covers the fewest marks, lines and other names.
 
     Returns the text, its box, and whether it is inside the axes and covers no other name.
     """
     frame, found = axes.get_window_extent(), []
     for reach in REACHES:
-        for across, up in AROUND:
+        for across, up in around:
             drawn = axes.annotate(
                 text, at, xytext=(across * GAP * reach, up * GAP * reach), textcoords="offset points",
                 ha={1: "left", -1: "right", 0: "center"}[across], va={1: "bottom", -1: "top", 0: "center"}[up],
