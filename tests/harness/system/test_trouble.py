@@ -145,9 +145,14 @@ def test_it_is_in_the_row(rayrace, experiment, rows, tmp_path):
 
 
 def test_a_row_that_was_disturbed_says_so(rayrace, experiment, rows, tmp_path):
-    """A busy program on each core leaves a thread none."""
+    """Two busy programs for each core leave a thread at most a part of one.
+
+    Each has a session of its own: the scheduler may give a session with one thread as much time as one with many
+    (sched(7), autogrouping), and a renderer that is left a whole core is rightly not called disturbed.
+    """
     file = experiment(["python"], size=90, frames=3)
-    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in trouble.usable()]
+    busy = [sys.executable, "-c", "while True: pass"]
+    others = [subprocess.Popen(busy, start_new_session=True) for _ in range(2) for _ in trouble.usable()]
     try:
         rayrace("run", file, "--out", tmp_path / "run", code=0)
     finally:
