@@ -147,12 +147,14 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float, agai
     from harness.errors import UserError, of_system
     from harness.plan import predict
     from harness.race import race, stopping
+    from harness.store import store
     from rayrace.progress import progress
 
     stopping.heed()
     order = planned.order(asked.seed, asked.order)
     try:
-        with progress(planned.cells) as shown:
+        kept = store.read(folder)[1] if resumed and not store.is_blank(folder) else ()
+        with progress(planned.cells, kept) as shown:
             earlier = predict.history(results_folder(), but=folder)
             heard = {"tell": shown.tell, "begins": shown.begins}
             records = race.run(asked, planned, known, folder, **heard, resumed=resumed, budget=budget, earlier=earlier)

@@ -48,12 +48,12 @@ class Terminal(io.StringIO):
 def shown(monkeypatch):
     """shown(terminal?, *told): the lines that standard error gets of these repetitions: (cell, record or None, ..)."""
 
-    def show(is_one, *told, columns=160):
+    def show(is_one, *told, columns=160, earlier=()):
         monkeypatch.setattr(progress.sys, "stderr", Terminal(is_one))
         monkeypatch.setenv("TERM", "xterm")
         monkeypatch.setenv("COLUMNS", str(columns))
         threads = threading.active_count()
-        with progress.progress([CPP, NUMBA, NUMPY]) as heard:
+        with progress.progress([CPP, NUMBA, NUMPY], earlier) as heard:
             assert threading.active_count() == threads  # none that draws while a renderer is measured
             for what, record, *more in told:
                 heard.tell(what, record, *more) if record else heard.begins(what, *more)
@@ -75,6 +75,13 @@ def test_a_terminal_has_one_line_with_what_runs_and_the_standings(shown):
     assert lines[0] == "━━━━━━━━━━━━ 0/12  numba"
     assert lines[2] == "━━━━━━━━━━━━ 1/12, 90 s left  cpp"  # one alone has no standing
     assert lines[4] == "━━━━━━━━━━━━ 2/12, 80 s left  numpy  so far cpp 250 ms, numba 2.00 ×"
+
+
+def test_the_rows_of_a_resumed_run_count_in_the_standings(shown):
+    kept = [took(time, time) | {"cell": what.key} for what, time in ((CPP, 0.25), (NUMBA, 0.5), (NUMBA, 0.7))]
+    kept.append(took(0.1, 0.1) | {"cell": "of a renderer that is asked no more"})
+    lines = shown(True, (NUMPY, None, 3, 12, None), earlier=kept)
+    assert lines[0] == "━━━━━━━━━━━━ 3/12  numpy  so far cpp 250 ms, numba 2.40 ×"
 
 
 def test_the_line_is_no_wider_than_the_terminal(shown):
