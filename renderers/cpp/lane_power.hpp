@@ -28,19 +28,21 @@ LANE Lanes<Real> log2(Lanes<Real> c)
     return fma<Real>(sum, s, __builtin_convertvector(e, Lanes<Real>));
 }
 
-// 2^y = 2^n e^x with n the nearest integer and x = (y - n) log 2, for y <= 0.
+// 2^y = 2^n e^x with n the nearest integer and x = (y - n) log 2, for y <= 0. n goes through integers: fast-math would
+// take y + shift - shift for y.
 template<typename Real>
 LANE Lanes<Real> exp2(Lanes<Real> y)
 {
     constexpr Real least = std::numeric_limits<Real>::min_exponent;
     constexpr Real shift = 3 * Real(Integer<Real>(1) << (digits<Real> - 1));  // adding it rounds to an integer
 
-    const Lanes<Real> shifted = (y < least ? all(least) : y) + shift, x = (y - (shifted - shift)) * Real(log_of_2);
+    const Lanes<Real> shifted = (y < least ? all(least) : y) + shift;
+    const Integers<Real> n = Integers<Real>(shifted) - std::bit_cast<Integer<Real>>(shift);
+    const Lanes<Real> x = (y - __builtin_convertvector(n, Lanes<Real>)) * Real(log_of_2);
     Lanes<Real> sum = all(Real(1));
 #pragma GCC unroll 16
     for (int k = exp_terms<Real> - 1; k > 0; k--)
         sum = fma<Real>(sum, x * Real(1.0 / k), all(Real(1)));
-    const Integers<Real> n = Integers<Real>(shifted) - std::bit_cast<Integer<Real>>(shift);
     return y < least ? Lanes<Real>{} : Lanes<Real>(Integers<Real>(sum) + (n << digits<Real>));
 }
 

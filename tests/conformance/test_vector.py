@@ -67,6 +67,14 @@ def test_random_scenes(agree, laned, seed, precision):
     agree(laned, scene, depth=int(rng.integers(0, 6)), shadows=bool(seed % 2), precision=precision)
 
 
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_fast_math_leaves_highlights_as_they_are(agree, precision):
+    """LOC-4 in lanes: a power of two that is split by rounding must not be put together again (NUM-3)."""
+    rng = np.random.default_rng(63)
+    scene = random_scene(rng, sphere=12, material=random_material, rest=random_stage(rng))
+    agree("cpp", scene, depth=0, floating_point="fast", precision=precision)
+
+
 @pytest.mark.parametrize("size", [(1, 1), (3, 5), (1, 40), (33, 1), (64, 32), (65, 33)])
 def test_sizes(agree, laned, size):
     rng = np.random.default_rng([62, *size])

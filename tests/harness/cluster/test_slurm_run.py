@@ -110,7 +110,7 @@ def test_twenty_cells_as_on_one_machine(shell):
     for name in ("accuracy-0-comparison-objects-5.csv", "machine.csv"):
         assert (shell.folder / "report-far" / name).read_text() == (shell.folder / "report-near" / name).read_text()
     assert sections(shell.folder / "report-far") == sections(shell.folder / "report-near")
-    columns = "variant", "point", "status", "reason", "repetition", "pass", "reference", "rmse", "max_outside", "rays"
+    columns = "variant", "point", "status", "reason", "repetition", "pass", "agrees", "error_rmse", "error_max", "rays"
     assert table(shell.folder / "report-far", columns) == table(shell.folder / "report-near", columns)
 
 
