@@ -1,6 +1,6 @@
 """The pictures of README, from the reference results: python docs/pictures.py [FOLDER].
 
-comparison.png and gallery.png are pictures that were stored; times.svg is the figure of the report.
+comparison.png and gallery.png are pictures that were stored; the others are figures of reports.
 """
 
 import sys
@@ -10,14 +10,17 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from harness.store import packed
+from reports.accuracy import front_figure, pareto
 from reports.paper import style
 from reports.run import results, stored
 from reports.run.results import Results
+from reports.scaling import sweep, sweep_figure
 from reports.times import times_figure
 
 ROOT = Path(__file__).parents[1]
 RUNS = ROOT / "results" / "reference" / "xeon-2x"
 SHOWN = [f"figure {number}," for number in ("2.11b", "3.2", "3.3", "3.4a", "3.5b", "3.4b", "3.6a", "3.6b")]
+FRONT = "mirrors"  # the case of accuracy.toml that is shown
 COLUMNS, TILE, GAP = 4, (240, 172), 4  # pixels: width, height
 
 
@@ -27,14 +30,28 @@ def write(folder: Path) -> None:
         loaded = results.load(run)
         cell = next(cell for cell in loaded.cells if cell.variant == "cpp" and cell.pixels > 1)
         Image.fromarray(_seen(loaded, cell)).save(folder / "comparison.png", optimize=True)
-        with style.styled():
-            style.save(times_figure.draw(loaded, cell.scene), folder / "times")
-        for suffix in (".png", ".pdf"):
-            (folder / "times").with_suffix(suffix).unlink()
+        _draw(folder / "times", times_figure.draw, loaded, cell.scene)
     with packed.opened(RUNS / "gallery.tar.xz") as run:
         loaded = results.load(run)
         cells = [next(cell for cell in loaded.cells if cell.swept["case"].startswith(name)) for name in SHOWN]
         montage([_seen(loaded, cell) for cell in cells]).save(folder / "gallery.png", optimize=True)
+    with packed.opened(RUNS / "accuracy.tar.xz") as run:
+        loaded = results.load(run)
+        chart = next(chart for chart in pareto.charts(loaded) if FRONT in chart.view.label)
+        _draw(folder / "accuracy", front_figure.draw, loaded, chart)
+    with packed.opened(RUNS / "sweeps.tar.xz") as run:
+        loaded = results.load(run)
+        panels = sweep_figure.shown(sweep.panels(loaded))
+        crossed = sweep_figure.crossings(loaded, panels, sweep.TIME)
+        _draw(folder / "sweeps", sweep_figure.draw, loaded, panels, sweep.TIME, crossed)
+
+
+def _draw(path: Path, draw, *data) -> None:
+    """Writes a figure of a report as `path`.svg and `path`.json."""
+    with style.styled():
+        style.save(draw(*data), path)
+    for suffix in (".png", ".pdf"):
+        path.with_suffix(suffix).unlink()
 
 
 def _seen(loaded: Results, cell) -> np.ndarray:

@@ -67,9 +67,11 @@ def test_the_pictures_of_readme_come_from_here(tmp_path):
         [sys.executable, REPOSITORY / "docs" / "pictures.py", tmp_path], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
-    assert {path.name for path in tmp_path.iterdir()} == {"comparison.png", "gallery.png", "times.svg", "times.json"}
+    figures = {f"{name}.{kind}" for name in ("times", "accuracy", "sweeps") for kind in ("svg", "json")}
+    assert {path.name for path in tmp_path.iterdir()} == {"comparison.png", "gallery.png", *figures}
     for name in ("comparison.png", "gallery.png"):
         made, kept = (np.asarray(Image.open(folder / name)) for folder in (tmp_path, REPOSITORY / "docs"))
         np.testing.assert_array_equal(made, kept)
-    made, kept = (json.loads((folder / "times.json").read_text()) for folder in (tmp_path, REPOSITORY / "docs"))
-    assert made["data_sha256"] == kept["data_sha256"]
+    for name in ("times.json", "accuracy.json", "sweeps.json"):
+        made, kept = (json.loads((folder / name).read_text()) for folder in (tmp_path, REPOSITORY / "docs"))
+        assert made["data_sha256"] == kept["data_sha256"], name
