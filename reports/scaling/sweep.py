@@ -229,7 +229,8 @@ def _scene(cell: Cell) -> tuple[str, str]:
 
 
 def _methods(cells: list[Cell], along: list[Axis]) -> dict[Cell, str]:
-    """Returns the name of the method of each cell: its swept values that are no number of an axis, and differ."""
+    """Returns the name of the method of each cell: its swept values that are no number of an axis, differ, and are not
+    the default; the precision is always told."""
     numbers = {key for axis in along for key in axis.keys} | {*SHAPES, *ASIDE, "case", "region"}
     keys = [key for key in dict.fromkeys(key for cell in cells for key in cell.swept) if key not in numbers]
     keys = [key for key in keys if len({str(cell.swept.get(key)) for cell in cells}) > 1]
@@ -237,8 +238,10 @@ def _methods(cells: list[Cell], along: list[Axis]) -> dict[Cell, str]:
 
 
 def _word(key: str, value) -> str:
-    if value is None or key == "precision":
+    if key == "precision":
         return str(value or "")
+    if value is None or value == command.default(key):
+        return ""
     if key == "vector":
         return "in lanes" if value == "on" else ""
     if isinstance(value, bool):

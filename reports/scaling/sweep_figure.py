@@ -37,6 +37,7 @@ DASHES = "-", "--", ":", "-."
 MARKERS = "osD^vP*X<>ph"
 WIDTH, HIGH = 7.4, 2.5  # inches of a figure, and of a row of panels
 NARROW = 4.4  # inches of a figure with one panel
+HIGHEST = 12.0  # inches: a page
 LETTER = 0.058  # inches of a letter
 LEVEL, STEEP = 0.3, 1.4  # slopes of a line above which a guide of slope 1, and of 2, is drawn
 GUIDES = {1: {"color": "#CCCCCC", "lw": 0.7, "ls": "-"}, 2: {"color": "#AAAAAA", "lw": 0.8, "ls": ":"}}
@@ -70,8 +71,10 @@ def shown(panels: list[Panel]) -> list[Panel]:
 
 
 def lines(panel: Panel, what: Quantity) -> list[Line]:
-    """Returns at most MOST_LINES lines with values of a quantity."""
-    return thinning.few([line for line in panel.lines if line.points(what)], MOST_LINES)
+    """Returns at most MOST_LINES lines with values of a quantity, those of one point only where there are no others."""
+    known = [(line, len(line.points(what))) for line in panel.lines]
+    least = 2 if any(count > 1 for _, count in known) else 1
+    return thinning.few([line for line, count in known if count >= least], MOST_LINES)
 
 
 def looks(results: Results, panels: list[Panel]) -> dict[str, dict]:
@@ -108,7 +111,8 @@ def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbe
     of, labels = looks(results, panels), list(dict.fromkeys(line.label for p in panels for line in lines(p, what)))
     wide = WIDTH if columns > 1 else NARROW
     beside = max(1, min(4, int(wide / (0.5 + LETTER * max(map(len, labels))))))
-    high = HIGH * rows + 0.3 + 0.16 * -(-(len(labels) + 2) // beside)
+    below = 0.3 + 0.16 * -(-(len(labels) + 2) // beside)
+    high = min(HIGH * rows + below, HIGHEST)
     figure, every = plt.subplots(rows, columns, figsize=(wide, high), sharey=True, squeeze=False, layout="constrained")
     values = crossing.values(panels, what)
     upright, (unit, name) = crossing.upright(values), unit_of(values, what)

@@ -23,6 +23,7 @@ CAPTION = (
 ROW, HEAD, FOOT, WIDTH = 0.22, 0.95, 0.3, 7.7  # inches
 HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255", "agrees"), (5, 45, 85, 137)  # points right of a panel
 LONGEST = 40  # letters of a name
+LEAST_RANGE = 2.0  # of an axis: its end over its start
 HIGHEST = 12.0  # inches of a figure, panels beyond are left out
 MARKS = ("o", "black"), ("D", "white")  # ours, the study's
 
@@ -79,6 +80,10 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
     against = " and ".join(dict.fromkeys(cell.against for cell in cells if cell.against))
     below = f"steady frame (s)\nerrors beside it: {against}" if against else "steady frame (s)"
     axes.set(xscale="log", xlabel=below, ylim=(len(cells) - 0.5, -0.5))
+    low, high = axes.get_xlim()
+    if high < LEAST_RANGE * low:  # a few per cent are no reason to look closer
+        middle = (low * high) ** 0.5
+        axes.set_xlim(middle / LEAST_RANGE**0.5, middle * LEAST_RANGE**0.5)
     style.log_ticks(axes.xaxis)
     axes.set_yticks(range(len(cells)), [textwrap.shorten(cell.name, LONGEST) for cell in cells])
     axes.set_title(naming.called(results, place), loc="left", fontweight="bold")

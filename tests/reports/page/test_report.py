@@ -95,6 +95,14 @@ def test_beside_a_time_stands_the_distance_from_the_truth_and_not_from_the_refer
     assert beside == [*["0.011", "1.25", "0.33 %", "✓"] * 2, "RMSE", "largest", "beyond 1/255", "agrees"]
 
 
+def test_an_axis_of_times_spans_a_factor_of_two_at_least(make_run, record):
+    """A single cell's interval of a per mille is not drawn from edge to edge."""
+    told = [record("cpp", n, frames=(0.5, 0.1 + n * 1e-5, 0.1 + n * 1e-5)) for n in range(5)]
+    (axes,) = times_figure.draw(results.load(make_run(told)), told[0]["scene"]).axes
+    low, high = axes.get_xlim()
+    assert high / low >= 2 * (1 - 1e-12) and low < 0.1 < high
+
+
 def test_no_cell_of_a_table_is_blank_or_a_bare_zero(report_text, tmp_path, record):
     nothing = {"peak_bytes": 1e6, "render_peak_bytes": None, "peak_virtual_bytes": None, "method": "wait4"}
     alone = {"unavailable": "nobody else makes it"}

@@ -193,6 +193,45 @@ def test_a_sweep_one_at_a_time_has_a_panel_for_each_number(load, swept):
     assert [panel.values for panel in panels] == [[16**2, 32**2, 64**2], [0, 2, 8], [3, 12]]
 
 
+def test_a_line_is_named_by_methods_that_are_not_the_default(load, swept):
+    kinds = {"walk": ("least", "stack"), "sampler": (None, "jittered"), "vector": ("off", "on")}
+    rows = []
+    for name, (_, other) in kinds.items():
+        for side in (16, 32):
+            plain = {key: values[0] for key, values in kinds.items()} | {"side": side}
+            rows += swept("cpp", [plain | {name: other}], lambda side, **_: 1e-6 * side**2)
+    labels = [line.label for line in the(load(rows)).lines]
+    assert labels == ["cpp, walk stack", "cpp, sampler jittered", "cpp, in lanes"]
+
+
+def test_lines_of_one_point_are_drawn_only_where_there_are_no_others(load, swept):
+    rows = swept("cpp", sides(), lambda side: C * side**2) + swept("python", sides([16]), lambda side: C * side**2)
+    panel = the(load(rows))
+    assert [line.label for line in panel.lines] == ["cpp", "python"]
+    assert [line.label for line in sweep_figure.lines(panel, TIME)] == ["cpp"]
+
+
+LONG = "number {} of many walks whose names are so long that a legend has no room for two"
+
+
+def test_many_panels_and_lines_fit_a_page(load, swept):
+    rows = []
+    for depth in range(20):
+        for walk in (
+            "least",
+            *(
+                f"{number} of many walks whose names are so long that a legend has no room for two"
+                for number in range(15)
+            ),
+        ):
+            points = [{"side": side, "depth": depth, "walk": walk} for side in (16, 32)]
+            rows += swept("cpp", points, lambda side, **_: 1e-6 * side**2)
+    loaded = load(rows)
+    panels = sweep_figure.shown(sweep.panels(loaded))
+    figure = sweep_figure.draw(loaded, panels, TIME, {})
+    assert len(panels) == sweep_figure.MOST and figure.get_size_inches()[1] <= 12
+
+
 def test_sizes_of_a_generated_scene_are_its_objects(load, swept):
     rows = swept("cpp", [{"size": size} for size in (1, 2, 3)], lambda size: 10.0**size)
     for row in rows:
