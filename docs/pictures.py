@@ -18,7 +18,7 @@ from reports.scaling import sweep, sweep_figure
 from reports.times import times_figure
 
 ROOT = Path(__file__).parents[1]
-RUNS = ROOT / "results" / "reference" / "xeon-2x"
+RUNS = ROOT / "results" / "reference"
 SHOWN = [f"figure {number}," for number in ("2.11b", "3.2", "3.3", "3.4a", "3.5b", "3.4b", "3.6a", "3.6b")]
 FRONT = "mirrors"  # the case of accuracy.toml that is shown
 COLUMNS, TILE, GAP = 4, (240, 172), 4  # pixels: width, height
@@ -26,20 +26,20 @@ COLUMNS, TILE, GAP = 4, (240, 172), 4  # pixels: width, height
 
 def write(folder: Path) -> None:
     """All of them, into the folder."""
-    with packed.opened(RUNS / "comparison.tar.xz") as run:
+    with packed.opened(RUNS / "xeon-2x" / "comparison.tar.xz") as run:
         loaded = results.load(run)
         cell = next(cell for cell in loaded.cells if cell.variant == "cpp" and cell.pixels > 1)
         Image.fromarray(_seen(loaded, cell)).save(folder / "comparison.png", optimize=True)
         _draw(folder / "times", times_figure.draw, loaded, cell.scene)
-    with packed.opened(RUNS / "gallery.tar.xz") as run:
+    with packed.opened(RUNS / "xeon-2x" / "gallery.tar.xz") as run:
         loaded = results.load(run)
         cells = [next(cell for cell in loaded.cells if cell.swept["case"].startswith(name)) for name in SHOWN]
         montage([_seen(loaded, cell) for cell in cells]).save(folder / "gallery.png", optimize=True)
-    with packed.opened(RUNS / "accuracy.tar.xz") as run:
+    with packed.opened(RUNS / "epyc-2x" / "accuracy.tar.xz") as run:
         loaded = results.load(run)
         chart = next(chart for chart in pareto.charts(loaded) if FRONT in chart.view.label)
         _draw(folder / "accuracy", front_figure.draw, loaded, chart)
-    with packed.opened(RUNS / "sweeps.tar.xz") as run:
+    with packed.opened(RUNS / "epyc-2x" / "sweeps.tar.xz") as run:
         loaded = results.load(run)
         panels = sweep_figure.shown(sweep.panels(loaded))
         crossed = sweep_figure.crossings(loaded, panels, sweep.TIME)

@@ -175,15 +175,15 @@ class Scale:
                 there = [m * ten for ten in decades for m in (1, 2, 5) if self.low <= m * ten <= self.high]
             values = there[:: -(-len(there) // MOST_TICKS)]
         else:
-            step = _round(self.high / 4)
+            step = _round(self.high / (MOST_TICKS - 1))
             values = [n * step for n in range(int(self.high / step) + 1)]
         return [(self.at(value) if value else 0.0, _label(value)) for value in values]
 
 
 def _round(value: float) -> float:
-    """Returns the nearest number below of 1, 2 and 5 times a power of ten."""
+    """Returns the nearest number above of 1, 2 and 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
-    return max(factor * power for factor in (1, 2, 5) if factor * power <= value * 1.0001)
+    return min(factor * power for factor in (1, 2, 5, 10) if factor * power >= value * 0.9999)
 
 
 def _label(seconds: float) -> str:

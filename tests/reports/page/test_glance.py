@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 
+import numpy as np
 import pytest
 import report_tables
 
@@ -67,6 +68,9 @@ def test_the_axis_is_linear_from_0_and_logarithmic_for_long_spans():
     near, far = (glance.scale([Estimate(value, None, None, 1) for value in ends]) for ends in ((0.1, 0.4), (1e-3, 2.0)))
     assert not near.logarithmic and near.at(0.21) == 50.0
     assert near.ticks == [(0.0, "0"), (23.81, "100 ms"), (47.62, "200 ms"), (71.43, "300 ms"), (95.24, "400 ms")]
+    for end in np.geomspace(1, 10, 50):  # labels are 35 pixels wide, the axis 340
+        places = [place for place, _ in glance.scale([Estimate(end, None, None, 1)]).ticks]
+        assert 3 <= len(places) <= 6 and min(b - a for a, b in pairwise(places)) > 15 and places[-1] <= 100
     assert far.logarithmic and [label for _, label in far.ticks] == ["1 ms", "10 ms", "100 ms", "1 s"]
     places = [place for place, _ in far.ticks]
     steps = {round(b - a, 1) for a, b in pairwise(places)}
