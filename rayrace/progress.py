@@ -7,7 +7,7 @@ import os
 import statistics
 import sys
 from bisect import insort
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -57,6 +57,9 @@ class Standings:
 class Lines:
     """Prints a line for each repetition to standard error. If nobody listens any more, it says nothing."""
 
+    def kept(self, records: list[dict]) -> None:
+        """These rows a resumed run has: they count in the standings."""
+
     def begins(self, cell, done: int, total: int, left_s: float | None) -> None:
         """A repetition of the cell begins now."""
 
@@ -68,12 +71,14 @@ class Lines:
 class OneLine:
     """Keeps one line of a terminal up to date: how far the run is, what runs, and the standings so far."""
 
-    def __init__(self, cells: Sequence, live: Live, earlier: Iterable[dict]):
+    def __init__(self, cells: Sequence, live: Live):
         self.live, self.standings, self.places = live, Standings(cells), places(cells)
-        known = {cell.key: cell for cell in cells}
-        for record in earlier:
-            if record["cell"] in known:
-                self.standings.add(known[record["cell"]], record)
+        self.cells = {cell.key: cell for cell in cells}
+
+    def kept(self, records: list[dict]) -> None:
+        for record in records:
+            if record["cell"] in self.cells:
+                self.standings.add(self.cells[record["cell"]], record)
 
     def begins(self, cell, done: int, total: int, left_s: float | None) -> None:
         self._draw(cell, done, total, left_s)
@@ -98,18 +103,15 @@ class OneLine:
 
 
 @contextmanager
-def progress(cells: Sequence, earlier: Iterable[dict] = ()) -> Iterator[Lines | OneLine]:
-    """Yields what a run of these cells tells of its repetitions: it has `begins` and `tell`.
-
-    earlier: the rows that a resumed run has; they count in the standings.
-    """
+def progress(cells: Sequence) -> Iterator[Lines | OneLine]:
+    """Yields what a run of these cells tells of its repetitions: it has `kept`, `begins` and `tell`."""
     if not sys.stderr.isatty():
         yield Lines()
         return
     live = Live(console=Console(stderr=True, highlight=False), auto_refresh=False, transient=True)
     _unless_deaf(live.start)
     try:
-        yield OneLine(cells, live, earlier)
+        yield OneLine(cells, live)
     finally:
         _unless_deaf(live.stop)
 

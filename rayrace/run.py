@@ -147,16 +147,14 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float, agai
     from harness.errors import UserError, of_system
     from harness.plan import predict
     from harness.race import race, stopping
-    from harness.store import store
     from rayrace.progress import progress
 
     stopping.heed()
     order = planned.order(asked.seed, asked.order)
     try:
-        kept = store.read(folder)[1] if resumed and not store.is_blank(folder) else ()
-        with progress(planned.cells, kept) as shown:
+        with progress(planned.cells) as shown:
             earlier = predict.history(results_folder(), but=folder)
-            heard = {"tell": shown.tell, "begins": shown.begins}
+            heard = {"tell": shown.tell, "begins": shown.begins, "kept": shown.kept}
             records = race.run(asked, planned, known, folder, **heard, resumed=resumed, budget=budget, earlier=earlier)
     except UserError:  # says itself what to do
         _leave(folder, resumed, len(order), again)

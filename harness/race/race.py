@@ -29,6 +29,7 @@ REMEDY = "what had finished is kept; start a new run with what is there now"
 # tell(cell, record, done, all, seconds left or None), begins(cell, done, all, seconds left or None)
 Tell = Callable[[Cell, dict, int, int, float | None], None]
 Begins = Callable[[Cell, int, int, float | None], None]
+Keeps = Callable[[list[dict]], None]
 
 
 def run(
@@ -44,8 +45,11 @@ def run(
     part: dict | None = None,
     elsewhere: Iterable[dict] = (),
     begins: Begins = lambda *_: None,
+    kept: Keeps = lambda _: None,
 ) -> list[dict]:
     """Run every repetition of the plan into `folder`; the records. `begins` hears of each before it, `tell` after it.
+
+    kept: hears the records that a resumed run has when it goes on.
 
     resumed: the folder is of a run that was cut off; only what it lacks is run (resume.py). budget: seconds after which
     nothing more is begun, nor what is predicted to end later; as all cells have their turn before any has its second,
@@ -57,7 +61,7 @@ def run(
     if not resumed:
         folder.mkdir(parents=True, exist_ok=True)
     with only_one(folder), where.exclusive():
-        heard = tell, begins
+        heard = tell, begins, kept
         return _run(experiment, plan, known, folder, heard, resumed, budget, where, earlier, part, list(elsewhere))
 
 
@@ -80,15 +84,16 @@ def describe(experiment: Experiment, plan: Plan) -> dict:
 
 def _run(experiment, plan, known, folder, heard, resumed, budget, host, earlier, part, elsewhere) -> list[dict]:
     facts = {**describe(experiment, plan), **(part or {})}
-    records = []
+    records, (*told, kept) = [], heard
     if resumed and not store.is_blank(folder):
         facts, records = _go_on(facts, *resume.check(folder, plan))
+        kept(records)
     run_store = store.Run(folder)
     try:
         run_store.describe(**facts)
         with scratch() as caches, host.untimed() as untimed:
             bench = Bench(plan, known, run_store, caches, experiment.measure.interval, host, untimed)
-            _Loop(experiment, plan, bench, records, heard, host.clock() + budget, earlier, elsewhere).run()
+            _Loop(experiment, plan, bench, records, told, host.clock() + budget, earlier, elsewhere).run()
         state = environment.capture()
         run_store.describe(**facts, ended={"at": timestamp(), **{name: state[name] for name in STATE}})
     finally:

@@ -53,7 +53,8 @@ def shown(monkeypatch):
         monkeypatch.setenv("TERM", "xterm")
         monkeypatch.setenv("COLUMNS", str(columns))
         threads = threading.active_count()
-        with progress.progress([CPP, NUMBA, NUMPY], earlier) as heard:
+        with progress.progress([CPP, NUMBA, NUMPY]) as heard:
+            heard.kept(list(earlier))
             assert threading.active_count() == threads  # none that draws while a renderer is measured
             for what, record, *more in told:
                 heard.tell(what, record, *more) if record else heard.begins(what, *more)
