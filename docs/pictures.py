@@ -37,7 +37,7 @@ def write(folder: Path) -> None:
         montage([_seen(loaded, cell) for cell in cells]).save(folder / "gallery.png", optimize=True)
     with packed.opened(RUNS / "epyc-2x" / "accuracy.tar.xz") as run:
         loaded = results.load(run)
-        chart = next(chart for chart in pareto.charts(loaded) if FRONT in chart.view.label)
+        chart = next(chart for chart in pareto.charts(loaded) if chart.points[0].cell.swept["case"] == FRONT)
         _draw(folder / "accuracy", front_figure.draw, loaded, chart)
     with packed.opened(RUNS / "epyc-2x" / "sweeps.tar.xz") as run:
         loaded = results.load(run)
