@@ -4,6 +4,7 @@ import contextlib
 import os
 import re
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 from harness.errors import UserError
@@ -16,9 +17,15 @@ def files(record: dict) -> Iterator[tuple[dict, str]]:
     """Yields (table, key) for each file name in a record: table[key] is the name."""
     for table in (record, *(record.get(name) for name in ("picture", "agreement", "error", "bound"))):
         if isinstance(table, dict):
-            for key in ("file", "series", *(key for key in table if key.endswith("_file"))):
-                if isinstance(table.get(key), str):
+            for key in _named(tuple(table)):
+                if isinstance(table[key], str):
                     yield table, key
+
+
+@lru_cache(maxsize=256)  # rows of a run have the same keys
+def _named(keys: tuple[str, ...]) -> tuple[str, ...]:
+    """Returns the keys whose value may be the name of a file."""
+    return tuple(key for key in keys if key in ("file", "series") or key.endswith("_file"))
 
 
 def stray(record: dict) -> str | None:

@@ -240,7 +240,8 @@ def complete(told: dict, records: list[dict], folder: Path) -> None:
 
 
 def _there(names: tuple[str, ...], told: dict, place: str, file: Path) -> None:
-    if missing := [name for name in names if name not in told or (told[name] is None and name in NEVER_NONE)]:
+    missing = [name for name in names if name not in told]
+    if missing or (missing := [name for name in NEVER_NONE if name in names and told[name] is None]):
         raise UserError(f"{place}{missing[0]} is missing", file=file, remedy=REMEDY)
 
 

@@ -202,8 +202,8 @@ class Names:
             f"to 1/{2 ** told['adaptive_depth']} pixel" if "adaptive_depth" in self.turned & told.keys() else "",
             number("adaptive_threshold", f"threshold {told['adaptive_threshold']:g}")
             if "adaptive_threshold" in told else "",
-            number("feelers", _many(told["feelers"], "feelers", "hard shadows")) if "feelers" in self.turned else "",
-            number("glossy_rays", _many(told["glossy_rays"], "glossy rays", "mirrors"))
+            number("feelers", _many(told["feelers"], "feeler", "hard shadows")) if "feelers" in self.turned else "",
+            number("glossy_rays", _many(told["glossy_rays"], "glossy ray", "mirrors"))
             if "glossy_rays" in self.turned else "",
             other("glossy_weight", "the study's weight"),
             number("cutoff", f"cut-off {_power(cutoff)}") if cutoff else "",
@@ -252,7 +252,7 @@ def _along(cells: list[Cell], dial: str) -> list[list[Cell]]:
 
 
 def _many(count: int, what: str, none: str) -> str:
-    return f"{count} {what}" if count else none
+    return f"{count} {what}{'s' * (count > 1)}" if count else none
 
 
 def _threads(count: int | None) -> str:
