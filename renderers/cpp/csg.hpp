@@ -146,7 +146,44 @@ public:
         return bounds;
     }
 
+    // CSG-5: the first boundary kept with t > 0, or none; it lasts until the next question.
+    const Boundary<Real>* nearest(const Probe<Real>& probe) const
+    {
+        Scratch<Real>& scratch = *probe.scratch;
+        const std::size_t crossings = cross_parts(probe, scratch);
+        const std::size_t kept = keep_boundaries(probe, scratch, crossings);
+        for (std::size_t i = 0; i < kept; i++)
+            if (scratch.boundaries[i].crossing.t > 0)
+                return &scratch.boundaries[i];
+        return nullptr;
+    }
+
+    bool is_box(int part) const { return operands[std::size_t(part)].kind == Parts<Real>::box; }
+
+    // The side of a box, 2 axis + high, the triangle of a mesh, or 0.
+    int side(const Crossing<Real>& crossing) const
+    {
+        const int kind = operands[std::size_t(crossing.part)].kind;
+        return kind == Parts<Real>::box ? crossing.face % 8 : kind == Parts<Real>::mesh ? crossing.face : 0;
+    }
+
+    template<typename Visit>
+    void each_part(const Visit& visit) const
+    {
+        for (const auto& [kind, row] : operands)
+            if (kind == Parts<Real>::sphere)
+                visit(parts->spheres[row]);
+            else if (kind == Parts<Real>::box)
+                visit(parts->boxes[row]);
+            else if (kind == Parts<Real>::ellipsoid)
+                visit(parts->ellipsoids[row]);
+            else
+                visit(parts->meshes[row]);
+    }
+
 private:
+    template<typename> friend class LaneSolid;
+
     enum { op_or = 4, op_and = 5, op_not = 6 };  // of csg_code.npy
 
     struct Operand {
@@ -159,18 +196,6 @@ private:
     std::vector<Operand> operands;  // in the order of the postfix
     std::vector<int> steps;         // the postfix: kinds of operands, and operators
     std::size_t capacity = 0;
-
-    // CSG-5: the first boundary kept with t > 0, or none.
-    const Boundary<Real>* nearest(const Probe<Real>& probe) const
-    {
-        Scratch<Real>& scratch = *probe.scratch;
-        const std::size_t crossings = cross_parts(probe, scratch);
-        const std::size_t kept = keep_boundaries(probe, scratch, crossings);
-        for (std::size_t i = 0; i < kept; i++)
-            if (scratch.boundaries[i].crossing.t > 0)
-                return &scratch.boundaries[i];
-        return nullptr;
-    }
 
     // CSG-1: fills scratch.crossings, in order, and returns how many there are: none if one mesh has too many.
     std::size_t cross_parts(const Probe<Real>& probe, Scratch<Real>& scratch) const

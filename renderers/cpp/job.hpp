@@ -195,29 +195,17 @@ struct Job {
         require("PRECISION_FLOAT32", precision != Precision::float32 || needs::float32);
     }
 
-    // VEC-1: does a picture of so many spheres go with its rays in lanes, or else (VEC-3) through a hierarchy in lanes?
-    bool has_rays_in_lanes(std::size_t spheres) const
-    {
-        const std::size_t many = precision == Precision::float32 ? 1600 : 800;  // NOTES.md has the times
-        const bool few = accel == Accel::none || (accel == Accel::automatic && spheres < many);
-        return few && not_in_lanes().empty();
-    }
+    // VEC-1: does the picture go with its rays in lanes, or else (VEC-3) one by one through a hierarchy in lanes?
+    bool has_rays_in_lanes() const { return not_in_lanes().empty(); }
 
 private:
     // VEC-1: something of the job that rays in lanes cannot do; "" if they can do all.
     std::string not_in_lanes() const
     {
-        constexpr std::string_view known[] = {"sphere",  "ambient",    "diffuse", "phong",
-                                              "shadows", "reflection", "region"};
-        constexpr std::string_view usual[] = {"sphere", "offset", "fresnel", "phong", "renormalise"};
-        const auto among = [](const auto& names, std::string_view name) {
-            return std::find(std::begin(names), std::end(names), name) != std::end(names);
-        };
-        for (const std::string& need : needs)
-            if (!among(known, need))
-                return need;
+        constexpr std::string_view usual[] = {"sphere", "offset",  "triangle", "slab",
+                                              "merge",  "fresnel", "phong",    "renormalise"};
         for (const methods::Method& method : methods::all)
-            if (method.built != 0 && among(usual, method.key))
+            if (method.built != 0 && std::find(std::begin(usual), std::end(usual), method.key) != std::end(usual))
                 return std::string(method.key) + " " + method.value();
         if (walk != Walk::least && walk != Walk::chain)
             return std::string("the walk ") + walks[int(walk)];

@@ -48,6 +48,12 @@ LANE Vec3<Lanes<Real>> all(Vec3<Real> a)
     return {all<Real>(a.x), all<Real>(a.y), all<Real>(a.z)};
 }
 
+template<typename Real>
+LANE Integers<Real> every(Integer<Real> a)
+{
+    return a - Integers<Real>{};
+}
+
 // number(0), number(1), ..
 template<typename Real, typename Number>
 LANE Lanes<Real> lanes_of(const Number& number)
@@ -143,6 +149,40 @@ LANE Lanes<Real> inverse_root(Lanes<Real> a)
 }
 
 template<typename Real>
+LANE Vec3<Lanes<Real>> scaled(Lanes<Real> s, const Vec3<Lanes<Real>>& a)
+{
+    return {s * a.x, s * a.y, s * a.z};
+}
+
+template<typename Real>
+LANE Vec3<Lanes<Real>> either(Mask<Real> which, const Vec3<Lanes<Real>>& a, const Vec3<Lanes<Real>>& b)
+{
+    return {which ? a.x : b.x, which ? a.y : b.y, which ? a.z : b.z};
+}
+
+template<typename Real>
+LANE Lanes<Real> most(Lanes<Real> a, Lanes<Real> b)
+{
+    return a > b ? a : b;
+}
+
+template<typename Real>
+LANE Lanes<Real> least(Lanes<Real> a, Lanes<Real> b)
+{
+    return a < b ? a : b;
+}
+
+// The first so many lanes.
+template<typename Real>
+LANE Mask<Real> up_to(int count)
+{
+    Integers<Real> numbers{};
+    for (int k = 0; k < lane_count<Real>; k++)
+        numbers[k] = k;
+    return numbers < Integer<Real>(count);
+}
+
+template<typename Real>
 LANE Vec3<Lanes<Real>> normalise(const Vec3<Lanes<Real>>& a)
 {
     const Lanes<Real> s = inverse_root<Real>(fused_dot<Real>(a, a));
@@ -229,6 +269,21 @@ LANE void transpose(Lanes<Real> (&rows)[lane_count<Real>])
         }
     };
     each(each, std::integer_sequence<int, lane_count<Real> / 2>());
+}
+
+// Columns of a table whose rows, of `fields` numbers that are a multiple of the lanes, have the numbers of the lanes.
+template<typename Real, int fields>
+LANE void gather(const Real* table, Integers<Real> rows, Lanes<Real> (&columns)[fields])
+{
+    constexpr int n = lane_count<Real>;
+    static_assert(fields % n == 0 || n % fields == 0);
+    Lanes<Real> part[n];
+    for (int first = 0; first < fields; first += n) {
+        for (int k = 0; k < n; k++)
+            part[k] = load(table + std::size_t(rows[k]) * fields + first);
+        transpose<Real>(part);
+        std::copy_n(part, std::min(n, fields), columns + first);
+    }
 }
 
 // Writes the lanes that are wanted side by side to `to`, where there must be room for all.

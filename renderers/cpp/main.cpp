@@ -134,35 +134,6 @@ void say_rays(const Counts& counts)
                  {"non_finite", json(counts.non_finite)}});
 }
 
-#ifdef VECTOR_ON
-// VEC-1
-template<typename Real>
-void make_image_in_lanes(const Job& job, const Scene& scene)
-{
-    const LaneImage<Real> image(scene, job);
-    std::vector<LaneWorker<Real>> workers(std::size_t(job.threads), LaneWorker<Real>(LaneImage<Real>::tile_room));
-    const std::size_t rows = std::size_t(job.y1 - job.y0), columns = std::size_t(job.x1 - job.x0);
-    std::vector<Real> picture(rows * columns * 3);
-    say_phase("load");
-
-    Counts counts;
-    render(job, [&] {
-        for (LaneWorker<Real>& worker : workers)
-            worker.counts = {};
-        image.render(workers, picture);
-        counts = {};
-        for (const LaneWorker<Real>& worker : workers)
-            counts += worker.counts;
-    });
-    say_rays(counts);
-
-    write_npy(job.out + "/image.npy", {rows, columns, 3}, picture);
-    say_phase("save");
-    say("output", {{"file", "\"image.npy\""}, {"dropped", "null"}});
-    say_used(job, scene, false, ", \"walk\": \"chain\", \"lanes\": " + json(lane_count<Real>));
-}
-#endif
-
 // The `build` phase, if there is something to build.
 template<typename Real>
 void build(Shapes<Real>& shapes, Accel accel)
@@ -171,13 +142,62 @@ void build(Shapes<Real>& shapes, Accel accel)
         say_phase("build");
 }
 
+#ifdef VECTOR_ON
+// VEC-1
+template<typename Real>
+void make_image_in_lanes(const Job& job, const Scene& scene)
+{
+    Tracer<Real> tracer(scene, job);
+    require_chain(job.walk, tracer.children());
+    const bool few = tracer.shapes.few_for_lanes(job.accel);
+    LaneImage<Real> image(scene, job, tracer, few);
+    std::vector<LaneImageWorker<Real>> workers(std::size_t(job.threads));
+    for (LaneImageWorker<Real>& worker : workers)
+        image.make_room(worker);
+    const std::size_t rows = std::size_t(job.y1 - job.y0), columns = std::size_t(job.x1 - job.x0);
+    std::vector<Real> picture(rows * columns * 3);
+    List<needs::cutoff, Real, 'D'> dropped;
+    if constexpr (needs::cutoff)
+        dropped.resize(rows * columns);
+    say_phase("load");
+    if (!few)
+        build(tracer.shapes, job.accel);
+
+    Counts counts;
+    render(job, [&] {
+        for (LaneImageWorker<Real>& worker : workers)
+            worker.desk.counts = {};
+        image.render(workers, picture, dropped);
+        counts = {};
+        for (const LaneImageWorker<Real>& worker : workers)
+            counts += worker.desk.counts;
+    });
+    say_rays(counts);
+
+    write_npy(job.out + "/image.npy", {rows, columns, 3}, picture);
+    const bool cuts = needs::cutoff && job.cutoff > 0;
+    if constexpr (needs::cutoff)
+        if (cuts)
+            write_npy(job.out + "/dropped.npy", {rows, columns}, dropped);
+    say_phase("save");
+    say("output", {{"file", "\"image.npy\""}, {"dropped", cuts ? "\"dropped.npy\"" : "null"}});
+    std::string more = ", \"walk\": " + json(std::string(tracer.children() == 1 ? "chain" : "streams"));
+    more += ", \"lanes\": " + json(lane_count<Real>);
+    if (needs::glossy && job.glossy_rays > 0)
+        more += ", \"glossy_weight\": " + json(std::string(weights[int(job.weight)]));
+    if (cuts)
+        more += ", \"cutoff\": " + exact(job.cutoff);
+    say_used(job, scene, !few, more);
+}
+#endif
+
 template<typename Real>
 void make_image(const Job& job)
 {
     Scene scene;
     read_scene(job.folder, scene);
 #ifdef VECTOR_ON
-    if (job.has_rays_in_lanes(scene.spheres.rows()))
+    if (job.has_rays_in_lanes() && LaneMedia<Real>::fits(scene.media.rows()))
         return make_image_in_lanes<Real>(job, scene);
 #endif
     Tracer<Real> tracer(scene, job);

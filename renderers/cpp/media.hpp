@@ -21,6 +21,12 @@ struct Medium {
           attenuates((a.x != 0 || a.y != 0 || a.z != 0) && (a.x != 1 || a.y != 1 || a.z != 1))
     {
     }
+
+    bool operator==(const Medium& other) const
+    {
+        const Vec3<Real>&a = attenuation, &b = other.attenuation;
+        return n == other.n && mu == other.mu && attenuates == other.attenuates && a.x == b.x && a.y == b.y && a.z == b.z;
+    }
 };
 
 // MED-3, MED-4: the two sides of a surface that a ray meets: where it is, and where it would get to.
@@ -48,6 +54,7 @@ public:
     }
 
     Inside at_eye() const { return eye; }
+    const std::vector<int>& by_rank() const { return ranked; }
 
     template<typename Set>  // Inside; a template, so that only one of the two ways is compiled
     Sides sides(const Set& inside, int material, int rank, bool enters) const

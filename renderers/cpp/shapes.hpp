@@ -76,15 +76,19 @@ public:
             for (MeshPart<Real>& mesh : parts.meshes)
                 if (is_wanted(accel, 4 * mesh.triangles.size()))
                     mesh.build_hierarchy(), built = true;
-        std::size_t work = 4 * roles.size();
-        if constexpr (needs::sphere)
-            work -= 3 * spheres.size();
-        if ((methods::in_lanes && accel != Accel::none) || is_wanted(accel, work))
+        if ((methods::in_lanes && accel != Accel::none) || is_wanted(accel, work()))
             build_hierarchy();
         return built || accelerated();
     }
 
     bool accelerated() const { return !hierarchy.empty(); }
+
+    // VEC-1: is each ray in lanes tried against each shape, in place of a hierarchy? NOTES.md has the times.
+    bool few_for_lanes(Accel accel) const
+    {
+        constexpr std::size_t most = sizeof(Real) == 4 ? 1600 : 800;
+        return accel == Accel::none || (accel == Accel::automatic && work() < most);
+    }
 
     void make_room(Only<needs::csg, Scratch<Real>, 'c'>& scratch) const
     {
@@ -134,6 +138,42 @@ public:
         return at;
     }
 
+    // Calls visit(list of shapes) for every kind that there can be, in the order of HIT-2, until it answers true.
+    template<typename Visit>
+    bool any_kind(const Visit& visit) const
+    {
+        bool done = false;
+        if constexpr (needs::sphere)
+            done = visit(spheres);
+        if constexpr (needs::box)
+            done = done || visit(boxes);
+        if constexpr (needs::polygon)
+            done = done || visit(polygons);
+        if constexpr (needs::ellipsoid)
+            done = done || visit(ellipsoids);
+        if constexpr (needs::mesh)
+            done = done || visit(triangles);
+        if constexpr (needs::csg)
+            done = done || visit(solids);
+        return done;
+    }
+
+    template<typename Use>
+    void with_shape(int number, const Use& use) const
+    {
+        std::size_t i = std::size_t(number);
+        any_kind([&](const auto& shapes) {
+            if (i >= shapes.size()) {
+                i -= shapes.size();
+                return false;
+            }
+            use(shapes[i]);
+            return true;
+        });
+    }
+
+    const auto& list_of_spheres() const { return spheres; }
+
 private:
     // HIT-6: `auto` takes a hierarchy from so many spheres on, or a quarter of other kinds (NOTES.md has the times).
     static constexpr std::size_t many = 64;
@@ -150,6 +190,15 @@ private:
     LaneBvh<Real> wide;
 #endif
     std::vector<int> outside;  // shapes that the hierarchy has not, and that are always tried
+
+    // Of trying all shapes, in spheres.
+    std::size_t work() const
+    {
+        std::size_t work = 4 * roles.size();
+        if constexpr (needs::sphere)
+            work -= 3 * spheres.size();
+        return work;
+    }
 
     static bool is_wanted(Accel accel, std::size_t work)
     {
@@ -250,40 +299,6 @@ private:
         for (const int number : outside)
             found = look_at(number) || found;
         return found;
-    }
-
-    // Calls visit(list of shapes) for every kind that there can be, in the order of HIT-2, until it answers true.
-    template<typename Visit>
-    bool any_kind(const Visit& visit) const
-    {
-        bool done = false;
-        if constexpr (needs::sphere)
-            done = visit(spheres);
-        if constexpr (needs::box)
-            done = done || visit(boxes);
-        if constexpr (needs::polygon)
-            done = done || visit(polygons);
-        if constexpr (needs::ellipsoid)
-            done = done || visit(ellipsoids);
-        if constexpr (needs::mesh)
-            done = done || visit(triangles);
-        if constexpr (needs::csg)
-            done = done || visit(solids);
-        return done;
-    }
-
-    template<typename Use>
-    void with_shape(int number, const Use& use) const
-    {
-        std::size_t i = std::size_t(number);
-        any_kind([&](const auto& shapes) {
-            if (i >= shapes.size()) {
-                i -= shapes.size();
-                return false;
-            }
-            use(shapes[i]);
-            return true;
-        });
     }
 
     Real distance(int number, const Probe<Real>& probe) const

@@ -30,6 +30,13 @@ struct WalkRows {
     std::vector<Row<Real>> table;
 };
 
+// WLK-2
+inline void require_chain(Walk walk, int children)
+{
+    if (walk == Walk::chain && children > 1)
+        throw Unsupported("a chain is for one child of each ray, here one can have " + std::to_string(children));
+}
+
 template<typename Real>
 class Walker {
 public:
@@ -38,8 +45,7 @@ public:
     {
         if (walk == Walk::least)
             walk = children == 1 ? Walk::chain : Walk::stack;
-        if (walk == Walk::chain && children > 1)
-            throw Unsupported("a chain is for one child of each ray, here one can have " + std::to_string(children));
+        require_chain(walk, children);
         if (needs::cutoff && cutoff > 0 && walk != Walk::chain && walk != Walk::stack)  // CUT-4
             throw Unsupported("a cutoff needs the walk chain or stack, which know the weight of a ray when it leaves");
         if (walk == Walk::stack)

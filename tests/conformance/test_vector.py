@@ -175,6 +175,64 @@ def test_frames_and_batches_are_the_same_picture(render, laned):
     assert more.array.tobytes() == once.array.tobytes() and more.said.rays == once.said.rays
 
 
+MESHED = [name for name in IN_LANES if name.startswith("cpp")][:1]  # has lanes for all that SPEC.md has
+GLASS = "(0.2,0.3,0.1) 0.8 20 (0.8,0.9,0.7) 2.2 1"
+FLOOR = "POLYGON 4 (-9,-2,-9) (-9,-2,9) (9,-2,9) (9,-2,-9) (0.6,0.5,0.4) 0.3 9 (0,0,0) 1 1\n"
+
+
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize("variant", MESHED)
+def test_more_children_than_a_stream_has_room_for(agree, variant, precision):
+    """Glass and eight glossy rays: some rays are followed to the end before their siblings are made (WLK-1)."""
+    rng = np.random.default_rng(67)
+    scene = random_scene(rng, sphere=5, box=2, material=lambda _: GLASS, rest=STAGE + LIGHTS + FLOOR)
+    agree(variant, scene, depth=3, glossy_rays=8, shadows=True, precision=precision)
+
+
+@pytest.mark.parametrize("count", [3, 8, 9, 14])
+@pytest.mark.parametrize("variant", MESHED)
+def test_solids_of_few_and_many_parts(agree, variant, count):
+    """Those of more than eight parts are asked ray by ray, and so is every ray that meets two faces in one place."""
+    rng = np.random.default_rng([68, count])
+    balls = [f"SPHERE {words(rng.uniform(-1, 1, 3))} {rng.uniform(0.5, 1.1)}\n" for _ in range(count)]
+    block = "BOX (-1,-1,-1) (2,0,0) (0,2,0) (0,0,2)\nNOT BOX (-1,-1,-1) (2,0,0) (0,2,0) (0,0,1.3) END\n"
+    scene = STAGE + LIGHTS + FLOOR
+    scene += f"OR {''.join(balls[1:])} END {GLASS}\nAND {block} {balls[0]} END {GLASS}\n"
+    agree(variant, scene, depth=3, shadows=True)
+
+
+@pytest.mark.parametrize("variant", MESHED)
+def test_more_solids_in_each_other_than_there_are_bits(agree, render, variant):
+    """MED-2: 40 nested balls do not fit into 32 bits; float32 then goes ray by ray (VEC-3)."""
+    balls = "".join(
+        f"SPHERE (0,0,0) {2 - 0.04 * k} (0,0,0) 0.9 9 (0.9,0.9,0.9) {1 + 0.1 * (k % 3)} 1\n" for k in range(40)
+    )
+    scene = STAGE + LIGHTS + FLOOR + balls
+    agree(variant, scene, depth=4, precision="float64")
+    result = render(variant, scene, depth=4, precision="float32")
+    assert result.said.used["methods"]["accel"] == "bvh"
+
+
+@pytest.mark.parametrize("depth", [0, 1, 4, 7])
+@pytest.mark.parametrize("variant", MESHED)
+def test_lattices_of_any_depth(agree, variant, depth):
+    """SAM-4, SAM-5: from a whole tile in work to a single pixel; with a lens, so that each point draws."""
+    scene = (
+        STAGE + LIGHTS + FLOOR + f"SPHERE (0,0,0) 1 {MIRROR}\nBOX (0.4,-1,1) (1,0,0.3) (0,1,0) (-0.3,0,1) {MIRROR}\n"
+    )
+    size = {"width": 39 if depth < 7 else 5, "height": 27 if depth < 7 else 4}
+    agree(variant, scene, depth=1, sampler="adaptive", adaptive_depth=depth, lens_radius=0.05, focal_distance=5, **size)
+
+
+@pytest.mark.parametrize("variant", MESHED)
+def test_a_region_of_many_children_differs_by_rounding_alone(render, variant):
+    """VEC-1: the sums of a pixel may have another order."""
+    scene = STAGE + LIGHTS + FLOOR + f"SPHERE (0,0,0) 1 {GLASS}\nSPHERE (1.5,0,1) 1 {GLASS}\n"
+    job = {"depth": 5, "shadows": True, "sampler": "jittered", "samples": 2}
+    whole, part = render(variant, scene, **job), render(variant, scene, region=(5, 3, 61, 40), **job)
+    assert np.abs(part.array - whole.array[3:40, 5:61]).max() < 1e-14
+
+
 def attempt(bench, variant, source, **parameters):
     """The Result of a picture in lanes, or of its refusal."""
     entry = bench.entry(variant)
@@ -188,8 +246,8 @@ def attempt(bench, variant, source, **parameters):
 @pytest.mark.parametrize(
     "parameters",
     by_night(
-        [{"walk": "stack"}, {"sphere": "textbook"}, {"offset": "none"}, {"lens_radius": 0.1}],
-        *("sphere", "offset"),  # each a build of its own
+        [{"walk": "stack"}, {"sphere": "textbook"}, {"offset": "none"}, {"triangle": "moller-trumbore"}],
+        *("sphere", "offset", "triangle"),  # each a build of its own
         ids=lambda parameters: next(iter(parameters)),
     ),
 )
@@ -205,8 +263,10 @@ def test_refuses_without_a_hierarchy_what_rays_have_no_lanes_for(bench, laned, p
 @pytest.mark.parametrize("name", ["media", "open mesh", "csg mesh", "soft", "mix: all of it"])
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_a_hierarchy_in_lanes_changes_no_byte(bench, laned, tmp_path, name, precision):
-    """VEC-3, or it is refused: boxes of nodes, spheres and triangles of leaves side by side."""
+    """VEC-3, or it is refused: boxes of nodes, spheres and triangles of leaves side by side. Asked for a walk that goes
+    ray by ray, pictures are so, too."""
     source, job = features(tmp_path)[name]
+    job = {"walk": "recursion", **job}
     result = attempt(bench, laned, source, **job, precision=precision)
     if result.status == "unsupported":
         assert "vector" in result.reason

@@ -23,8 +23,9 @@ from harness.scene.needs import needs
 COUNT, BY_NIGHT = 60, 2000
 PARTS = {"none": 0, "bvh": 1}  # accel (each is a kernel of Numba), and the number of its scenes modulo 2
 MAKER = "cpp"
-JUDGED = ("numba", "numpy", "python")
-THREADED = {"cpp-threads": "cpp", "numba-parallel": "numba"}
+LANES = {"vector": "on"}  # of C++, which has them for everything (VEC-1)
+JUDGED = (("numba", {}), ("numpy", {}), ("python", {}), ("cpp", LANES))
+THREADED = (("cpp-threads", {}, "cpp"), ("numba-parallel", {}, "numba"), ("cpp-threads", LANES, "cpp"))
 SHARE = 5  # every fifth scene is rendered by several threads too
 THREADS = 3
 SCENE = "RAYRACE_SCENE"  # environment variable: the number of a scene, which then is the only one
@@ -54,17 +55,18 @@ def result_of(bench, variant, wild, accel, **more):
     return result if result.status == "ok" else f"{result.status}: {result.reason}\n{result.stderr[-500:]}"
 
 
-def disagreement(bench, court, variant, wild, accel):
-    """None, or how the picture of `variant` differs from the reference."""
-    result = result_of(bench, variant, wild, accel)
+def disagreement(bench, court, variant, methods, wild, accel):
+    """None, or how the picture of `variant` by `methods` differs from the reference."""
+    result = result_of(bench, variant, wild, accel, **methods)
     if isinstance(result, str):
         return result
     return court.wrong((MAKER,), wild.scene, wild.parameters, result)
 
 
-def differs_by_threads(bench, variant, twin, wild, accel):
+def differs_by_threads(bench, variant, methods, twin, wild, accel):
     """None, or that the picture of several threads is not that of `twin`, byte for byte."""
-    found = [result_of(bench, variant, wild, accel, threads=THREADS), result_of(bench, twin, wild, accel)]
+    several = result_of(bench, variant, wild, accel, threads=THREADS, **methods)
+    found = [several, result_of(bench, twin, wild, accel, **methods)]
     if not all(hasattr(result, "array") for result in found):
         return str(found)
     if found[0].array.tobytes() != found[1].array.tobytes() or found[0].said.rays != found[1].said.rays:
@@ -72,24 +74,25 @@ def differs_by_threads(bench, variant, twin, wild, accel):
     return None
 
 
-def command(wild, file, variant):
+def command(wild, file, variant, methods):
     """The command that renders a kept scene."""
     usual = Parameters()
     options = {name: value for name, value in wild.job.items() if value != getattr(usual, name)}
     options.setdefault("depth", 10)
     told = [f"--{name.replace('_', '-')} {value}" for name, value in options.items() if name != "shadows"]
+    told += [f"--{name} {value}" for name, value in methods.items()]
     told.append("--shadows" if wild.job["shadows"] else "--no-shadows")
     return f"rayrace render {shlex.quote(str(file))} -r {variant} {' '.join(told)} -o {variant}.npy"
 
 
-def report(wild, number, variant, wrong, shows, folder):
+def report(wild, number, variant, methods, wrong, shows, folder):
     """Reduces and keeps a scene with a disagreement; returns the text about it."""
     small = wild_scenes.shrink(wild, shows)
     file = small.keep(folder / f"{seeds.seed()}-{number}-{variant}.txt".replace("/", "-"))
-    other = THREADED.get(variant, MAKER)
+    other = {variant: twin for variant, _, twin in THREADED}.get(variant, MAKER)
     return (
-        f"scene {number}: {variant}: {wrong}\n{small.source}{small.job}\nkept as {file}; see it by\n"
-        f"  {command(small, file, variant)}\n  {command(small, file, other)}"
+        f"scene {number}: {variant} {methods}: {wrong}\n{small.source}{small.job}\nkept as {file}; see it by\n"
+        f"  {command(small, file, variant, methods)}\n  {command(small, file, other, {})}"
     )
 
 
@@ -99,10 +102,10 @@ def try_scenes(bench, court, numbers, accel, test, folder=KEPT):
     print(f"seed {seeds.seed()}: scenes {numbers[0]} to {numbers[-1]}, accel {accel}")
     for number in numbers if only is None else {int(only)} & set(numbers):
         wild = drawn(number)
-        checks = [(name, disagreement, (court, name)) for name in JUDGED]
+        checks = [(name, methods, disagreement, (court, name, methods)) for name, methods in JUDGED]
         if number % SHARE == 0:
-            checks += [(name, differs_by_threads, (name, twin)) for name, twin in THREADED.items()]
-        for variant, check, given in checks:
+            checks += [(name, methods, differs_by_threads, (name, methods, twin)) for name, methods, twin in THREADED]
+        for variant, methods, check, given in checks:
             bench.entry(variant)
             wrong = check(bench, *given, wild, accel)
             judged += 1
@@ -112,9 +115,9 @@ def try_scenes(bench, court, numbers, accel, test, folder=KEPT):
                     return bool(check(bench, *given, less, accel))
 
                 again = seeds.again(test, **{SCENE: number})
-                faults.append(f"{report(wild, number, variant, wrong, shows, folder)}\n  again: {again}")
+                faults.append(f"{report(wild, number, variant, methods, wrong, shows, folder)}\n  again: {again}")
             elif wrong:
-                faults.append(f"scene {number}: {variant}: {wrong}")
+                faults.append(f"scene {number}: {variant} {methods}: {wrong}")
     assert not faults, f"{len(faults)} of {judged}\n" + "\n".join(faults)
     assert judged
 

@@ -14,7 +14,7 @@ import pytest
 from harness.renderer.builder import find_compiler
 
 SOURCE = Path(__file__).parents[2] / "renderers" / "cpp" / "main.cpp"
-NEEDS = "SPHERE", "DIFFUSE", "PHONG", "REFLECTION", "SHADOWS"
+NEEDS = "SPHERE", "BOX", "POLYGON", "ELLIPSOID", "DIFFUSE", "PHONG", "REFLECTION", "SHADOWS"
 # Processors with AVX-512 and with AVX2, for which a compiler likes its own vectors to be half as wide.
 WIDE = "-march=x86-64-v4", "-mprefer-vector-width=256"
 NARROW = "-march=x86-64-v3", "-mprefer-vector-width=128"
@@ -35,8 +35,8 @@ def test_fused_products_are_of_vectors(precision, target, tmp_path):
     bodies = re.split(r"^[0-9a-f]+ <(.*)>:$", code.stdout, flags=re.MULTILINE)
     single, whole = {}, 0
     for name, body in zip(bodies[1::2], bodies[2::2], strict=True):
-        if re.match("Lane(Spheres|Tracer|Image)<", name):
+        if re.match(r"Lane(Spheres|Tracer|Image)<|LaneScene<\w+>::(nearest_of_all|block_by_all)", name):
             whole += len(re.findall(FUSED.format("p"), body))
             single[name] = len(re.findall(FUSED.format("s"), body))
     print(whole, "of vectors, of single numbers:", single)
-    assert whole > 20 and not any(single.values())
+    assert whole > 100 and not any(single.values())

@@ -16,8 +16,8 @@ from harness.scene.needs import needs
 
 DEPTH = 3
 THREADS = 3  # of a variant with threads
-LANES = {"sphere", "ambient", "diffuse", "phong", "shadows", "reflection"}  # needs that rays in lanes can have (VEC-1)
-USUAL = ("sphere", "offset", "fresnel", "phong", "renormalise")  # methods of which rays in lanes have only the default
+LANES = {"sphere", "ambient", "diffuse", "phong", "shadows", "reflection"}  # needs that Numba has lanes for (VEC-1)
+USUAL = ("sphere", "offset", "fresnel", "phong", "renormalise")  # of these, rays in lanes have only the default
 MANY = 64  # shapes from which Numba uses a tree if accel is auto
 THREADED = {"cpp": "cpp-threads", "numba": "numba-parallel"}
 RENDERERS = ("cpp", "numba", "python", "numpy", "numba-cuda")
@@ -38,7 +38,7 @@ class Feature:
     single: bool  # no ray has two children
     clear: bool  # some rays are transmitted
     broken: bool  # some exponent of Phong is not a whole number
-    lanes: bool  # rays in lanes can do it (VEC-1)
+    lanes: bool  # Numba has lanes for it (VEC-1)
     many: bool  # MANY shapes or more
 
 
@@ -98,8 +98,10 @@ def refusal(case: Case) -> str | None:
 
 def of_cpp(case: Case) -> str | None:
     """None, or why C++ refuses a case."""
-    usual = all(case[name] == default(name) for name in USUAL)
-    if case["vector"] == "on" and case["accel"] == "none" and not (usual and _in_lanes(case)):
+    usual = all(case[name] == default(name) for name in (*USUAL, "triangle", "slab", "merge"))
+    single = scenes()[case["scene"]].single
+    in_lanes = usual and (case["walk"] == "least" or (case["walk"] == "chain" and single))
+    if case["vector"] == "on" and case["accel"] == "none" and not in_lanes:
         return "not in lanes but in a hierarchy (VEC-1, VEC-3)"
     return refusal(case)
 
