@@ -231,8 +231,8 @@ def load_one(tmp_path):
     ("cells", "processes"),
     [(500, 200), pytest.param(10_000, 10, marks=pytest.mark.nightly("CI reads as many rows of fewer cells"))],
 )
-def test_100_000_rows_are_read_in_10_seconds(make_run, record, cells, processes):
-    """Of CPU time, so that other programs on the machine do not decide; about 6 s where this was written."""
+def test_100_000_rows_are_read_in_a_few_times_the_time_that_their_json_takes(make_run, record, cells, processes):
+    """CPU time beside CPU time, so that neither the machine nor other programs decide. JSON takes some 2 s of 6."""
     first = [record("cpp", cell=f"c{n}", point={"side": n}, series=None, picture=None) for n in range(cells)]
     folder = make_run(first)
     audit = {"ticks": 19, "missed": 1, "interval_p50_s": 0.05, "interval_p99_s": 0.06, "cpu_s": 0.25}
@@ -244,7 +244,15 @@ def test_100_000_rows_are_read_in_10_seconds(make_run, record, cells, processes)
                 own = {**told, "repetition": n, "measurer": {**audit, "gpu": gpu}}
                 del own["parameters"], own["needs"], own["technology"]
                 file.write(json.dumps(own) + "\n")
+
+    def parse():
+        with open(folder / "repetitions.jsonl") as file:
+            for line in file:
+                json.loads(line)
+
+    _, least = cpu_time.seconds(parse)
     loaded, took = cpu_time.seconds(lambda: results.load(folder))
     assert len(loaded.repetitions) == cells * processes and len(loaded.cells) == cells
     assert len(loaded.cells[-1].values("steady_s")) == processes
-    assert took < 10
+    print(f"{took:.1f} s, {took / least:.1f} times JSON's {least:.1f}")
+    assert took < 8 * least
