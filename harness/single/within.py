@@ -140,7 +140,7 @@ class Search:
 
     def job(self, seconds: float = 0.0, **changes) -> Parameters:
         """The job with changes of the base. seconds: that its picture should take. The program for any job is built
-        once, one for this job alone would take longer than most pictures; but rays in lanes (VEC-1) exist only there.
+        once, one for this job alone would take longer than most pictures, but for those of one sample in lanes (VEC-1).
         """
         made = replace(self.asked, **{**self.base, **changes})
         alone = "kernel" in self.fixed or (made.vector == "on" and made.sampler == "one" and seconds > WORTH)

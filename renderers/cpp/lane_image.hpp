@@ -149,7 +149,7 @@ private:
     // The eye rays of a tile's sample (a, b) of n x n (CAM-2, CAM-3, LEN-1).
     void see(const Tile& tile, int a, int b, int n, Worker& worker) const
     {
-        const I lane = lane_numbers();
+        const I lane = lane_numbers<Real>();
         const L lane_column = __builtin_convertvector(lane % block_width, L);
         const L lane_row = __builtin_convertvector(lane / block_width, L);
         const Real shift_x = Real(job.sample_x - 0.5), shift_y = Real(job.sample_y - 0.5);
@@ -167,14 +167,6 @@ private:
                 y = n == 1 && job.sampling == Sampling::one ? all(Real(job.sample_y)) : (Real(b) + y) / Real(n) + shift_y;
                 shoot(active, column + x, row + y, pixel, u, worker);
             }
-    }
-
-    static I lane_numbers()
-    {
-        I numbers{};
-        for (int k = 0; k < lane_count<Real>; k++)
-            numbers[k] = k;
-        return numbers;
     }
 
     // Eye rays through places of the picture; u: the numbers of their samples.
@@ -252,7 +244,7 @@ private:
                     const LanePoint& point = points[begin + std::size_t(first + k)];
                     column[k] = Real(point.a) / Real(side) + shift_x, row[k] = Real(point.b) / Real(side) + shift_y;
                 }
-                const I pixel = lane_numbers() + Integer<Real>(first);
+                const I pixel = lane_numbers<Real>() + Integer<Real>(first);
                 if (needs::lens && job.lens_radius > 0)
                     tracer.draw(pixel, I{}, 0, worker, u);
                 shoot(up_to<Real>(count - first), column, row, pixel, u, worker);

@@ -48,6 +48,7 @@ LANE Vec3<Lanes<Real>> all(Vec3<Real> a)
     return {all<Real>(a.x), all<Real>(a.y), all<Real>(a.z)};
 }
 
+// The same integer in all lanes.
 template<typename Real>
 LANE Integers<Real> every(Integer<Real> a)
 {
@@ -172,14 +173,21 @@ LANE Lanes<Real> least(Lanes<Real> a, Lanes<Real> b)
     return a < b ? a : b;
 }
 
-// The first so many lanes.
+// 0, 1, ..
 template<typename Real>
-LANE Mask<Real> up_to(int count)
+LANE Integers<Real> lane_numbers()
 {
     Integers<Real> numbers{};
     for (int k = 0; k < lane_count<Real>; k++)
         numbers[k] = k;
-    return numbers < Integer<Real>(count);
+    return numbers;
+}
+
+// The first so many lanes.
+template<typename Real>
+LANE Mask<Real> up_to(int count)
+{
+    return lane_numbers<Real>() < Integer<Real>(count);
 }
 
 template<typename Real>
@@ -271,7 +279,8 @@ LANE void transpose(Lanes<Real> (&rows)[lane_count<Real>])
     each(each, std::integer_sequence<int, lane_count<Real> / 2>());
 }
 
-// Columns of a table whose rows, of `fields` numbers that are a multiple of the lanes, have the numbers of the lanes.
+// Reads a row of a table of `fields` columns for each lane; columns[i] has the i-th number of each row. Rows are read by
+// whole vectors, so the table needs room for one behind its last row.
 template<typename Real, int fields>
 LANE void gather(const Real* table, Integers<Real> rows, Lanes<Real> (&columns)[fields])
 {

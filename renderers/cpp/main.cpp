@@ -197,8 +197,13 @@ void make_image(const Job& job)
     Scene scene;
     read_scene(job.folder, scene);
 #ifdef VECTOR_ON
-    if (job.has_rays_in_lanes() && LaneMedia<Real>::fits(scene.media.rows()))
-        return make_image_in_lanes<Real>(job, scene);
+    if (job.has_rays_in_lanes()) {
+        if (LaneMedia<Real>::fits(scene.media.rows()))
+            return make_image_in_lanes<Real>(job, scene);
+        if (job.accel == Accel::none)
+            throw Unsupported("has lanes for " + std::to_string(scene.media.rows()) +
+                              " solids that share places only in a hierarchy: leave vector off, or accel as by default");
+    }
 #endif
     Tracer<Real> tracer(scene, job);
     const Walker<Real> walker(tracer, job.walk, job.cutoff);

@@ -175,13 +175,13 @@ def test_frames_and_batches_are_the_same_picture(render, laned):
     assert more.array.tobytes() == once.array.tobytes() and more.said.rays == once.said.rays
 
 
-MESHED = [name for name in IN_LANES if name.startswith("cpp")][:1]  # has lanes for all that SPEC.md has
+WHOLE_MODEL = [name for name in IN_LANES if name.startswith("cpp")][:1]  # has lanes for all that SPEC.md has
 GLASS = "(0.2,0.3,0.1) 0.8 20 (0.8,0.9,0.7) 2.2 1"
 FLOOR = "POLYGON 4 (-9,-2,-9) (-9,-2,9) (9,-2,9) (9,-2,-9) (0.6,0.5,0.4) 0.3 9 (0,0,0) 1 1\n"
 
 
 @pytest.mark.parametrize("precision", ["float64", "float32"])
-@pytest.mark.parametrize("variant", MESHED)
+@pytest.mark.parametrize("variant", WHOLE_MODEL)
 def test_more_children_than_a_stream_has_room_for(agree, variant, precision):
     """Glass and eight glossy rays: some rays are followed to the end before their siblings are made (WLK-1)."""
     rng = np.random.default_rng(67)
@@ -190,7 +190,7 @@ def test_more_children_than_a_stream_has_room_for(agree, variant, precision):
 
 
 @pytest.mark.parametrize("count", [3, 8, 9, 14])
-@pytest.mark.parametrize("variant", MESHED)
+@pytest.mark.parametrize("variant", WHOLE_MODEL)
 def test_solids_of_few_and_many_parts(agree, variant, count):
     """Those of more than eight parts are asked ray by ray, and so is every ray that meets two faces in one place."""
     rng = np.random.default_rng([68, count])
@@ -201,8 +201,8 @@ def test_solids_of_few_and_many_parts(agree, variant, count):
     agree(variant, scene, depth=3, shadows=True)
 
 
-@pytest.mark.parametrize("variant", MESHED)
-def test_more_solids_in_each_other_than_there_are_bits(agree, render, variant):
+@pytest.mark.parametrize("variant", WHOLE_MODEL)
+def test_more_solids_in_each_other_than_there_are_bits(bench, agree, render, variant):
     """MED-2: 40 nested balls do not fit into 32 bits; float32 then goes ray by ray (VEC-3)."""
     balls = "".join(
         f"SPHERE (0,0,0) {2 - 0.04 * k} (0,0,0) 0.9 9 (0.9,0.9,0.9) {1 + 0.1 * (k % 3)} 1\n" for k in range(40)
@@ -211,10 +211,12 @@ def test_more_solids_in_each_other_than_there_are_bits(agree, render, variant):
     agree(variant, scene, depth=4, precision="float64")
     result = render(variant, scene, depth=4, precision="float32")
     assert result.said.used["methods"]["accel"] == "bvh"
+    refused = attempt(bench, variant, scene, depth=4, precision="float32", accel="none")
+    assert refused.status == "unsupported" and "40 solids" in refused.reason
 
 
 @pytest.mark.parametrize("depth", [0, 1, 4, 7])
-@pytest.mark.parametrize("variant", MESHED)
+@pytest.mark.parametrize("variant", WHOLE_MODEL)
 def test_lattices_of_any_depth(agree, variant, depth):
     """SAM-4, SAM-5: from a whole tile in work to a single pixel; with a lens, so that each point draws."""
     scene = (
@@ -224,7 +226,7 @@ def test_lattices_of_any_depth(agree, variant, depth):
     agree(variant, scene, depth=1, sampler="adaptive", adaptive_depth=depth, lens_radius=0.05, focal_distance=5, **size)
 
 
-@pytest.mark.parametrize("variant", MESHED)
+@pytest.mark.parametrize("variant", WHOLE_MODEL)
 def test_a_region_of_many_children_differs_by_rounding_alone(render, variant):
     """VEC-1: the sums of a pixel may have another order."""
     scene = STAGE + LIGHTS + FLOOR + f"SPHERE (0,0,0) 1 {GLASS}\nSPHERE (1.5,0,1) 1 {GLASS}\n"

@@ -82,17 +82,20 @@ def command(wild, file, variant, methods):
     told = [f"--{name.replace('_', '-')} {value}" for name, value in options.items() if name != "shadows"]
     told += [f"--{name} {value}" for name, value in methods.items()]
     told.append("--shadows" if wild.job["shadows"] else "--no-shadows")
-    return f"rayrace render {shlex.quote(str(file))} -r {variant} {' '.join(told)} -o {variant}.npy"
+    return (
+        f"rayrace render {shlex.quote(str(file))} -r {variant} {' '.join(told)} -o {'-'.join([variant, *methods])}.npy"
+    )
 
 
 def report(wild, number, variant, methods, wrong, shows, folder):
     """Reduces and keeps a scene with a disagreement; returns the text about it."""
     small = wild_scenes.shrink(wild, shows)
     file = small.keep(folder / f"{seeds.seed()}-{number}-{variant}.txt".replace("/", "-"))
-    other = {variant: twin for variant, _, twin in THREADED}.get(variant, MAKER)
+    twin = next((twin for *one, twin in THREADED if one == [variant, methods]), None)
+    other = (twin, methods) if twin else (MAKER, {})
     return (
         f"scene {number}: {variant} {methods}: {wrong}\n{small.source}{small.job}\nkept as {file}; see it by\n"
-        f"  {command(small, file, variant, methods)}\n  {command(small, file, other, {})}"
+        f"  {command(small, file, variant, methods)}\n  {command(small, file, *other)}"
     )
 
 
