@@ -58,18 +58,20 @@ def make(plan: Plan, wanted: str, most: int, time: float, predictor: Predictor) 
     filled = math.inf
     for cells in places.values():
         seconds = sum(_seconds(cell, predictor, plan.cold) or 0.0 for cell in cells)
+        seconds += len(plan.truths_of(cells)) * predictor.truth
         if not groups or len(groups[-1]) + len(cells) > most or filled + seconds > FILL * time:
             groups.append([])
             filled = 0.0
         groups[-1] += cells
         filled += seconds
-    return [_batch(tuple(cells), wanted, predictor, plan.cold) for cells in groups]
+    return [_batch(tuple(cells), wanted, predictor, plan) for cells in groups]
 
 
-def _batch(cells: tuple[Cell, ...], wanted: str, predictor: Predictor, cold: bool) -> Batch:
+def _batch(cells: tuple[Cell, ...], wanted: str, predictor: Predictor, plan: Plan) -> Batch:
     pair, reason = pair_of(cells, wanted)
-    known = [_seconds(cell, predictor, cold) for cell in cells]
-    return Batch(cells, pair, reason, None if None in known else sum(known))
+    known = [_seconds(cell, predictor, plan.cold) for cell in cells]
+    truths = len(plan.truths_of(cells)) * predictor.truth
+    return Batch(cells, pair, reason, None if None in known else sum(known) + truths)
 
 
 def _seconds(cell: Cell, predictor: Predictor, cold: bool) -> float | None:

@@ -55,11 +55,13 @@ class Forecast:
             first = later and (predictor.seconds(cell, first=True) or later)
             begun = (cell.key, 0, "timed") in done
             self.lines.append(Line(cell, left[cell.key], begun, skipped, first, later))
+        asking = [line.cell for line in self.lines if line.left and not line.skipped]
+        self.truths = plan.truths_of(asking) - plan.truths_of(line.cell for line in self.lines if line.begun)
 
     @cached_property
     def seconds(self) -> float:
-        """The predicted duration (s) of all due repetitions that can be predicted."""
-        return sum(line.seconds or 0.0 for line in self.lines)
+        """The predicted duration (s) of all due repetitions that can be predicted, with the truths that they need."""
+        return sum(line.seconds or 0.0 for line in self.lines) + len(self.truths) * self.predictor.truth
 
     @property
     def sources(self) -> dict[str, int]:
@@ -80,13 +82,14 @@ class Forecast:
         if self.unknown:
             return None
         lines = {line.cell.key: line for line in self.lines}
-        clock, fitting = 0.0, 0
+        clock, fitting, truths = 0.0, 0, set(self.truths)
         for cell, number, kind in self.due:
             line, first = lines[cell.key], number == 0 and kind == "timed"
             one = 0.0 if line.skipped else (line.first if first else line.later).seconds
             if clock + (one if number else 0.0) >= budget:
                 break
-            clock, fitting = clock + one, fitting + 1
+            asked = truths & self.plan.truths_of([cell])
+            clock, fitting, truths = clock + one + len(asked) * self.predictor.truth, fitting + 1, truths - asked
         missing = self.due[fitting:]
         return fitting, min((turn.number for turn in missing), default=self.rounds)
 

@@ -3,7 +3,7 @@
 import hashlib
 import itertools
 import random
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -120,6 +120,10 @@ class Plan:
     peaks: bool = False
     warnings: tuple[str, ...] = ()
 
+    def truths_of(self, cells: Iterable[Cell]) -> set[tuple]:
+        """The names of the truths that these cells need."""
+        return {name for cell in cells if self.truths and (name := self.truths.name(cell))}
+
     def order(self, seed: int, how: str = "interleaved") -> list[Turn]:
         """All processes of the plan in the order in which they run.
 
@@ -184,6 +188,7 @@ class Truths:
         self.cells, self.sources = cells, sources
         self.wanted = wanted or Reference(spots=0)
         self.jobs: dict[str, dict] = {}  # by scene_version, then by view
+        self.names: dict[str, tuple | None] = {}  # by key of a cell
 
     def of(self, cell: Cell) -> truth.Job:
         """The truth job of a cell."""
@@ -192,6 +197,13 @@ class Truths:
             shown = [other.parameters for other in self.cells if other.scene_version == version]
             self.jobs[version] = truth.jobs(shown, self.wanted, self.sources[version].needs)
         return self.jobs[version][truth.view(cell.parameters, self.wanted)]
+
+    def name(self, cell: Cell) -> tuple | None:
+        """What cells with the same truth have in common; None for a cell without a truth."""
+        if cell.key not in self.names:
+            without = cell.stressed or cell.parameters.kind == "rays"
+            self.names[cell.key] = None if without else (cell.scene_version, truth.view(cell.parameters, self.wanted))
+        return self.names[cell.key]
 
 
 @dataclass(frozen=True)

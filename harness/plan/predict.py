@@ -28,12 +28,14 @@ class Predictor:
     """Predicts from a cell's own repetitions, else from those of its variant.
 
     The first repetition of a cell is predicted separately, as it includes builds, compilation and the reference
-    picture. If no later one is known, the wall time of the first process replaces it.
+    picture. If no later one is known, the wall time of the first process replaces it. A truth, which all cells of a
+    scene share, is made in one of them and takes much longer than the others: it is predicted by itself.
     """
 
     def __init__(self, records: Iterable[dict] = ()):
         self._own: dict[tuple[str, str], list[float]] = defaultdict(list)
         self._fits: dict[tuple[str, str], _Fit] = defaultdict(_Fit)
+        self._truths: list[float] = []
         for record in records:
             self.add(record)
 
@@ -42,6 +44,10 @@ class Predictor:
         took, kind = record.get("took_s") or record.get("wall_s"), record.get("pass", "timed")
         if not took or kind in ("load", "cold"):
             return
+        made = record.get("truth_s")
+        if made is not None:
+            self._truths.append(made)
+            took = max(took - made, record.get("wall_s") or 1e-3)
         if record["repetition"] == 0 and kind == "timed":
             self._learn(record, "first", took)
             self._learn(record, "process", record.get("wall_s") or took)
@@ -52,6 +58,11 @@ class Predictor:
         self._own[record["cell"], what].append(took)
         if record["status"] == "ok" and record.get("shapes") and record.get("lights") is not None:
             self._fits[record["variant"], what].add(_work(record), took)
+
+    @property
+    def truth(self) -> float:
+        """Predicts how long (s) a truth takes: as long as those so far on average; 0 if none was ever made."""
+        return statistics.mean(self._truths) if self._truths else 0.0
 
     def seconds(self, cell: Cell, first: bool = False) -> Prediction | None:
         """Predicts a later repetition of a cell, or its first: the median of its own rows, else a fit over its variant.

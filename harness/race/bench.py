@@ -82,6 +82,7 @@ class Bench:
             "error": None,
             "bound": None,
             "stability": None,
+            "truth_s": None,
         }
         if record["wall_s"] is not None:
             record["warnings"] += trouble.doubts(disturbed, seconds, cell.parameters.threads)
@@ -98,6 +99,7 @@ class Bench:
             record["picture"] = self._keep(cell, result.array, record["warnings"])
             told = self.judging.judge(cell, result, record["picture"])
             record["agreement"], record["error"], record["bound"], wrong = told
+            record["truth_s"] = self.judging.truth_s
             if wrong:
                 result.status, result.reason = "wrong picture", wrong
         record["status"], record["reason"] = result.status, result.reason

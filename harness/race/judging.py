@@ -33,6 +33,8 @@ class Judging:
         self.seen: dict[tuple[str, str], dict] = {}  # perception by picture and what it is beside
         self.compared: dict[tuple, dict] = {}
         self.stored: set[str] = set()  # files of dropped weights
+        self.truth_s: float | None = None  # of the last picture: how long its truth took; None if it was there
+        self.clock = host.clock
 
     def judge(
         self, cell: Cell, result: repetition.Result, picture: dict | None
@@ -41,6 +43,7 @@ class Judging:
 
         picture: where the array of `result` is stored; None for hits.
         """
+        self.truth_s = None
         if cell.parameters.kind == "rays":
             return self._hits(cell, result)
         limit, bounded = self._bound(cell, result, picture)
@@ -94,7 +97,10 @@ class Judging:
     def _error(self, cell: Cell, picture: np.ndarray, kept: dict, mask: np.ndarray | None, broken: str | None) -> dict:
         if broken:
             return {"unavailable": broken}
+        count, begun = len(self.made), self.clock()
         found, files = self._truth(cell, mask)
+        if len(self.made) > count:
+            self.truth_s = self.clock() - begun
         if isinstance(found, NoReference):
             return {"unavailable": found.reason}
         if picture.shape != found.picture.shape:

@@ -177,9 +177,15 @@ class _Loop:
         """Predicted seconds of what is due; None while a cell of it cannot be predicted. Worked out once a second."""
         if self.clock() - self.looked > 1:
             parts = [self._seconds(cell, count) for cell in self.plan.cells if (count := self.left[cell.key]) > 0]
-            self.left_s = None if None in parts else sum(parts)
+            self.left_s = None if None in parts else sum(parts) + len(self._truths_left()) * self.predictor.truth
             self.looked = self.clock()
         return self.left_s
+
+    def _truths_left(self) -> set[tuple]:
+        """The truths that no repetition has made yet."""
+        cells = [cell for cell in self.plan.cells if cell.key not in self.idle]
+        begun = [cell for cell in cells if (cell.key, 0, "timed") in self.there]
+        return self.plan.truths_of(cell for cell in cells if self.left[cell.key]) - self.plan.truths_of(begun)
 
     def _seconds(self, cell: Cell, count: int) -> float | None:
         """Predicted for `count` more repetitions of a cell."""

@@ -43,6 +43,7 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
     lost        true for a repetition that no job has run; other rows lack the key
     wall_s      from start to end of the process
     took_s      duration of the whole repetition: job, process, judging; the first of a picture includes its reference
+    truth_s     part of took_s in which the truth, which cells share, was made and certified; null if it was there
     phases      [[name, start_s, end_s], ..] since the start of the process, `start` and `exit` added by the harness
     frames_s    durations of the frames in order; divided by its renders, where a frame is a batch
     frame_renders  [number of renders in each frame, ..]

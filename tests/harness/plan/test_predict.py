@@ -2,6 +2,7 @@ import json
 import math
 import os
 import random
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -95,6 +96,18 @@ def test_the_first_repetition_is_apart():
     assert predictor.seconds(cell(100), first=True).seconds == 9.0
 
 
+def test_a_truth_is_apart():
+    """One cell of many makes what all share; were it in the time of its repetition, the fit would be of that."""
+    rows = [row(10, 2.0, repetition=0), row(1000, 304.0, repetition=0, wall_s=4.0, truth_s=300.0)]
+    predictor = Predictor(rows)
+    assert predictor.truth == 300.0
+    assert predictor.seconds(cell(10_000), first=True).seconds == 4.0
+    assert predictor.seconds(cell(10**5, key="new"), first=True).seconds < 40
+    predictor.add(row(10, 102.0, wall_s=1.5, truth_s=100.0))
+    assert (predictor.truth, predictor.seconds(cell(100)).seconds) == (200.0, 2.0)
+    assert Predictor(rows[:1]).truth == 0.0
+
+
 def test_what_says_nothing():
     predictor = Predictor()
     assert predictor.seconds(cell()) is None
@@ -183,8 +196,8 @@ def planned(*processes, order="interleaved", pair=None, unavailable=None):
 class Said:
     """A predictor that is told: seconds by cell key, of the first repetition and of others."""
 
-    def __init__(self, **seconds):
-        self.told = seconds
+    def __init__(self, truth=0.0, **seconds):
+        self.told, self.truth = seconds, truth
 
     def seconds(self, cell, first=False):
         found = self.told.get(cell.key)
@@ -210,6 +223,32 @@ def test_forecast():
     half = Forecast(*planned(3, 2), Said(c0=(10.0, 2.0)))
     assert (half.seconds, half.unknown, half.cut(60.0)) == (14.0, {"v1": 1}, None)
     assert half.record()["seconds"] is None
+
+
+class Shared:
+    """Truths by cell key."""
+
+    def __init__(self, **names):
+        self.names = names
+
+    def name(self, cell):
+        return self.names.get(cell.key)
+
+
+def test_forecast_of_truths():
+    """Each truth once, whoever asks for it first; none that is there, or that nothing will ask for."""
+    made, experiment = planned(2, 2, 2)
+    made = replace(made, truths=Shared(c0="one", c1="one", c2="two"))
+    told = Said(truth=100.0, c0=(1.0, 1.0), c1=(1.0, 1.0), c2=(1.0, 1.0))
+    whole = Forecast(made, experiment, told)
+    assert whole.seconds == 6.0 + 200.0
+    assert [whole.cut(budget) for budget in (0.5, 150.0, 206.5)] == [(1, 0), (2, 0), (6, 2)]
+    assert Forecast(made, experiment, told, {("c1", 0, "timed")}).seconds == 5.0 + 100.0
+    every = {(key, number, "timed") for key in ("c0", "c1", "c2") for number in (0, 1)}
+    assert Forecast(made, experiment, told, every).seconds == 0.0
+    refused, experiment = planned(2, 2, unavailable="no compiler")
+    refused = replace(refused, truths=Shared(c0="one", c1="two"))
+    assert Forecast(refused, experiment, told).seconds == 2.0 + 100.0
 
 
 def test_forecast_of_a_budget():
@@ -239,6 +278,8 @@ def test_dry_run(rayrace, experiment, tmp_path, environment):
         (took,) = [row["took_s"] for row in rows if row["cell"] == cell["cell"] and row["repetition"] == 1]
         assert cell["seconds"] == took and cell["source"] == "1 finished repetition of the cell itself"
     assert told["seconds"] == pytest.approx(sum(row["took_s"] for row in rows))
+    (made,) = [row for row in rows if row["truth_s"] is not None]  # of both depths and renderers
+    assert made["repetition"] == 0 and 0 < made["truth_s"] < made["took_s"]
     assert (told["repetitions"], told["unknown"], told["fitting"]) == (8, {}, {"repetitions": 8, "rounds": 2})
     (folder / "repetitions.jsonl").write_text("".join(lines[:5]))
     left = json.loads(rayrace(*words, "--dry-run", "--json", "--resume", folder, cwd=tmp_path, code=0).stdout)
