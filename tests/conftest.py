@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sittings
 from fixtures import bad_folder, environment, experiment, generate, rayrace, rows, write  # noqa: F401
 
 from harness.judge import reference
@@ -47,6 +48,11 @@ COMPILED = *OF_NUMBA, "cpp", "cpp-threads"
 # was, nothing could be measured: they are skipped, with what took the machine as the reason.
 AGAIN = 3
 began = {}
+
+
+def pytest_configure(config):
+    if sittings.FILE in os.environ:
+        config.pluginmanager.register(sittings.Sittings(config))
 
 
 @pytest.hookimpl(tryfirst=True)
