@@ -39,7 +39,7 @@ def flatten(scene, arithmetic="linear"):
     camera, air = scene.camera, scene.air
     lights = [(*light.position, *light.colour, light.radius) for light in scene.lights]
     materials = [(*m.diffuse, m.k_s, m.exponent, *m.attenuation, m.eps_r, m.mu_r, m.roughness) for m in rows]
-    colours = {"linear": colour.decode, "srgb": np.asarray}[arithmetic]
+    colours = {"linear": colour.decode_exactly, "srgb": np.asarray}[arithmetic]
     return {
         "camera": _table([camera.centre, camera.u, camera.v, camera.e], 3),
         "ambient": colours(np.array(scene.ambient, FLOAT)),

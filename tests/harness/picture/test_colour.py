@@ -1,5 +1,7 @@
 """COL-2, COL-3. The bounds are of the two published formulas, which do not quite meet."""
 
+import decimal
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,22 @@ def test_known_values():
     half = 0.21404114048
     assert colour.decode([0, 0.04045, 0.5, 1]) == pytest.approx([0, 0.04045 / 12.92, half, 1], abs=1e-11)
     assert colour.encode([0, 0.0031308, half, 1]) == pytest.approx([0, 0.040449936, 0.5, 1], abs=1e-9)
+
+
+def test_decoding_exactly_is_correctly_rounded():
+    """To the last bit, against 60 digits of the decimal module; `decode` is beside it in some values."""
+    seed = np.random.SeedSequence().entropy
+    print("seed", seed)
+    srgb = np.random.default_rng(seed).uniform(0, 2, (5, 20, 3))
+    found = colour.decode_exactly(srgb)
+    assert found.shape == srgb.shape and np.abs(found / colour.decode(srgb) - 1).max() < 3e-16
+    exponent = decimal.Decimal.from_float(2.4)
+    with decimal.localcontext(prec=60):
+        for value, linear in zip(srgb.ravel().tolist(), found.ravel().tolist(), strict=True):
+            base = decimal.Decimal((value + 0.055) / 1.055)
+            assert linear == (value / 12.92 if value <= 0.04045 else float(base**exponent))
+    assert colour.decode_exactly([0.04045, 0.0, -0.1]).tolist() == [0.04045 / 12.92, 0.0, -0.1 / 12.92]
+    assert colour.decode_exactly(np.empty((0, 3))).shape == (0, 3)
 
 
 def test_formulas_meet_at_the_joints():
