@@ -54,7 +54,8 @@ class Method:
         words = [self.entry.name, p.precision, "in lanes" * (p.vector == "on")]
         words.append(sampler.get(p.sampler, f"{p.sampler} {side}"))
         words.append(f"threshold {p.adaptive_threshold:g}" * (p.sampler == "adaptive"))
-        words += [f"{p.feelers} feelers" * (p.feelers > 0), f"{p.glossy_rays} glossy rays" * (p.glossy_rays > 0)]
+        for number, what in (p.feelers, "feeler"), (p.glossy_rays, "glossy ray"):
+            words.append(f"{number} {what}{'s' * (number > 1)}" * (number > 0))
         words += [f"depth {p.depth}", f"cut-off {p.cutoff:.3g}" * (p.cutoff > 0)]
         return ", ".join(filter(None, words))
 

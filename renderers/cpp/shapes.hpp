@@ -108,9 +108,9 @@ public:
             for (const auto& shape : shapes) {
                 const Real t = shape.distance(probe);
                 if (t > 0 && t < hit.t)
-                    hit = {t, number};
-                number++;
+                    hit = {t, number + int(&shape - shapes.data())};
             }
+            number += int(shapes.size());
             return false;
         });
         return hit;

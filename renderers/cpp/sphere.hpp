@@ -7,6 +7,7 @@
 template<typename Real>
 struct Sphere {
     static constexpr bool narrow = sizeof(Real) < sizeof(double);
+    static constexpr Real epsilon = std::numeric_limits<Real>::epsilon();  // 2 u
 
     Vec3<Real> centre;
     Real radius, square;  // square: of the radius
@@ -16,27 +17,29 @@ struct Sphere {
     {
     }
 
-    // SPH-3: by the form that the program is built with.
+    // SPH-3: by the form that the program is built with. Most spheres are missed by so much that f·f - b² proves it, with
+    // fewer operations: it and the l·l of SPH-1 are each off by less than 32 u f·f (NOTES.md).
     Real distance(const Ray<Real>& ray) const
     {
         if constexpr (roots_of_formula)
             return formula(ray);
-        else if constexpr (methods::sphere == SphereForm::wide)
+
+        const Vec3<Real> f = ray.origin - centre;
+        const Real b = dot(f, ray.direction), square_f = dot(f, f);
+        if (methods::renormalises && square_f * (1 - 32 * epsilon) - b * b > square)
+            return 0;
+        if constexpr (methods::sphere == SphereForm::wide)
             return wide(ray);
-        else
-            return robust(ray);
+        return robust(ray, f, b, square_f);
     }
 
-    // SPH-1, with f and l of the other sign: the same numbers, and one negation less in the hottest loop.
-    // Most spheres are missed at the first comparison, so the root and the division stand behind it.
-    Real robust(const Ray<Real>& ray) const
+    // SPH-1, with b of the other sign: the same numbers, and one negation less.
+    Real robust(const Ray<Real>& ray, Vec3<Real> f, Real b, Real square_f) const
     {
-        const Vec3<Real> f = centre - ray.origin;
-        const Real b = dot(f, ray.direction);
         const Vec3<Real> l = from(f, b, ray.direction);
         const Real delta = square - dot(l, l);
         if constexpr (narrow) {
-            const Real unsure = 4 * std::numeric_limits<Real>::epsilon() * radius * (std::abs(b) + radius);
+            const Real unsure = 4 * epsilon * radius * (std::abs(b) + radius);
             if (delta < -unsure)
                 return 0;
             if (delta < unsure) [[unlikely]]
@@ -44,7 +47,7 @@ struct Sphere {
         } else if (delta < 0)
             return 0;
 
-        return nearest(b, dot(f, f) - square, std::sqrt(delta));
+        return nearest(-b, square_f - square, std::sqrt(delta));
     }
 
     // f - b d; of float32 rounded once, which pays for asking whether that was enough.
@@ -71,18 +74,11 @@ struct Sphere {
         return first_root<Real>(dot(ray.direction, ray.direction), 2 * dot(f, ray.direction), dot(f, f) - square);
     }
 
-    // SPH-3: f, l and k in twice the digits; f and l of the other sign, as in SPH-1. Most spheres are missed by so much
-    // that SPH-1 proves it: its l·l is off by less than 32 u f·f, since each term of l and of the sum is by some u of |f|.
+    // SPH-3: f, l and k in twice the digits, f and l of the other sign.
     [[gnu::noinline]] Real wide(const Ray<Real>& ray) const
     {
         const Vec3<Real>& d = ray.direction;
-        const Vec3<Real> rounded_f = centre - ray.origin;
-        const Real b = dot(rounded_f, d);
-        const Vec3<Real> rounded_l = rounded_f - b * d;
-        const Real slack = 16 * std::numeric_limits<Real>::epsilon() * dot(rounded_f, rounded_f);
-        if (square - dot(rounded_l, rounded_l) < -slack)
-            return 0;
-
+        const Real b = dot(centre - ray.origin, d);
         const Twofold<Real> f[] = {twosum(centre.x, -ray.origin.x), twosum(centre.y, -ray.origin.y),
                                    twosum(centre.z, -ray.origin.z)};
         const auto from_centre = [&](const Twofold<Real>& f, Real d) {
