@@ -5,14 +5,16 @@ from harness.statistics.statistics import Estimate
 from reports.run import gpu
 from reports.run.results import Cell, Missing, Results
 
-FLOPS = 20  # of a test that misses: centre to origin 3, its two dots 5 + 5, the nearest point 6, the discriminant 1 (SPH-1)
+# Of a test that misses: centre to origin 3, its two dots 5 + 5, the nearest point 6, the discriminant 1 (SPH-1).
+FLOPS = 20
 NO_TIME = "the time of the kernel is not reported"
 CAPTION = (
     f"Tests: rays of a frame (primary, reflected, transmitted, shadow) × spheres. Floating-point operations: {FLOPS} "
     "per test, as for a ray that misses (3 for centre to origin, 5 + 5 for two dot products, 6 for the nearest point, "
     "1 for the discriminant); square roots and divisions of hits and all shading are left out. The number of tests is "
     "an upper bound: a shadow feeler may stop at the first sphere it meets, and a sphere that a cone or a bounding "
-    "sphere excludes is counted, but not tested. C++ and Numba one ray after another need 16 operations for most misses."
+    "sphere excludes is counted, but not tested. "
+    "C++ and Numba one ray after another need 16 operations for most misses."
 )
 
 
