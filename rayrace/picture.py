@@ -10,7 +10,9 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a scrip
 SphereOption = Annotated[str, typer.Option(help="robust, textbook, stable or wide.", metavar="NAME")]
 TriangleOption = Annotated[str, typer.Option(help="watertight, moller-trumbore or watertight-kahan.", metavar="NAME")]
 SlabOption = Annotated[str, typer.Option(help="branch or plain.", metavar="NAME")]
-VectorOption = Annotated[str, typer.Option(help="off, or on: many rays, or many shapes, at once.", metavar="NAME")]
+VectorOption = Annotated[
+    str, typer.Option(help="off; on: many rays, or many shapes, at once; auto: where it is faster.", metavar="NAME")
+]
 MergeOption = Annotated[str, typer.Option(help="tolerant or none.", metavar="NAME")]
 
 

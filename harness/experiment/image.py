@@ -82,7 +82,7 @@ class Image(Strict):
     phong: Literal["clamped", "unclamped"] = "clamped"
     renormalise: Literal["on", "off"] = "on"
     kernel: Kernel = "needed"
-    vector: Literal["off", "on"] = "off"
+    vector: Literal["off", "on", "auto"] = "off"
     floating_point: Literal["strict", "contract", "fast"] = "strict"
     cutoff: Fraction = 0.0  # weight up to which rays are not traced
     arithmetic: Literal["linear", "srgb"] = "linear"  # srgb: codes added as if they were light (figure 2.6)

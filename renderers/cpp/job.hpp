@@ -174,7 +174,7 @@ struct Job {
             require_method(flags, method);
         for (const std::string& need : needs)
             require(need);
-        if (methods::in_lanes && accel == Accel::none && !not_in_lanes().empty())
+        if (methods::vector == Vector::on && accel == Accel::none && !not_in_lanes().empty())
             throw Unsupported("has lanes for " + not_in_lanes() +
                               " only in a hierarchy: leave vector off, or accel as by default");
         if (kind == Kind::image) {
@@ -195,8 +195,15 @@ struct Job {
         require("PRECISION_FLOAT32", precision != Precision::float32 || needs::float32);
     }
 
-    // VEC-1: does the picture go with its rays in lanes, or else (VEC-3) one by one through a hierarchy in lanes?
+    // VEC-1: can the picture go with its rays in lanes, or else (VEC-3) one by one through a hierarchy in lanes?
     bool has_rays_in_lanes() const { return not_in_lanes().empty(); }
+
+    // At least, in one frame.
+    double eye_rays() const
+    {
+        const bool grid = sampling == Sampling::uniform || sampling == Sampling::jittered;
+        return double(x1 - x0) * double(y1 - y0) * (grid ? double(samples) * double(samples) : 1);
+    }
 
 private:
     // VEC-1: something of the job that rays in lanes cannot do; "" if they can do all.

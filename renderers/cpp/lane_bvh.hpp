@@ -18,6 +18,8 @@ public:
             make_node(tree, 0, add_to_group);
     }
 
+    bool empty() const { return nodes.empty(); }
+
     // Visits leaves that the ray meets at some t with least <= t <= most, the nearest first where that is known:
     // visit(number) for each shape by itself, and visit_group(group) for each group, until one answers true.
     template<typename Visit, typename VisitGroup>

@@ -2,7 +2,7 @@
 #include "events.hpp"
 #include "job.hpp"
 #include "sample.hpp"
-#ifdef VECTOR_ON
+#ifdef HAS_LANES
 #include "lane_image.hpp"
 #endif
 
@@ -101,7 +101,6 @@ inline std::string built_methods(const Job& job, const Scene& scene)
         {"fresnel", bounces},
         {"phong", image && needs::phong},
         {"renormalise", bounces},
-        {"vector", true},
     };
     std::string text;
     for (const auto& [key, matters] : asked)
@@ -112,7 +111,7 @@ inline std::string built_methods(const Job& job, const Scene& scene)
 }
 
 // What the program was built with, and what it chose (`more`, JSON entries).
-inline void say_used(const Job& job, const Scene& scene, bool accelerated, const std::string& more)
+inline void say_used(const Job& job, const Scene& scene, bool accelerated, bool in_lanes, const std::string& more)
 {
     std::vector<std::string> features;
     for (const needs::Need& need : needs::all)
@@ -122,7 +121,8 @@ inline void say_used(const Job& job, const Scene& scene, bool accelerated, const
         features.push_back("rays");
     std::string methods = "{\"precision\": " + json(std::string(precisions[int(job.precision)]));
     methods += ", \"threads\": " + json(job.threads) + built_methods(job, scene);
-    methods += std::string(", \"accel\": ") + (accelerated ? "\"bvh\"" : "\"none\"") + more + "}";
+    methods += std::string(", \"accel\": ") + (accelerated ? "\"bvh\"" : "\"none\"");
+    methods += std::string(", \"vector\": ") + (in_lanes ? "\"on\"" : "\"off\"") + more + "}";
     say("versions", {{"compiler", json(compiler)}, {"standard", json(__cplusplus)}, {"flags", json(FLAGS OPTIONS)}});
     say("used", {{"features", names(features)}, {"methods", methods}});
 }
@@ -136,18 +136,39 @@ void say_rays(const Counts& counts)
 
 // The `build` phase, if there is something to build.
 template<typename Real>
-void build(Shapes<Real>& shapes, Accel accel)
+void build(Shapes<Real>& shapes, Accel accel, bool in_lanes)
 {
-    if (shapes.build(accel))
+    if (shapes.build(accel, in_lanes))
         say_phase("build");
 }
 
-#ifdef VECTOR_ON
-// VEC-1
+// VEC-1, VEC-4: are lanes asked for, or quicker for so many rays? streams: of the rays, or else one by one (VEC-3).
 template<typename Real>
-void make_image_in_lanes(const Job& job, const Scene& scene)
+bool takes_lanes(const Job& job, const Shapes<Real>& shapes, double rays, bool streams)
 {
-    Tracer<Real> tracer(scene, job);
+    constexpr double pay_from = 64;  // NOTES.md has the times
+    if (methods::vector != Vector::automatic)
+        return methods::vector == Vector::on;
+    return rays >= pay_from && shapes.lanes_pay(job.accel, streams);
+}
+
+#ifdef HAS_LANES
+// VEC-1: can the picture have its rays in lanes?
+template<typename Real>
+bool has_streams(const Job& job, const Scene& scene)
+{
+    if (!job.has_rays_in_lanes())
+        return false;
+    const bool fits = LaneMedia<Real>::fits(scene.media.rows());
+    if (!fits && methods::vector == Vector::on && job.accel == Accel::none)
+        throw Unsupported("has lanes for " + std::to_string(scene.media.rows()) +
+                          " solids that share places only in a hierarchy: leave vector off, or accel as by default");
+    return fits;
+}
+
+template<typename Real>
+void make_image_in_lanes(const Job& job, const Scene& scene, Tracer<Real>& tracer)
+{
     require_chain(job.walk, tracer.children());
     const bool few = tracer.shapes.few_for_lanes(job.accel);
     LaneImage<Real> image(scene, job, tracer, few);
@@ -161,7 +182,7 @@ void make_image_in_lanes(const Job& job, const Scene& scene)
         dropped.resize(rows * columns);
     say_phase("load");
     if (!few)
-        build(tracer.shapes, job.accel);
+        build(tracer.shapes, job.accel, true);
 
     Counts counts;
     render(job, [&] {
@@ -187,7 +208,7 @@ void make_image_in_lanes(const Job& job, const Scene& scene)
         more += ", \"glossy_weight\": " + json(std::string(weights[int(job.weight)]));
     if (cuts)
         more += ", \"cutoff\": " + exact(job.cutoff);
-    say_used(job, scene, !few, more);
+    say_used(job, scene, !few, true, more);
 }
 #endif
 
@@ -196,16 +217,16 @@ void make_image(const Job& job)
 {
     Scene scene;
     read_scene(job.folder, scene);
-#ifdef VECTOR_ON
-    if (job.has_rays_in_lanes()) {
-        if (LaneMedia<Real>::fits(scene.media.rows()))
-            return make_image_in_lanes<Real>(job, scene);
-        if (job.accel == Accel::none)
-            throw Unsupported("has lanes for " + std::to_string(scene.media.rows()) +
-                              " solids that share places only in a hierarchy: leave vector off, or accel as by default");
-    }
-#endif
     Tracer<Real> tracer(scene, job);
+    bool streams = false;
+#ifdef HAS_LANES
+    streams = has_streams<Real>(job, scene);
+#endif
+    const bool in_lanes = takes_lanes(job, tracer.shapes, job.eye_rays(), streams);
+#ifdef HAS_LANES
+    if (in_lanes && streams)
+        return make_image_in_lanes(job, scene, tracer);
+#endif
     const Walker<Real> walker(tracer, job.walk, job.cutoff);
     Sampler<Real> sampler(scene, job, walker);
     std::vector<Worker<Real>> workers(std::size_t(job.threads));
@@ -217,7 +238,7 @@ void make_image(const Job& job)
     if constexpr (needs::cutoff)
         dropped.resize(rows * columns);
     say_phase("load");
-    build(tracer.shapes, job.accel);
+    build(tracer.shapes, job.accel, in_lanes);
 
     Counts counts;
     render(job, [&] {
@@ -245,7 +266,7 @@ void make_image(const Job& job)
         more += ", \"glossy_weight\": " + json(std::string(weights[int(job.weight)]));
     if (cuts)
         more += ", \"cutoff\": " + exact(job.cutoff);
-    say_used(job, scene, tracer.shapes.accelerated(), more);
+    say_used(job, scene, tracer.shapes.accelerated(), in_lanes, more);
 }
 
 // t, point, normal and object of a ray's first hit.
@@ -299,7 +320,8 @@ void answer_rays(const Job& job)
     }
     std::vector<double> hits(rays.size() * 8);
     say_phase("load");
-    build(shapes, job.accel);
+    const bool in_lanes = takes_lanes(job, shapes, double(rays.size()), false);
+    build(shapes, job.accel, in_lanes);
 
     render(job, [&] {
         for_each_row(int((rays.size() + block - 1) / block), desks, [&](int row, Desk<Real>& desk) {
@@ -312,7 +334,7 @@ void answer_rays(const Job& job)
     write_npy(job.out + "/hits.npy", {rays.size(), 8}, hits);
     say_phase("save");
     say("output", {{"file", "\"hits.npy\""}});
-    say_used(job, scene, shapes.accelerated(), "");
+    say_used(job, scene, shapes.accelerated(), in_lanes, "");
 }
 
 // Compiles what the program is built for, and nothing else.

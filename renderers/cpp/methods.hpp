@@ -7,6 +7,11 @@ enum class SphereForm { robust, textbook, stable, wide };                   // S
 enum class FloatingPoint { strict, contract, fast };                        // NUM-3
 enum class Offset { bounded, relative, fixed, none };                       // OFF-1
 enum class TriangleForm { watertight, moller_trumbore, watertight_kahan };  // TRI-3
+enum class Vector { off, on, automatic };                                   // VEC-1, VEC-4
+
+#if defined(VECTOR_ON) || defined(VECTOR_AUTO)
+#define HAS_LANES
+#endif
 
 namespace methods {
 
@@ -29,7 +34,7 @@ constexpr bool merges = !BUILT(MERGE_NONE);                 // CSG-4
 constexpr bool clamps_fresnel = !BUILT(FRESNEL_UNCLAMPED);  // REF-2
 constexpr bool clamps_phong = !BUILT(PHONG_UNCLAMPED);      // LOC-4
 constexpr bool renormalises = !BUILT(RENORMALISE_OFF);      // NUM-4
-constexpr bool in_lanes = BUILT(VECTOR_ON);                 // VEC-1
+constexpr Vector vector = BUILT(VECTOR_ON) ? Vector::on : BUILT(VECTOR_AUTO) ? Vector::automatic : Vector::off;
 
 struct Method {
     const char* key;
@@ -49,7 +54,7 @@ inline const Method all[] = {
     {"fresnel", {"clamped", "unclamped"}, !clamps_fresnel},
     {"phong", {"clamped", "unclamped"}, !clamps_phong},
     {"renormalise", {"on", "off"}, !renormalises},
-    {"vector", {"off", "on"}, in_lanes},
+    {"vector", {"off", "on", "auto"}, int(vector)},
 };
 
 }  // namespace methods

@@ -4,7 +4,7 @@
 #include "csg.hpp"
 #include "ellipsoid.hpp"
 #include "job.hpp"
-#ifdef VECTOR_ON
+#ifdef HAS_LANES
 #include "lane_bvh.hpp"
 #endif
 #include "polygon.hpp"
@@ -68,16 +68,16 @@ public:
             add_solids(scene, Real(sliver));
     }
 
-    // HIT-6: builds the hierarchies that are wanted; false if none is.
-    bool build(Accel accel)
+    // HIT-6: builds the hierarchies that are wanted, those for rays in lanes too (VEC-3); false if none is.
+    bool build(Accel accel, bool in_lanes)
     {
         bool built = false;
         if constexpr (needs::csg)
             for (MeshPart<Real>& mesh : parts.meshes)
                 if (is_wanted(accel, 4 * mesh.triangles.size()))
                     mesh.build_hierarchy(), built = true;
-        if ((methods::in_lanes && accel != Accel::none) || is_wanted(accel, work()))
-            build_hierarchy();
+        if ((in_lanes && accel != Accel::none) || is_wanted(accel, work()))
+            build_hierarchy(in_lanes);
         return built || accelerated();
     }
 
@@ -88,6 +88,12 @@ public:
     {
         constexpr std::size_t most = sizeof(Real) == 4 ? 1600 : 800;
         return accel == Accel::none || (accel == Accel::automatic && work() < most);
+    }
+
+    // VEC-4: are lanes quicker, for streams of rays or for rays one by one?
+    bool lanes_pay(Accel accel, bool streams) const
+    {
+        return work() >= many ? streams || accel != Accel::none : streams && accel != Accel::bvh;
     }
 
     void make_room(Only<needs::csg, Scratch<Real>, 'c'>& scratch) const
@@ -186,7 +192,7 @@ private:
     [[no_unique_address]] Only<needs::csg, Parts<Real>, 'c'> parts;
     [[no_unique_address]] List<needs::csg, Solid<Real>, 'C'> solids;
     Bvh<Real> hierarchy;
-#ifdef VECTOR_ON
+#ifdef HAS_LANES
     LaneBvh<Real> wide;
 #endif
     std::vector<int> outside;  // shapes that the hierarchy has not, and that are always tried
@@ -240,7 +246,7 @@ private:
         }
     }
 
-    void build_hierarchy()
+    void build_hierarchy([[maybe_unused]] bool in_lanes)
     {
         std::vector<Bounds<Real>> bounds;
         std::vector<int> numbers;
@@ -256,7 +262,9 @@ private:
         });
         if (!numbers.empty())
             hierarchy = Bvh<Real>(bounds, std::move(numbers));
-#ifdef VECTOR_ON
+#ifdef HAS_LANES
+        if (!in_lanes)
+            return;
         wide.build(hierarchy, [&](int number, SphereGroup<Real>& some_spheres, TriangleGroup<Real>& some_triangles) {
             bool added = false;
             with_shape(number, [&](const auto& shape) {
@@ -277,8 +285,8 @@ private:
     {
         const auto look_at = [&](int number) { return visit(number, distance(number, probe)); };
         bool found;
-#ifdef VECTOR_ON
-        found = wide.search(probe, 0, most, look_at, [&](const auto& group) {
+#ifdef HAS_LANES
+        const auto look_at_group = [&](const auto& group) {
             if constexpr (std::remove_cvref_t<decltype(group)>::possible) {
                 unsigned unsure = 0;
                 const Lanes<Real> t = group.distance(probe, unsure);
@@ -292,10 +300,12 @@ private:
                         return true;
             }
             return false;
-        });
-#else
-        found = hierarchy.search(probe, 0, most, look_at);
+        };
+        if (!wide.empty())
+            found = wide.search(probe, 0, most, look_at, look_at_group);
+        else
 #endif
+            found = hierarchy.search(probe, 0, most, look_at);
         for (const int number : outside)
             found = look_at(number) || found;
         return found;

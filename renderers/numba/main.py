@@ -25,7 +25,7 @@ METHODS = {
     "fresnel": ("clamped", "unclamped"),
     "phong": ("clamped", "unclamped"),
     "renormalise": ("on", "off"),
-    "vector": ("off", "on"),
+    "vector": ("off", "on", "auto"),
     "floating_point": ("strict", "contract", "fast"),
     "glossy_weight": ("plain", "study"),
     "scene_memory": ("auto",),
@@ -41,7 +41,7 @@ LANE_METHODS = {
     "precision": METHODS["precision"],
     "walk": ("least", "chain"),
     "accel": ("auto", "none"),
-    "vector": ("on",),
+    "vector": METHODS["vector"],
 }
 held = {}  # the kernel of this process, once a job has asked for one
 FAULTS = {"numba-cuda-index-fault": "index", "numba-cuda-barrier-fault": "barrier"}
@@ -54,9 +54,12 @@ def prepare(job):
     for name, known in (CUDA_METHODS if cuda else METHODS).items():
         if getattr(job, name) not in known:
             worker.refuse(f"does not support {name} {getattr(job, name)}")
-    if job.vector == "on":
-        require_lanes(job)
     from .count import count_shapes, largest_part, transmits
+
+    missing = missing_in_lanes(job)
+    if job.vector == "on" and missing:
+        worker.refuse(f"vector on: {missing}")
+    vector = job.vector == "on" or (job.vector == "auto" and not missing and lanes_pay(job))
 
     several = "glossy" in job.needs and job.glossy_rays > 1
     if job.walk == "chain" and (several or ("transmission" in job.needs and transmits(job))):
@@ -70,7 +73,6 @@ def prepare(job):
     if walk == "least" or job.kind == "rays":  # of what the kernel has, not of what the job uses
         walk = "stack" if several or "transmission" in job.needs or "glossy" in job.carried else "chain"
 
-    vector = job.vector == "on"
     in_shared = cuda and (job.scene_memory == "shared" or job.variant in FAULTS)
     tree = job.accel == "bvh" or (
         job.accel == "auto" and not in_shared and not vector and count_shapes(job) >= needs.MANY
@@ -97,16 +99,26 @@ def prepare(job):
     )
 
 
-def require_lanes(job):
-    """Refuses a job with features that the kernel in lanes lacks."""
+def missing_in_lanes(job):
+    """Returns what of the job the kernel in lanes lacks, or None."""
     if job.kind == "rays":
-        worker.refuse("vector on: pictures alone, no rays")
+        return "pictures alone, no rays"
     missing = [name for name in job.needs if name not in LANES]
     if missing:
-        worker.refuse("vector on: does not support " + ", ".join(missing))
+        return "does not support " + ", ".join(missing)
     for name, known in METHODS.items():
         if getattr(job, name) not in LANE_METHODS.get(name, known[:1]):
-            worker.refuse(f"vector on: does not support {name} {getattr(job, name)}")
+            return f"does not support {name} {getattr(job, name)}"
+    return None
+
+
+def lanes_pay(job):
+    """Whether a picture that lanes can make takes less time in them (VEC-4)."""
+    from .count import count_shapes
+
+    x0, y0, x1, y1 = job.region
+    few = job.accel == "none" or count_shapes(job) < needs.MANY_FOR_LANES[job.precision]
+    return few and (x1 - x0) * (y1 - y0) >= needs.LANES_FROM
 
 
 def on_gpu(job, walk, tree, in_shared):

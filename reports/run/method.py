@@ -28,6 +28,7 @@ STANDS_FOR = {
     "cutoff": "cut-off w", "depth": "depth d",
 }  # fmt: skip
 HIERARCHIES = {"none": "no hierarchy", "bvh": "hierarchy"}
+LANES = {"on": "lanes", "auto": "lanes where faster"}
 PLAIN = "as by default"  # in place of an empty name
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -191,7 +192,7 @@ class Names:
 
         sampler, cutoff = told.get("sampler", "one"), told.get("cutoff", 0)
         words = [
-            other("vector", "lanes"),
+            other("vector", LANES.get(told.get("vector"), "")),
             other("precision", f"{told['precision']}"),
             other("floating_point", f"{told.get('floating_point')} floating point"),
             *(other(key, f"{told.get(key)} {what}") for key, what in STEPS.items()),

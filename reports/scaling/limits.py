@@ -100,7 +100,7 @@ class Limits:
 
     def efficiency(self, cell: Cell) -> Estimate | Missing:
         """Returns the speed-up over that of the calibration with the same kind of multiply-adds, 0 to 1."""
-        kind = ("" if vector(cell) == "on" else "scalar_") + cell.parameters["precision"]
+        kind = ("" if self.vector(cell) == "on" else "scalar_") + cell.parameters["precision"]
         one, all_ = self._peaks(cell, "one", kind), self._peaks(cell, "all", kind)
         if not one:
             return self._no_peaks(cell)
@@ -122,7 +122,8 @@ class Limits:
         """Returns the ranked cell of the same renderer, precision and lanes on one thread; None if there is none."""
 
         def likeness(one: Cell) -> tuple:
-            return (self.results.record(one) or {}).get("renderer"), one.parameters["precision"], vector(one)
+            renderer = (self.results.record(one) or {}).get("renderer")
+            return renderer, one.parameters["precision"], one.parameters.get("vector", "off")
 
         able = (one for one in self.cells if threads(one) == 1 and not one.unranked and not one.gpu)
         return next((one for one in able if likeness(one) == likeness(cell)), None)
@@ -137,6 +138,13 @@ class Limits:
         found = [self.results.records[row].get("peaks") or {} for row in cell.counting]
         return Missing(next((peaks["unavailable"] for peaks in found if "unavailable" in peaks), NO_PEAKS))
 
+    def vector(self, cell: Cell) -> str:
+        """Returns whether the rays of a cell were in lanes: "on" or "off" (VEC-4)."""
+        asked = cell.parameters.get("vector", "off")
+        if asked != "auto":
+            return asked
+        return ((self.results.record(cell) or {}).get("used") or {}).get("methods", {}).get("vector", "off")
+
     def _find(self, variant: str, **parameters) -> Cell | None:
         """Returns the ranked cell of a variant with the given parameters; None if there is none."""
         mine = (cell for cell in self.cells if cell.variant == variant and not cell.unranked)
@@ -147,10 +155,6 @@ class Limits:
 
 def threads(cell: Cell) -> int:
     return cell.parameters.get("threads", 1)
-
-
-def vector(cell: Cell) -> str:
-    return cell.parameters.get("vector", "off")
 
 
 def found(results: Results) -> list[Limits]:
@@ -169,13 +173,17 @@ def columns(limits: Limits) -> list[Column]:
     def ratio(value):
         return quantity.ratio(value, floor)
 
+    def lanes(cell: Cell) -> str:
+        used = limits.vector(cell)
+        return f"{used} (auto)" if cell.parameters.get("vector") == "auto" else used
+
     if any(cell.parameters.get("kind") == "rays" for cell in limits.cells):
         beside = Column("time ÷ Embree's search", "time_over_search_of_embree", "1", limits.over_search, ratio)
     else:
         beside = Column("POV-Ray ÷ time", "pov_ray_over_time", "1", limits.faster_than_pov_ray, ratio)
     return [
         Column("precision", "precision", "", lambda cell: cell.parameters["precision"]),
-        Column("lanes", "vector", "", vector),
+        Column("lanes", "vector", "", lanes),
         Column("threads", "threads", "1", lambda cell: float(threads(cell)), lambda value: f"{value:.0f}"),
         Column("time ÷ readable cpp", "time_over_readable_cpp", "1", limits.over_base, ratio),
         beside,

@@ -31,7 +31,7 @@ def draw(limits):
     )  # fmt: skip
     _roofline(axes[0, 0], limits, points)
     if shares:
-        _efficiency(axes[1, 0], results, shares)
+        _efficiency(axes[1, 0], limits, shares)
     handles = [
         *(
             Line2D([], [], ls="", marker="o", color=style.colour(name, results.variants), label=name)
@@ -72,7 +72,7 @@ def _roofline(axes, limits, points) -> None:
         face = "white" if cell.parameters["precision"] == "float32" else shade
         if y.low is not None:
             axes.plot([x, x], [y.low / 1e9, y.high / 1e9], color=shade, lw=1)
-        axes.plot(x, y.value / 1e9, MARKS[cell.parameters.get("vector", "off")], color=shade, mfc=face, ms=5)
+        axes.plot(x, y.value / 1e9, MARKS[limits.vector(cell)], color=shade, mfc=face, ms=5)
     axes.set(
         xscale="log", yscale="log", xlim=(low, high), ylabel="Gflop/s of tests of spheres",
         xlabel="flop for each byte of the picture",
@@ -95,15 +95,15 @@ def _medians(limits) -> dict[str, dict]:
     return found
 
 
-def _efficiency(axes, results, shares) -> None:
+def _efficiency(axes, limits, shares) -> None:
     names = []
     for row, (cell, value) in enumerate(shares):
-        shade = style.colour(cell.variant, results.variants)
+        shade = style.colour(cell.variant, limits.results.variants)
         if value.low is not None:
             axes.plot([100 * value.low, 100 * value.high], [row, row], color=shade, lw=1.5)
         face = "white" if cell.parameters["precision"] == "float32" else shade
-        axes.plot(100 * value.value, row, MARKS[cell.parameters.get("vector", "off")], color=shade, mfc=face, ms=5)
-        lanes = ", in lanes" if cell.parameters.get("vector") == "on" else ""
+        axes.plot(100 * value.value, row, MARKS[limits.vector(cell)], color=shade, mfc=face, ms=5)
+        lanes = {"on": ", in lanes", "auto": ", in lanes where faster"}.get(cell.parameters.get("vector"), "")
         names.append(f"{cell.variant}, {cell.parameters['precision']}{lanes}")
     axes.axvline(100, color="#888888", lw=0.8)
     axes.set_yticks(range(len(names)), names, fontsize=6)

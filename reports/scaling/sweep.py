@@ -243,7 +243,7 @@ def _word(key: str, value) -> str:
     if value is None or value == command.default(key):
         return ""
     if key == "vector":
-        return "in lanes" if value == "on" else ""
+        return {"on": "in lanes", "auto": "in lanes where faster"}.get(value, "")
     if isinstance(value, bool):
         return key if value else f"no {key}"
     return f"{key.replace('_', ' ')} {value}"

@@ -20,6 +20,7 @@ WAYS = {  # of compiled renderers; called so that the plan of tests of a part of
     f"{name}, vector {vector}": (name, vector)
     for name in ("cpp", "cpp-threads", "numba", "numba-parallel")
     for vector in KNOWN[name].methods.get("vector", ("off",))
+    if vector != "auto"  # which takes one of the two: test_auto_lanes.py
 }
 # As the gallery is shown, with fewer samples.
 JOBS = {

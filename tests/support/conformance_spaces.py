@@ -183,7 +183,8 @@ def space(renderer: str) -> Space:
         if case["kernel"] == "needed":
             return of_cpp(case)
         tree = {"auto": "bvh" if scenes()[case["scene"]].many else "none"}.get(case["accel"], case["accel"])
-        return of_cpp({**case, "walk": case["walk"].replace("least", "stack"), "accel": tree})
+        vector = case["vector"].replace("auto", "off")  # a general kernel has no lanes
+        return of_cpp({**case, "walk": case["walk"].replace("least", "stack"), "accel": tree, "vector": vector})
 
     if renderer not in THREADED:
         begin = {name: told[name] for name in OF_A_REFERENCE if len(told[name]) > 1}

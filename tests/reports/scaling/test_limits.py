@@ -51,7 +51,7 @@ def told(record):
 
 def the(loaded):
     (group,) = limits.found(loaded)
-    found = {(cell.variant, cell.parameters["precision"], limits.vector(cell)): cell for cell in group.cells}
+    found = {(cell.variant, cell.parameters["precision"], group.vector(cell)): cell for cell in group.cells}
     return group, found
 
 
@@ -102,6 +102,25 @@ def test_efficiency_is_of_what_the_machine_gained(load, told):
     assert group.speed_up(threads).value == pytest.approx(1.28)
     assert group.efficiency(threads).value == pytest.approx(1.28 / GAIN)
     assert group.efficiency(group.base).reason == "it has one thread"
+
+
+@pytest.mark.parametrize(("used", "kind"), [("on", "float64"), ("off", "scalar_float64")])
+def test_auto_is_held_against_what_it_took(load, told, tmp_path, used, kind):
+    """The gain of the calibration's vectors, or of its numbers one at a time, which here is twice as large."""
+
+    def peaks(threads, drift):
+        found = calibrated(threads, drift)
+        if threads > 1:
+            found["all"] = {**found["all"], "scalar_float64": 2 * found["all"]["scalar_float64"]}
+        return found
+
+    own = {("cpp", "cpp", 1, "float64", "auto"): 0.4, ("cpp-threads", "cpp", 2, "float64", "auto"): 0.25}
+    methods = {"accel": "none", "vector": used}
+    loaded = load(told(own, peaks, used={"features": [], "methods": methods}))
+    group, cells = the(loaded)
+    ceiling = {"float64": GAIN, "scalar_float64": 2 * GAIN}[kind]
+    assert group.efficiency(cells["cpp-threads", "float64", used]).value == pytest.approx(1.6 / ceiling)
+    assert f"{used} (auto)" in limits.write(loaded, tmp_path)
 
 
 def test_alone(load, told):
