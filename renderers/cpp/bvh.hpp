@@ -3,7 +3,10 @@
 #include "bounds.hpp"
 #include "ray.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <future>
 #include <utility>
 #include <vector>
 
@@ -16,15 +19,21 @@ class Bvh {
 public:
     Bvh() = default;
 
-    // Of boxes with the numbers 0, 1, ..; `numbers` are those to put in.
-    Bvh(const std::vector<Bounds<Real>>& boxes, std::vector<int> numbers) : order(std::move(numbers))
+    // Of boxes with the numbers 0, 1, ..; `numbers` are those to put in. The tree is the same for any `threads`.
+    Bvh(const std::vector<Bounds<Real>>& boxes, const std::vector<int>& numbers, int threads)
     {
-        for (const Bounds<Real>& box : boxes)
-            padded.push_back(box.padded(rounding));
-        nodes.reserve(2 * order.size() + 1);
+        std::vector<Item> items;
+        items.reserve(numbers.size());
+        for (const int number : numbers) {
+            const auto [low, high] = boxes[std::size_t(number)].padded(rounding);
+            items.push_back({{Four{low.x, low.y, low.z}, Four{high.x, high.y, high.z}}, number});
+        }
+        nodes.reserve(items.size());
         nodes.emplace_back();
-        build(0, 0, int(order.size()), 0);
-        padded = {};
+        build(nodes, 0, items, 0, int(items.size()), 0, threads);
+        order.reserve(items.size());
+        for (const Item& item : items)
+            order.push_back(item.number);
     }
 
     bool empty() const { return order.empty(); }
@@ -111,29 +120,74 @@ private:
 
     static bool reached(Real near, Real most) { return near <= most && near < infinity; }
 
+    // x, y, z and a number that means nothing, side by side as the compilers' own vectors are; of a `?`, all four.
+    typedef Real Four [[gnu::vector_size(4 * sizeof(Real))]];
+
+    static Four four(Real a) { return a - Four{}; }
+
+    // Bounds.
+    struct Box {
+        Four low = four(infinity), high = four(-infinity);
+
+        void hold(const Box& other)
+        {
+            low = other.low < low ? other.low : low;
+            high = other.high > high ? other.high : high;
+        }
+
+        Four middle() const { return low / 2 + high / 2; }
+
+        // Half of it, which is as good to compare. Not of an empty box.
+        Real area() const
+        {
+            const Four d = high - low;
+            return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+        }
+    };
+
+    // What the tree is made of; they move, so that those of a node are side by side in memory.
+    struct Item {
+        Box box;
+        int number;
+    };
+
+    // Along each axis, the bin of an item's middle.
+    struct Bins {
+        Four low, width;
+
+        explicit Bins(const Box& middles) : low(middles.low), width(middles.high - middles.low)
+        {
+            width = width > 0 ? width : four(1);
+        }
+
+        auto operator()(const Item& item) const
+        {
+            typedef int Places [[gnu::vector_size(4 * sizeof(int))]];
+            const Four place = Real(bins) * ((item.box.middle() - low) / width), last = four(bins - 1);
+            return __builtin_convertvector(place < last ? place : last, Places);
+        }
+    };
+
     std::vector<Node> nodes;
     std::vector<int> order;
-    std::vector<Bounds<Real>> padded;
 
-    Real middle(int number, int axis) const
+    // Makes nodes[node] of items begin .. end, and all that are below it.
+    static void build(std::vector<Node>& nodes, std::size_t node, std::vector<Item>& items, int begin, int end, int depth,
+                      int threads)
     {
-        const Bounds<Real>& box = padded[std::size_t(number)];
-        return box.low[axis] / 2 + box.high[axis] / 2;
-    }
+        constexpr int worth_a_thread = 4096;  // of which the tree takes some ms
 
-    void build(std::size_t node, int begin, int end, int depth)
-    {
-        Bounds<Real> all, middles;
+        Box all, middles;
         for (int i = begin; i < end; i++) {
-            const int number = order[std::size_t(i)];
-            all.hold(padded[std::size_t(number)]);
-            middles.hold(Vec3<Real>{middle(number, 0), middle(number, 1), middle(number, 2)});
+            const Item& item = items[std::size_t(i)];
+            all.hold(item.box);
+            middles.hold({item.box.middle(), item.box.middle()});
         }
         const int count = end - begin;
-        nodes[node] = {{{all.low.x, all.low.y, all.low.z}, {all.high.x, all.high.y, all.high.z}}, begin, count};
+        nodes[node] = {{{all.low[0], all.low[1], all.low[2]}, {all.high[0], all.high[1], all.high[2]}}, begin, count};
         if (count < 2)
             return;
-        int split = depth < depth_limit / 2 ? split_by_area(all, middles, begin, end) : begin + count / 2;
+        int split = depth < depth_limit / 2 ? split_by_area(items, all, middles, begin, end) : begin + count / 2;
         if (split == begin && count <= leaf_size)
             return;
         if (split == begin)
@@ -142,36 +196,61 @@ private:
         const std::size_t child = nodes.size();
         nodes[node].first = int(child), nodes[node].count = 0;
         nodes.resize(child + 2);
-        build(child, begin, split, depth + 1);
-        build(child + 1, split, end, depth + 1);
+        if (threads == 1 || std::min(split - begin, end - split) < worth_a_thread) {
+            build(nodes, child, items, begin, split, depth + 1, threads);
+            build(nodes, child + 1, items, split, end, depth + 1, threads);
+            return;
+        }
+        const double share = double(end - split) / double(count);
+        const int others = std::clamp(int(std::lround(share * threads)), 1, threads - 1);
+        std::vector<Node> right(1);
+        auto done = std::async(std::launch::async, [&] {
+            build(right, 0, items, split, end, depth + 1, others);
+        });
+        build(nodes, child, items, begin, split, depth + 1, threads - others);
+        done.get();
+        const int further = int(nodes.size()) - 1;
+        for (Node& each : right)
+            each.first += each.count == 0 ? further : 0;
+        nodes[child + 1] = right[0];
+        nodes.insert(nodes.end(), right.begin() + 1, right.end());
     }
 
     // The surface-area heuristic: the cost of a node is what its halves hold, times the chance that a ray which meets
-    // the node meets them. Puts `order` in order; `begin` says that not to split is best, or that nothing tells halves.
-    int split_by_area(const Bounds<Real>& all, const Bounds<Real>& middles, int begin, int end)
+    // the node meets them. Puts `items` in order; `begin` says that not to split is best, or that nothing tells halves.
+    static int split_by_area(std::vector<Item>& items, const Box& all, const Box& middles, int begin, int end)
     {
+        const Bins bin(middles);
+        Box boxes[3][bins];
+        int counts[3][bins] = {};
+        for (int i = begin; i < end; i++) {
+            const Item& item = items[std::size_t(i)];
+            const auto places = bin(item);
+            for (int axis = 0; axis < 3; axis++) {
+                boxes[axis][places[axis]].hold(item.box);
+                counts[axis][places[axis]]++;
+            }
+        }
         Real best = all.area() * Real(end - begin - 1);  // of a leaf, less a step down, which is about one test
         int best_axis = -1, best_bin = 0;
         for (int axis = 0; axis < 3; axis++) {
-            Bounds<Real> boxes[bins];
-            int counts[bins] = {};
-            for (int i = begin; i < end; i++) {
-                const int b = bin(middles, axis, order[std::size_t(i)]);
-                boxes[b].hold(padded[std::size_t(order[std::size_t(i)])]);
-                counts[b]++;
-            }
-            Real right_cost[bins] = {};
-            Bounds<Real> sum;
+            Real right_cost[bins], cost = infinity;
+            Box sum;
             for (int b = bins - 1, n = 0; b > 0; b--) {
-                sum.hold(boxes[b]);
-                n += counts[b];
-                right_cost[b] = n ? sum.area() * Real(n) : infinity;
+                if (counts[axis][b] > 0) {
+                    sum.hold(boxes[axis][b]);
+                    n += counts[axis][b];
+                    cost = sum.area() * Real(n);
+                }
+                right_cost[b] = cost;
             }
             sum = {};
             for (int b = 1, n = 0; b < bins; b++) {
-                sum.hold(boxes[b - 1]);
-                n += counts[b - 1];
-                const Real cost = n ? sum.area() * Real(n) + right_cost[b] : infinity;
+                if (counts[axis][b - 1] == 0)
+                    continue;
+                sum.hold(boxes[axis][b - 1]);
+                n += counts[axis][b - 1];
+                cost = sum.area() * Real(n) + right_cost[b];
                 if (cost < best)
                     best = cost, best_axis = axis, best_bin = b;
             }
@@ -180,16 +259,8 @@ private:
             return begin;
         int split = begin;
         for (int i = begin; i < end; i++)
-            if (bin(middles, best_axis, order[std::size_t(i)]) < best_bin)
-                std::swap(order[std::size_t(i)], order[std::size_t(split++)]);
+            if (bin(items[std::size_t(i)])[best_axis] < best_bin)
+                std::swap(items[std::size_t(i)], items[std::size_t(split++)]);
         return split;
-    }
-
-    int bin(const Bounds<Real>& middles, int axis, int number) const
-    {
-        const Real width = middles.high[axis] - middles.low[axis];
-        if (!(width > 0))
-            return 0;
-        return std::min(bins - 1, int(Real(bins) * ((middle(number, axis) - middles.low[axis]) / width)));
     }
 };

@@ -44,7 +44,7 @@ struct MeshPart {
     std::vector<Triangle<Real>> triangles;
     Bvh<Real> bvh;  // may be empty
 
-    void build_hierarchy()
+    void build_hierarchy(int threads)
     {
         std::vector<Bounds<Real>> bounds;
         std::vector<int> numbers;
@@ -52,7 +52,7 @@ struct MeshPart {
             numbers.push_back(int(bounds.size()));
             bounds.push_back(triangle.bounds());
         }
-        bvh = Bvh<Real>(bounds, std::move(numbers));
+        bvh = Bvh<Real>(bounds, numbers, threads);
     }
 
     std::size_t capacity() const { return std::min(triangles.size(), most_crossings); }

@@ -198,13 +198,6 @@ struct Job {
     // VEC-1: can the picture go with its rays in lanes, or else (VEC-3) one by one through a hierarchy in lanes?
     bool has_rays_in_lanes() const { return not_in_lanes().empty(); }
 
-    // At least, in one frame.
-    double eye_rays() const
-    {
-        const bool grid = sampling == Sampling::uniform || sampling == Sampling::jittered;
-        return double(x1 - x0) * double(y1 - y0) * (grid ? double(samples) * double(samples) : 1);
-    }
-
 private:
     // VEC-1: something of the job that rays in lanes cannot do; "" if they can do all.
     std::string not_in_lanes() const

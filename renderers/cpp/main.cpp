@@ -136,20 +136,21 @@ void say_rays(const Counts& counts)
 
 // The `build` phase, if there is something to build.
 template<typename Real>
-void build(Shapes<Real>& shapes, Accel accel, bool in_lanes)
+void build(const Job& job, Shapes<Real>& shapes, bool in_lanes)
 {
-    if (shapes.build(accel, in_lanes))
+    if (shapes.build(job, in_lanes))
         say_phase("build");
 }
 
-// VEC-1, VEC-4: are lanes asked for, or quicker for so many rays? streams: of the rays, or else one by one (VEC-3).
+// VEC-1, VEC-4: are lanes asked for, or quicker? streams: of rays, or else rays one by one (VEC-3).
 template<typename Real>
-bool takes_lanes(const Job& job, const Shapes<Real>& shapes, double rays, bool streams)
+bool takes_lanes(const Job& job, const Shapes<Real>& shapes, bool streams)
 {
-    constexpr double pay_from = 64;  // NOTES.md has the times
+    constexpr int least_side = 8;  // of a picture in pixels, or most lanes of a block have none (NOTES.md has the times)
     if (methods::vector != Vector::automatic)
         return methods::vector == Vector::on;
-    return rays >= pay_from && shapes.lanes_pay(job.accel, streams);
+    const bool large = std::min(job.x1 - job.x0, job.y1 - job.y0) >= least_side;
+    return (large || !streams) && shapes.lanes_pay(job.accel, streams);
 }
 
 #ifdef HAS_LANES
@@ -182,7 +183,7 @@ void make_image_in_lanes(const Job& job, const Scene& scene, Tracer<Real>& trace
         dropped.resize(rows * columns);
     say_phase("load");
     if (!few)
-        build(tracer.shapes, job.accel, true);
+        build(job, tracer.shapes, true);
 
     Counts counts;
     render(job, [&] {
@@ -222,7 +223,7 @@ void make_image(const Job& job)
 #ifdef HAS_LANES
     streams = has_streams<Real>(job, scene);
 #endif
-    const bool in_lanes = takes_lanes(job, tracer.shapes, job.eye_rays(), streams);
+    const bool in_lanes = takes_lanes(job, tracer.shapes, streams);
 #ifdef HAS_LANES
     if (in_lanes && streams)
         return make_image_in_lanes(job, scene, tracer);
@@ -238,7 +239,7 @@ void make_image(const Job& job)
     if constexpr (needs::cutoff)
         dropped.resize(rows * columns);
     say_phase("load");
-    build(tracer.shapes, job.accel, in_lanes);
+    build(job, tracer.shapes, in_lanes);
 
     Counts counts;
     render(job, [&] {
@@ -320,8 +321,8 @@ void answer_rays(const Job& job)
     }
     std::vector<double> hits(rays.size() * 8);
     say_phase("load");
-    const bool in_lanes = takes_lanes(job, shapes, double(rays.size()), false);
-    build(shapes, job.accel, in_lanes);
+    const bool in_lanes = takes_lanes(job, shapes, false);
+    build(job, shapes, in_lanes);
 
     render(job, [&] {
         for_each_row(int((rays.size() + block - 1) / block), desks, [&](int row, Desk<Real>& desk) {

@@ -69,26 +69,28 @@ public:
     }
 
     // HIT-6: builds the hierarchies that are wanted, those for rays in lanes too (VEC-3); false if none is.
-    bool build(Accel accel, bool in_lanes)
+    bool build(const Job& job, bool in_lanes)
     {
         bool built = false;
         if constexpr (needs::csg)
             for (MeshPart<Real>& mesh : parts.meshes)
-                if (is_wanted(accel, 4 * mesh.triangles.size()))
-                    mesh.build_hierarchy(), built = true;
-        if ((in_lanes && accel != Accel::none) || is_wanted(accel, work()))
-            build_hierarchy(in_lanes);
+                if (is_wanted(job.accel, 4 * mesh.triangles.size()))
+                    mesh.build_hierarchy(job.threads), built = true;
+        if ((in_lanes && job.accel != Accel::none) || is_wanted(job.accel, work()))
+            build_hierarchy(job.threads, in_lanes);
         return built || accelerated();
     }
 
     bool accelerated() const { return !hierarchy.empty(); }
 
+#ifdef HAS_LANES
     // VEC-1: is each ray in lanes tried against each shape, in place of a hierarchy? NOTES.md has the times.
     bool few_for_lanes(Accel accel) const
     {
-        constexpr std::size_t most = sizeof(Real) == 4 ? 1600 : 800;
+        constexpr std::size_t most = 32 * lane_count<Real>;
         return accel == Accel::none || (accel == Accel::automatic && work() < most);
     }
+#endif
 
     // VEC-4: are lanes quicker, for streams of rays or for rays one by one?
     bool lanes_pay(Accel accel, bool streams) const
@@ -246,10 +248,11 @@ private:
         }
     }
 
-    void build_hierarchy([[maybe_unused]] bool in_lanes)
+    void build_hierarchy(int threads, [[maybe_unused]] bool in_lanes)
     {
         std::vector<Bounds<Real>> bounds;
         std::vector<int> numbers;
+        bounds.reserve(roles.size()), numbers.reserve(roles.size());
         any_kind([&](const auto& shapes) {
             for (const auto& shape : shapes) {
                 bool always = false;
@@ -261,7 +264,7 @@ private:
             return false;
         });
         if (!numbers.empty())
-            hierarchy = Bvh<Real>(bounds, std::move(numbers));
+            hierarchy = Bvh<Real>(bounds, numbers, threads);
 #ifdef HAS_LANES
         if (!in_lanes)
             return;

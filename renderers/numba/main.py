@@ -118,7 +118,7 @@ def lanes_pay(job):
 
     x0, y0, x1, y1 = job.region
     few = job.accel == "none" or count_shapes(job) < needs.MANY_FOR_LANES[job.precision]
-    return few and (x1 - x0) * (y1 - y0) >= needs.LANES_FROM
+    return few and min(x1 - x0, y1 - y0) >= needs.LEAST_SIDE
 
 
 def on_gpu(job, walk, tree, in_shared):

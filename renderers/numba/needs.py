@@ -55,8 +55,8 @@ CONSTANT_BYTES, SHARED_BYTES, LOCAL_BYTES = 65536, 49152, 524288
 BLOCK_REGISTERS, GRID_ROWS = 65536, 65535
 
 CROSSINGS = 64  # of a line with one mesh (CSG-6)
-LANES_FROM = 64  # pixels from which on rays in lanes take less time (VEC-4)
-MANY_FOR_LANES = {"float64": 400, "float32": 800}  # spheres from which on the tree takes less than lanes
+LEAST_SIDE = 8  # pixels of a picture's width and height from which on rays in lanes take less time (VEC-4)
+MANY_FOR_LANES = {"float64": 112, "float32": 224}  # spheres from which on the tree takes less time than lanes (VEC-4)
 MANY = 64  # spheres from which on, or half as many of the other shapes, the tree is surely the faster way
 
 
