@@ -123,11 +123,9 @@ private:
     // x, y, z and a number that means nothing, side by side as the compilers' own vectors are; of a `?`, all four.
     typedef Real Four [[gnu::vector_size(4 * sizeof(Real))]];
 
-    static Four four(Real a) { return a - Four{}; }
-
     // Bounds.
     struct Box {
-        Four low = four(infinity), high = four(-infinity);
+        Four low = infinity - Four{}, high = -infinity - Four{};  // that number in all four
 
         void hold(const Box& other)
         {
@@ -135,7 +133,12 @@ private:
             high = other.high > high ? other.high : high;
         }
 
-        Four middle() const { return low / 2 + high / 2; }
+        // A point, as a box.
+        Box middle() const
+        {
+            const Four point = low / 2 + high / 2;
+            return {point, point};
+        }
 
         // Half of it, which is as good to compare. Not of an empty box.
         Real area() const
@@ -157,13 +160,13 @@ private:
 
         explicit Bins(const Box& middles) : low(middles.low), width(middles.high - middles.low)
         {
-            width = width > 0 ? width : four(1);
+            width = width > 0 ? width : 1 - Four{};
         }
 
         auto operator()(const Item& item) const
         {
             typedef int Places [[gnu::vector_size(4 * sizeof(int))]];
-            const Four place = Real(bins) * ((item.box.middle() - low) / width), last = four(bins - 1);
+            const Four place = Real(bins) * ((item.box.middle().low - low) / width), last = Real(bins - 1) - Four{};
             return __builtin_convertvector(place < last ? place : last, Places);
         }
     };
@@ -181,7 +184,7 @@ private:
         for (int i = begin; i < end; i++) {
             const Item& item = items[std::size_t(i)];
             all.hold(item.box);
-            middles.hold({item.box.middle(), item.box.middle()});
+            middles.hold(item.box.middle());
         }
         const int count = end - begin;
         nodes[node] = {{{all.low[0], all.low[1], all.low[2]}, {all.high[0], all.high[1], all.high[2]}}, begin, count};
