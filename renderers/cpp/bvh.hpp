@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <future>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -207,11 +207,11 @@ private:
         const double share = double(end - split) / double(count);
         const int others = std::clamp(int(std::lround(share * threads)), 1, threads - 1);
         std::vector<Node> right(1);
-        auto done = std::async(std::launch::async, [&] {
+        std::jthread other([&] {
             build(right, 0, items, split, end, depth + 1, others);
         });
         build(nodes, child, items, begin, split, depth + 1, threads - others);
-        done.get();
+        other.join();
         const int further = int(nodes.size()) - 1;
         for (Node& each : right)
             each.first += each.count == 0 ? further : 0;

@@ -15,6 +15,7 @@ import numpy as np  # noqa: E402
 from numba.core.runtime import rtsys  # noqa: E402
 
 from . import needs  # noqa: E402
+from .once import optimise_only  # noqa: E402
 
 if needs.VECTOR:
     from .lanes.render import render_tiles, render_tiles_parallel
@@ -76,10 +77,12 @@ def run(job):
             build(loaded, real)
     scene = loaded if needs.VECTOR else scene_of(loaded)
     with worker.phase("compile"):
-        if cached and not entry.signatures:
-            numba.config.CACHE_DIR = cache_folder(job)
-            entry.enable_caching()
-            load_kernel_alone(entry)
+        if not entry.signatures:
+            optimise_only((entry.__qualname__, "recurse"))  # walk.py
+            if cached:
+                numba.config.CACHE_DIR = cache_folder(job)
+                entry.enable_caching()
+                load_kernel_alone(entry)
         entry(scene, *questions[0], 0, threads, *(answer[:0] for answer in answers))
 
     def frame():

@@ -73,6 +73,13 @@ def parameters(case: Case, size: tuple[int, int]) -> Parameters:
     return Parameters(width=size[0], height=size[1], **job, **values)
 
 
+@functools.cache
+def needed(scene: str, sampler: str, depth: int, shadows: bool) -> tuple[str, ...]:
+    """What a kernel of `needed` has."""
+    case = {"scene": scene, "sampler": sampler, "depth": depth, "shadows": shadows}
+    return needs(scenes()[scene].scene, parameters(case, (1, 1)))
+
+
 def variant(renderer: str, case: Case) -> str:
     """The variant that renders a case."""
     return THREADED[renderer] if case.get("threads", 1) > 1 else renderer
@@ -157,7 +164,6 @@ def left_out(renderer: str) -> set[tuple[str, str]]:
     return {"python": {("precision", "mp60")}, "numba-cuda": set(of_gpu)}.get(renderer, set())
 
 
-OF_A_JOB = ("sampler", "depth", "shadows")  # with the scene they decide what a kernel of `needed` has
 OF_A_REFERENCE = ("offset", "fresnel", "phong")  # of a picture; C++, which makes its reference, is built for them
 
 
@@ -176,8 +182,8 @@ def space(renderer: str) -> Space:
         return tuple(case[name] for name in OF_A_REFERENCE)
 
     def of_cpp(case: Case) -> tuple:
-        more = ("scene", *OF_A_JOB) if case["kernel"] == "needed" else ()
-        return tuple(case[name] for name in (*compiled, *more))
+        job = needed(case["scene"], case["sampler"], case["depth"], case["shadows"])
+        return *(case[name] for name in compiled), job if case["kernel"] == "needed" else ()
 
     def of_numba(case: Case) -> tuple:
         if case["kernel"] == "needed":
@@ -194,5 +200,5 @@ def space(renderer: str) -> Space:
         return Space(told, allowed, of_cpp, lambda _: 60, begin)
     begin |= {"accel": ("none", "bvh"), "walk": tuple(value for value in told["walk"] if value != "least")}
     alike = {"walk": {"stack": ("least",)}, "accel": {"none": ("auto",), "bvh": ("auto",)}}
-    # Numba compiles a general kernel ten times as long as one for a scene.
-    return Space(told, allowed, of_numba, lambda case: 300 * (case["kernel"] == "general"), begin, 1, alike)
+    # Numba compiles a general kernel five times as long as one for a scene.
+    return Space(told, allowed, of_numba, lambda case: 300 if case["kernel"] == "general" else 60, begin, 1, alike)

@@ -12,6 +12,7 @@ from itertools import combinations, product
 from covertable import make
 
 TRIES = 40  # random candidates per share, of which the best becomes a case
+OTHERS = 150  # random cases that are there, which with the values that are wanted are candidates too
 
 Case = dict[str, object]
 
@@ -85,7 +86,8 @@ def cover(space: Space, strength: int, seed: str) -> list[Case]:
 
     for wanted in rng.sample(sorted(missing, key=_order), len(missing)):
         if wanted in missing:
-            case = max(_candidates(space, dict(wanted), ready, rng), key=worth)
+            others = rng.sample(cases, min(len(cases), OTHERS))
+            case = max(_candidates(space, dict(wanted), ready, others, rng), key=worth)
             used.add(space.kernel(case))
             cases.append(case)
             missing -= tuples(case, strength)
@@ -104,8 +106,15 @@ def _alike(space: Space, made: Case) -> Iterator[Case]:
         yield dict(zip(made, values, strict=True))
 
 
-def _candidates(space: Space, wanted: Case, ready: list[Case], rng: random.Random) -> Iterator[Case]:
-    """Random allowed cases with the values `wanted`, of a kernel of `ready` if one fits; and that with all defaults."""
+def _candidates(
+    space: Space, wanted: Case, ready: list[Case], others: list[Case], rng: random.Random
+) -> Iterator[Case]:
+    """Allowed cases with the values `wanted`.
+
+    That with all defaults; random ones, of a kernel of `ready` if one fits; and `others`, whose kernel often stays as
+    it is.
+    """
+    yield from filter(space.allowed, (case | wanted for case in others))
     fits = [made for made in ready if all(made.get(name, value) == value for name, value in wanted.items())]
     yield space.defaults | wanted
     for share in (1, 1, 0.3):  # of the values that are drawn; the others are defaults

@@ -119,9 +119,9 @@ SHIPPED = sorted((REPOSITORY / "experiments").glob("*.toml"))
 
 
 @pytest.mark.parametrize("file", SHIPPED, ids=lambda path: path.name)
-def test_shipped_experiments(file, rayrace):
+def test_shipped_experiments_name_their_schema(file):
+    """That each can be planned is seen by test_a_copy_is_complete."""
     assert file.read_text().startswith("#:schema ./schema.json\n")
-    assert "cells" in rayrace("run", file, "--dry-run", code=0).stdout
 
 
 @pytest.mark.slow
