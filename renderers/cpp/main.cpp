@@ -292,14 +292,15 @@ void answer_ray(const Shapes<Real>& shapes, const Ray<Real>& ray, Desk<Real>& de
     answer[7] = shapes.roles[std::size_t(hit.shape)].object;
 }
 
-// A given direction, as it is if it has unit length to rounding: to turn it by some u is to miss by u of the distance.
+// NUM-4: a given direction, as it is if it has unit length to rounding: to turn it by some u is to miss by u of the
+// distance.
 template<typename Real>
 Vec3<Real> unit(Vec3<double> given)
 {
     const Vec3<Real> d = rounded<Real>(given);
     if (std::abs(dot(d, d) - 1) <= 2 * std::numeric_limits<Real>::epsilon())  // 4 u
         return d;
-    return rounded<Real>(given / std::hypot(given.x, given.y, given.z));
+    return rounded<Real>(normalise(given));
 }
 
 template<typename Real>
