@@ -232,8 +232,12 @@ class Bench:
         return result
 
     def reference(self, maker, arrays, parameters, needs):
-        """The Reference of a job, by the entry `maker`."""
-        return reference.make(maker, arrays, parameters, needs, self.caches / maker.name, self.sessions.run)
+        """The Reference of a job, by the entry `maker`, with a kernel that tests share."""
+
+        def run(entry, arrays, wanted, needed, cache):
+            return self.run(entry, arrays, sharing(entry, wanted, needed), needed)
+
+        return reference.make(maker, arrays, parameters, needs, self.caches, run)
 
     def picture(self, variant, scene_text, **parameters):
         return self.result(variant, scene_text, **parameters).array

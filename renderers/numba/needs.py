@@ -40,6 +40,20 @@ JITTERED = False  # SAM-2
 STUDY_WEIGHT = False  # GLO-1
 LIMITED = False  # a mesh in a CSG solid may be crossed too often (CSG-6)
 
+# The features that use a method; to a kernel without any of them it does not matter.
+MATTERS = {
+    "SPHERE_METHOD": ("SPHERE", "ELLIPSOID", "CSG"),
+    "OFFSET": ("REFLECTION", "TRANSMISSION", "SHADOWS"),
+    "TRIANGLE": ("MESH",),
+    "SLAB": ("BOX", "CSG"),
+    "MERGE": ("CSG",),
+    "FRESNEL": ("REFLECTION", "TRANSMISSION"),
+    "PHONG_METHOD": ("PHONG",),
+    "RENORMALISE": ("SPHERE", "CSG", "REFLECTION", "TRANSMISSION"),
+    "STUDY_WEIGHT": ("GLOSSY",),
+}
+USUAL = {name: globals()[name] for name in MATTERS}
+
 # What follows from them.
 LIT = False  # lights are asked at all
 SCATTERED = False  # rays draw random numbers of their own, by their path (RND-4)
@@ -61,7 +75,10 @@ MANY = 64  # spheres from which on, or half as many of the other shapes, the tre
 
 
 def take(features, carried, **methods):
-    """Sets the constants. features: those of the kernel; carried: those that the job may not use. methods: as above."""
+    """Sets the constants. features: those of the kernel; carried: those that the job may not use. methods: as above.
+
+    Methods that do not matter to the kernel get their usual values, so that equal kernels share their machine code.
+    """
     chosen = {name: name.lower() in features for name in FEATURES}
     chosen |= {f"ASK_{name}": name.lower() in carried for name in ("SHADOWS", "GLOSSY", "LENS")}
     chosen["ASK_SAMPLER"] = "supersampling" in carried or "adaptive" in carried
@@ -72,6 +89,8 @@ def take(features, carried, **methods):
     chosen["RANDOM"] = chosen["SCATTERED"] or chosen["JITTERED"] or chosen["LENS"]
     chosen["FAST"] = chosen["FLOATING_POINT"] == "fast"
     chosen["FAR"] = 3e38 if chosen["FAST"] else float("inf")
+    idle = [name for name, users in MATTERS.items() if not any(chosen[user] for user in users)]
+    chosen |= {name: USUAL[name] for name in idle}
     globals().update(chosen)
 
 

@@ -55,9 +55,9 @@ def reference_of(known, bench, scenes):
 
 @pytest.mark.parametrize("name", by_night(NAMES, *LATE))
 def test_pictures_and_counts_agree(bench, reference_of, scenes, serial, name):
-    """With kernels of what the scene needs and no more; C++, for scenes of one feature, with one that has all."""
+    """With kernels of what the scene needs and no more; C++ with one that has all: its own are in test_covering.py."""
     source, jobs = scenes[name]
-    exact = name in MIXES or not bench.known[serial].renderer.manifest.build
+    exact = not bench.known[serial].renderer.manifest.build
     result = bench.result(serial, source, exact=exact, **SIZE, **jobs)
     found = reference_of(serial, name, Parameters(**SIZE, **jobs))
     verdict = judge.judge(result.array, found, "float64")

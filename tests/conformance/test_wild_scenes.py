@@ -99,6 +99,11 @@ def report(wild, number, variant, methods, wrong, shows, folder):
     )
 
 
+def has_threads(number, accel):
+    """Whether several threads render a scene too; by day all of these through a tree: Numba compiles once for them."""
+    return number % SHARE == 0 if number >= COUNT else accel == "bvh" and number % SHARE < 2
+
+
 def try_scenes(bench, court, numbers, accel, test, folder=KEPT):
     faults, judged = [], 0
     only = os.environ.get(SCENE)
@@ -106,7 +111,7 @@ def try_scenes(bench, court, numbers, accel, test, folder=KEPT):
     for number in numbers if only is None else {int(only)} & set(numbers):
         wild = drawn(number)
         checks = [(name, methods, disagreement, (court, name, methods)) for name, methods in JUDGED]
-        if number % SHARE == 0:
+        if has_threads(number, accel):
             checks += [(name, methods, differs_by_threads, (name, methods, twin)) for name, methods, twin in THREADED]
         for variant, methods, check, given in checks:
             bench.entry(variant)

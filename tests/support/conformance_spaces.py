@@ -13,6 +13,7 @@ from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.model import Scene
 from harness.scene.needs import needs
+from renderers.numba.needs import MATTERS
 
 DEPTH = 3
 THREADS = 3  # of a variant with threads
@@ -21,6 +22,8 @@ USUAL = ("sphere", "offset", "fresnel", "phong", "renormalise")  # of these, ray
 MANY = 64  # shapes from which Numba uses a tree if accel is auto
 THREADED = {"cpp": "cpp-threads", "numba": "numba-parallel"}
 RENDERERS = ("cpp", "numba", "python", "numpy", "numba-cuda")
+# The methods of Numba's constants.
+METHOD_OF = {name: name.lower().removesuffix("_method") for name in MATTERS} | {"STUDY_WEIGHT": "glossy_weight"}
 # Scenes that equal others here, since samplers and weights are factors of their own.
 SAME = {"jittered", "adaptive", "glossy, the study's weight", "mix: adaptive glass"}
 METHODS = (
@@ -85,6 +88,10 @@ def variant(renderer: str, case: Case) -> str:
     return THREADED[renderer] if case.get("threads", 1) > 1 else renderer
 
 
+def default(name: str):
+    return getattr(Parameters, name)
+
+
 def refusal(case: Case) -> str | None:
     """None, or why renderers refuse a case, or why its right picture is not defined."""
     found = scenes()[case["scene"]]
@@ -127,11 +134,25 @@ def _in_lanes(case: Case) -> bool:
     return lanes and case["kernel"] == "needed"
 
 
+def chosen_by_numba(case: Case) -> Case:
+    """What Numba compiles in place of `auto` and `least`, and of methods that do not matter to the kernel."""
+    found = scenes()[case["scene"]]
+    tree = {"auto": "bvh" if found.many else "none"}.get(case["accel"], case["accel"])
+    if case["kernel"] == "general":  # which has no lanes
+        return {"walk": case["walk"].replace("least", "stack"), "accel": tree, "vector": "off"}
+    features = {*needed(case["scene"], case["sampler"], case["depth"], case["shadows"])}
+    lanes = of_numba(case | {"vector": "on"}) is None and (case["accel"] == "none" or not found.many)
+    several = not found.single and features & {"transmission", "glossy"}
+    idle = [name for name, users in MATTERS.items() if not features & {user.lower() for user in users}]
+    return {
+        "walk": case["walk"].replace("least", "stack" if several else "chain"),
+        "accel": tree,
+        "vector": case["vector"].replace("auto", "on" if lanes else "off"),
+        **{METHOD_OF[name]: default(METHOD_OF[name]) for name in idle},
+    }
+
+
 REFUSALS = {"cpp": of_cpp, "numba": of_numba}  # of others: `refusal`
-
-
-def default(name: str):
-    return getattr(Parameters, name)
 
 
 def factors(renderer: str) -> dict[str, tuple]:
@@ -181,24 +202,23 @@ def space(renderer: str) -> Space:
     def of_reference(case: Case) -> tuple:
         return tuple(case[name] for name in OF_A_REFERENCE)
 
-    def of_cpp(case: Case) -> tuple:
+    def kernel_of_cpp(case: Case) -> tuple:
         job = needed(case["scene"], case["sampler"], case["depth"], case["shadows"])
         return *(case[name] for name in compiled), job if case["kernel"] == "needed" else ()
 
-    def of_numba(case: Case) -> tuple:
-        if case["kernel"] == "needed":
-            return of_cpp(case)
-        tree = {"auto": "bvh" if scenes()[case["scene"]].many else "none"}.get(case["accel"], case["accel"])
-        vector = case["vector"].replace("auto", "off")  # a general kernel has no lanes
-        return of_cpp({**case, "walk": case["walk"].replace("least", "stack"), "accel": tree, "vector": vector})
+    def kernel_of_numba(case: Case) -> tuple:
+        jittered = case["kernel"] == "needed" and case["sampler"] == "jittered"
+        return *kernel_of_cpp(case | chosen_by_numba(case)), jittered
 
     if renderer not in THREADED:
         begin = {name: told[name] for name in OF_A_REFERENCE if len(told[name]) > 1}
         return Space(told, allowed, of_reference, lambda _: 60, begin if len(begin) > 1 else {})
     begin = {name: told[name] for name in compiled} | {"kernel": ("general",), "vector": ("off",)}
     if renderer == "cpp":
-        return Space(told, allowed, of_cpp, lambda _: 60, begin)
+        return Space(told, allowed, kernel_of_cpp, lambda _: 60, begin)
     begin |= {"accel": ("none", "bvh"), "walk": tuple(value for value in told["walk"] if value != "least")}
     alike = {"walk": {"stack": ("least",)}, "accel": {"none": ("auto",), "bvh": ("auto",)}}
     # Numba compiles a general kernel five times as long as one for a scene.
-    return Space(told, allowed, of_numba, lambda case: 300 if case["kernel"] == "general" else 60, begin, 1, alike)
+    return Space(
+        told, allowed, kernel_of_numba, lambda case: 300 if case["kernel"] == "general" else 60, begin, 1, alike
+    )

@@ -49,9 +49,26 @@ def visit(browser):
         context.close()
 
 
+@pytest.fixture(scope="module")
+def once():
+    """once(name, write): what `write` returns, called once for all tests of this file."""
+    made = {}
+
+    def find(name, write):
+        if name not in made:
+            made[name] = write()
+        return made[name]
+
+    return find
+
+
 @pytest.fixture
-def path(make_run, cell, record, tmp_path):
+def path(once, make_run, cell, tmp_path):
     """A report with a chart, pictures and series."""
+    return once("path", lambda: _with_pictures(make_run, cell, tmp_path))
+
+
+def _with_pictures(make_run, cell, tmp_path):
     rng = np.random.default_rng(2)
     told, files = [], {}
     for name, error, time_s, exponent in (("cpp", 0.01, 1.0, 5), ("numba", 0.001, 2.0, 9), ("python", 0.02, 50.0, 5)):
@@ -66,8 +83,12 @@ def path(make_run, cell, record, tmp_path):
 
 
 @pytest.fixture
-def race(make_run, cell, tmp_path):
+def race(once, make_run, cell, tmp_path):
     """A report of twelve methods of six variants, five processes each, with pictures."""
+    return once("race", lambda: _of_many_methods(make_run, cell, tmp_path))
+
+
+def _of_many_methods(make_run, cell, tmp_path):
     told, files = [], {}
     for n, name in enumerate(("cpp", "numba", "numpy", "python", "numba-parallel", "cpp-threads")):
         for vector, speed in (("off", 1.0), ("on", 8.0)):
@@ -158,11 +179,14 @@ def test_with_every_section_open_nothing_is_wider_than_the_page(visit, path, wid
 
 @WIDTHS
 @SCHEMES
-def test_the_page_of_a_folder_of_runs(visit, make_run, record, tmp_path, width, scheme):
-    for number in range(3):
-        make_run([record("cpp"), record("numba")], name=f"lab/{number}", title=f"run {number}" + " long" * 20)
-    (tmp_path / "lab" / "not a run").mkdir()
-    page = visit(index.make(tmp_path / "lab", tmp_path / "site"), width, scheme)
+def test_the_page_of_a_folder_of_runs(once, visit, make_run, record, tmp_path, width, scheme):
+    def write():
+        for number in range(3):
+            make_run([record("cpp"), record("numba")], name=f"lab/{number}", title=f"run {number}" + " long" * 20)
+        (tmp_path / "lab" / "not a run").mkdir()
+        return index.make(tmp_path / "lab", tmp_path / "site")
+
+    page = visit(once("folder of runs", write), width, scheme)
     assert wide(page) <= width and page.locator(".cards li").count() == 3
     assert page.locator(".cards img").first.evaluate("image => image.naturalWidth") > 100
     assert (brightness(page, "body", "background-color") < 128) == (scheme == "dark")
@@ -298,8 +322,8 @@ def swept(cell):
 
 
 @pytest.mark.parametrize("width", [1280, 390])
-def test_the_chart_of_sweeps(visit, make_run, swept, tmp_path, width):
-    page = visit(report.write(make_run(swept, **FACTS), tmp_path / "report"), width)
+def test_the_chart_of_sweeps(once, visit, make_run, swept, tmp_path, width):
+    page = visit(once("sweeps", lambda: report.write(make_run(swept, **FACTS), tmp_path / "report")), width)
     page.evaluate("document.querySelectorAll('details').forEach((one) => (one.open = true))")
     page.wait_for_selector("#sweep-plot .scatterlayer .trace")
     assert page.evaluate("document.documentElement.scrollWidth") <= width
