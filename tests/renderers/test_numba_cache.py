@@ -75,9 +75,26 @@ def test_variants_and_precisions_are_kept_apart(render):
     assert state == "cold" and picture.dtype == np.float32
 
 
+# Of a matte sphere in ambient light they change nothing.
+IDLE = {
+    **{"offset": "fixed", "triangle": "moller-trumbore", "slab": "plain", "merge": "none", "fresnel": "unclamped"},
+    **{"phong": "unclamped", "glossy_weight": "study"},
+}
+
+
+@pytest.mark.slow
+def test_methods_that_do_not_matter_share_one_kernel(render):
+    first, state = render()
+    assert state == "cold"
+    for method, value in IDLE.items():
+        other, state = render(**{method: value})
+        assert state == "warm" and other.tobytes() == first.tobytes(), method
+    assert render(sphere="stable")[1] == "cold"
+
+
 OTHERS = {
     **{"floating_point": ("contract", "fast"), "sphere": ("textbook",), "vector": ("on",), "accel": ("bvh",)},
-    **{"walk": ("stack",), "offset": ("fixed",), "kernel": ("needed+lens", "needed+shadows")},
+    **{"walk": ("stack",), "kernel": ("needed+lens", "needed+shadows")},
 }
 
 
