@@ -40,6 +40,9 @@ class Embedded:
 
     def add_pixels(self, pixels: np.ndarray, exact: bool = False) -> str | None:
         """Adds a picture, uint8 sRGB (height, width, 3), without loss if `exact`; returns as `add`."""
+        if self.room <= 0:  # nothing to encode it for
+            self.left_out += 1
+            return None
         file = io.BytesIO()
         how = {"lossless": True, "quality": 60} if exact else {"quality": LOSSY}
         Image.fromarray(pixels, "RGB").save(file, "WEBP", method=4, **how)

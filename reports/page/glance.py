@@ -272,7 +272,7 @@ def pictures_of(results: Results, found: Headline, pictures: Embedded, most: int
             places.setdefault((cell.scene, cell.swept.get("case")), []).append(cell)
     longest = LONGEST if min(most, len(places)) == 1 else SMALL
     made: list[tuple[str, str]] = []
-    if stored.left_out(results):
+    if results.left_out:
         return made
     for (scene, case), cells in places.items():
         if len(made) == most:

@@ -200,7 +200,7 @@ def _few(found: list) -> list:
 
 def write(results: Results, out: Path) -> str:
     """Writes pictures-NUMBER-PLACE.png and .svg for each place of more than one pixel; returns the section."""
-    if stored.left_out(results):
+    if results.left_out:
         return markdown.unavailable(TITLE, stored.LEFT_OUT)
     parts = [f"## {TITLE}"]
     found = places(results)

@@ -50,6 +50,12 @@ class Results:
     def variants(self) -> list[str]:
         return list(dict.fromkeys(cell.variant for cell in self.cells))
 
+    @cached_property
+    def left_out(self) -> bool:
+        """Did the run have pictures of which its folder has none?"""
+        kept = [record["picture"]["file"] for record in self.records if record["picture"]]
+        return bool(kept) and not any((self.folder / file).exists() for file in dict.fromkeys(kept))
+
     def of(self, scene: str) -> list[Cell]:
         return self._by_scene[scene]
 

@@ -11,12 +11,6 @@ STEP = 1 / 255  # of an 8-bit picture
 BROKEN = (1.0, 0.0, 1.0)  # shown for a pixel that is not finite
 
 
-def left_out(results: Results) -> bool:
-    """Did the run have pictures of which its folder has none?"""
-    kept = [record["picture"]["file"] for record in results.records if record["picture"]]
-    return bool(kept) and not any((results.folder / file).exists() for file in dict.fromkeys(kept))
-
-
 def picture(results: Results, cell: Cell) -> np.ndarray | Missing:
     """Returns the picture of a cell, float64 (height, width, 3), whatever the judge says of it, or why there is none.
 
@@ -49,7 +43,7 @@ def array(results: Results, file: str | None) -> np.ndarray | Missing:
     try:
         return np.load(results.folder / file, allow_pickle=False).astype(np.float64)
     except (OSError, ValueError):
-        return Missing(LEFT_OUT if left_out(results) else f"{file} does not exist")
+        return Missing(LEFT_OUT if results.left_out else f"{file} does not exist")
 
 
 def truth(results: Results, cell: Cell) -> np.ndarray | Missing:
