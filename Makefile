@@ -5,8 +5,8 @@ BIN = .venv/bin
 study: .venv/installed  ## run the study's comparison and write its report
 	$(BIN)/rayrace run experiments/comparison.toml --report
 
-# Most tests share the cores; those that measure run alone.
-SHARED = -n auto --dist
+# Most tests share the cores, with a process more than there are, as a test often waits; those that measure run alone.
+SHARED = -n $$(($$(nproc) + 1)) --dist
 
 test: quick  ## all tests except `nightly`, the fast ones first
 	$(BIN)/pytest -q -m "slow and not alone and not nightly" $(SHARED) worksteal
