@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from rayrace import needs as cli_needs
 from rayrace import picture
 from rayrace import run as cli_run
 from rayrace import stress as cli_stress
@@ -47,6 +48,7 @@ def _end(text: str) -> None:
 app.command(cls=Once)(cli_run.run)
 app.command(cls=Once)(cli_run.status)
 app.command(cls=Once)(cli_stress.stress)
+app.command(cls=Once)(cli_needs.needs)
 app.command(cls=Once)(picture.render)
 app.command(cls=Once)(picture.trace)
 

@@ -1,0 +1,213 @@
+"""Measures what each leave-out is worth: the error that it makes and the time and memory that it saves.
+
+Errors are distances from the truth of the full scene (ERR-1). Full and reduced pictures have the same seed, hence the
+same samples wherever both draw them, and their times come from fresh processes in interleaved rounds.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from harness.errors import UserError
+from harness.experiment.experiment import Reference as Wanted
+from harness.judge import judge, truth
+from harness.judge.cache import Kept
+from harness.judge.truth import Truth
+from harness.picture.perception import perceive
+from harness.process import repetition
+from harness.process.repetition import Result
+from harness.race import row
+from harness.renderer.job import fingerprint
+from harness.renderer.parameters import Parameters
+from harness.renderer.registry import Entry
+from harness.scene.flatten import flatten
+from harness.scene.model import Scene
+from harness.scene.needs import needs
+from harness.single.leave_out import LeaveOut
+from harness.single.single import kernels
+from harness.statistics import statistics
+
+SURE = 2  # standard errors that a change of the error must exceed
+
+
+@dataclass
+class Model:
+    """A scene and its job, full or reduced, with what was measured of it.
+
+    seconds: of a steady frame, one for each repetition; peaks: bytes, likewise. broken: "" or why it has no picture or
+    time.
+    """
+
+    scene: Scene
+    job: Parameters
+    picture: np.ndarray | None = None
+    seconds: list[float] = field(default_factory=list)
+    peaks: list[float] = field(default_factory=list)
+    broken: str = ""
+
+    def __post_init__(self):
+        self.arrays, self.needs = flatten(self.scene), needs(self.scene, self.job)
+
+    def shoot(self, entry: Entry, run: Callable, timeout: float) -> None:
+        """Renders its picture, untimed, which leaves compiled code in the cache. run: as Sessions.run."""
+        job = replace(self.job, frames=0)
+        result = run(entry, self.arrays, job, self.needs, timeout=timeout, cache=kernels(entry))
+        self.broken = _broken(result)
+        self.picture = None if self.broken else result.array.astype(np.float64)
+
+    def repeat(self, entry: Entry, timeout: float) -> None:
+        """Times it once more, in a fresh process, unless it has no picture."""
+        if self.broken:
+            return
+        result = repetition.run(entry, self.arrays, self.job, self.needs, timeout, cache=kernels(entry))
+        self.broken = _broken(result)
+        if self.broken:
+            return
+        self.seconds.append(float(np.median([frame["end"] - frame["start"] for frame in result.said.frames[1:]])))
+        peak = row.memory(result.said, result.outcome)["peak_bytes"]
+        if peak is not None:
+            self.peaks.append(peak)
+
+
+def _broken(result: Result) -> str:
+    if result.status != "ok":
+        return f"{result.status}: {result.reason}"
+    return judge.broken(result) or ""
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What a leave-out changes, against the full model.
+
+    seen: share of the pixels that it changes. largest: of its changes, linear RGB. error: judge.errors of the reduced
+    picture. added: the change of the mean squared error, and its standard error. flip: between the two pictures. time:
+    ratio of frames, reduced over full; faster: statistics.verdict of it. memory: ratio of median peaks; None if the
+    system does not tell. unavailable: "" or why there is nothing of all this.
+    """
+
+    name: str
+    proof: str
+    unavailable: str = ""
+    seen: float = 0.0
+    largest: float = 0.0
+    error: dict = field(default_factory=dict)
+    added: tuple[float, float] = (0.0, 0.0)
+    flip: float = 0.0
+    time: statistics.Estimate | None = None
+    faster: str = ""
+    memory: float | None = None
+
+    @property
+    def verdict(self) -> str:
+        """Whether the picture needs it: what was proved is told apart from what was measured."""
+        if self.unavailable:
+            return f"unavailable: {self.unavailable}"
+        if self.proof:
+            return f"needs none of it (proved): {self.proof}"
+        if self.seen == 0:
+            return "changes no pixel (measured)"
+        gap, doubt = self.added
+        if abs(gap) <= SURE * doubt:
+            return "error: not resolved"
+        return "error grows" if gap > 0 else "error shrinks"
+
+    def record(self) -> dict:
+        """For JSON."""
+        told = {"left_out": self.name, "verdict": self.verdict, "proof": self.proof or None}
+        if self.unavailable:
+            return {**told, "unavailable": self.unavailable}
+        time = {"ratio": self.time.value, "low": self.time.low, "high": self.time.high, "verdict": self.faster}
+        memory = {"unavailable": "the peak is not known"} if self.memory is None else self.memory
+        gap, doubt = self.added
+        changes = {"pixels": self.seen, "largest": self.largest, "flip": self.flip}
+        squared = {"mean_squared_error_added": gap, "standard_error": doubt}
+        return {**told, **changes, "error": self.error, **squared, "time": time, "memory_ratio": memory}
+
+
+@dataclass(frozen=True)
+class Study:
+    """The full model, its error from its truth, the noise floor of the times, and the worth of each leave-out."""
+
+    full: Model
+    truth: Truth
+    error: dict
+    floor: statistics.Floor
+    worths: list[Worth]
+
+
+def truth_of(full: Model, known: dict[str, Entry], kept: Kept, run: Callable) -> Truth:
+    """The truth of a full scene, from the cache or made. run: as Sessions.run. UserError if it cannot be made."""
+    wanted = Wanted()
+    (told,) = truth.jobs([full.job], wanted, lambda job: needs(full.scene, job)).values()
+    maker = truth.choose(known, told)
+    if maker is None:
+        raise UserError(f"no renderer here can make the truth of this scene, of {', '.join(truth.MAKERS)}")
+    key = truth.key(told.shown, wanted, maker, fingerprint(full.arrays))
+    stored = kept.get(key)
+    if stored and (found := Truth.restored(*stored)).serves(told):
+        return found
+    try:
+        made = truth.make(told, maker, full.arrays, kernels(maker), run)
+    except LookupError as error:
+        raise UserError(str(error)) from None
+    kept.put(key, *made.stored())
+    return made
+
+
+def measure(
+    full: Model, true: Truth, entry: Entry, run: Callable, rounds: int, timeout: float, listed: list[LeaveOut]
+) -> Study:
+    """What each of the `listed` leave-outs of the full model is worth. run: as Sessions.run, for pictures; times are of
+    fresh processes. UserError if the full model has no picture.
+
+    In each round the full model runs twice, first and last, as the noise floor asks; every other round is reversed.
+    """
+    again = Model(full.scene, full.job)
+    reduced = [Model(*one.change(full.scene, full.job)) for one in listed]
+    for model in (full, *reduced):
+        model.shoot(entry, run, timeout)
+    for number in range(rounds):
+        for model in _turns([full, *reduced, again], number):
+            model.repeat(entry, timeout)
+        if broken := full.broken or again.broken:
+            raise UserError(f"{entry.name} has no picture of the full scene: {broken}")
+    floor = statistics.noise_floor(full.seconds, again.seconds)
+    error = judge.errors(full.picture, true.picture, true.standard_error, None)
+    worths = [_worth(one, model, full, true, floor) for one, model in zip(listed, reduced, strict=True)]
+    return Study(full, true, error, floor, worths)
+
+
+def _turns(models: list[Model], number: int) -> Iterator[Model]:
+    return iter(models if number % 2 == 0 else reversed(models))
+
+
+def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statistics.Floor) -> Worth:
+    if model.broken:
+        return Worth(one.name, one.proof, model.broken)
+    change = np.abs(model.picture - full.picture)
+    ratio = statistics.ratio(model.seconds, full.seconds, paired=True)
+    return Worth(
+        one.name,
+        one.proof,
+        seen=float(np.mean(change.max(axis=-1) > judge.TOLERANCE["float64"])),
+        largest=float(change.max()),
+        error=judge.errors(model.picture, true.picture, true.standard_error, None),
+        added=added(model.picture, full.picture, true),
+        flip=perceive(model.picture, full.picture).flip,
+        time=ratio,
+        faster=statistics.verdict(ratio, floor.value),
+        memory=float(np.median(model.peaks) / np.median(full.peaks)) if model.peaks and full.peaks else None,
+    )
+
+
+def added(reduced: np.ndarray, full: np.ndarray, true: Truth) -> tuple[float, float]:
+    """By how much the mean squared error of a reduced picture exceeds that of the full one, and how well it is known.
+
+    With a truth t + n, (r - t - n)^2 - (f - t - n)^2 has the noise 2 n (f - r) alone: that of both squares cancels. A
+    change c of the truth with depth, known as an RMS, adds at most 2 c times the RMS of f - r (Cauchy and Schwarz).
+    """
+    gap = float(np.mean((reduced - true.picture) ** 2 - (full - true.picture) ** 2))
+    apart = full - reduced
+    noise = 0.0 if true.standard_error is None else 2 * np.sqrt(np.sum((apart * true.standard_error) ** 2)) / apart.size
+    return gap, float(np.hypot(noise, 2 * (true.change or 0.0) * np.sqrt(np.mean(apart**2))))

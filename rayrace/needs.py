@@ -1,0 +1,119 @@
+"""The command `needs`: what a picture of a scene can do without, and what that costs and saves, in a table."""
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rayrace.picture import JsonOption, RendererOption, VectorOption
+
+FRAMES = 3  # steady frames of a process, of which the median counts
+
+
+def needs(
+    scene: Annotated[Path, typer.Argument(help="Scene file, or the name of a bundled one.")],
+    variant: Annotated[
+        str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
+    ] = "",
+    width: Annotated[int, typer.Option(min=1, max=65536)] = 512,
+    height: Annotated[int, typer.Option(min=1, max=65536)] = 512,
+    depth: Annotated[int, typer.Option(min=0, help="Largest order of a ray.")] = 10,
+    shadows: Annotated[bool, typer.Option(help="Shadow feelers.")] = True,
+    sampler: Annotated[str, typer.Option(help="one, uniform, jittered or adaptive.", metavar="NAME")] = "",
+    samples: Annotated[int, typer.Option(min=1, help="n: n x n samples a pixel, uniform if no sampler is given.")] = 1,
+    lens_radius: Annotated[float, typer.Option(min=0, help="0: a pinhole.")] = 0.0,
+    focal_distance: Annotated[float, typer.Option(min=0, help="From the eye to what is in focus.")] = 0.0,
+    feelers: Annotated[int, typer.Option(min=0, help="To each light with a radius; 0: hard shadows.")] = 0,
+    glossy_rays: Annotated[int, typer.Option(min=0, help="Reflected rays of a hit; 0: perfect mirrors.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.")] = 0,
+    vector: VectorOption = "off",
+    precision: Annotated[str, typer.Option(help="float64 or float32.", metavar="NAME")] = "float64",
+    processes: Annotated[int, typer.Option(min=1, help="Of each model; an interval of times needs 5.")] = 5,
+    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds, of each process.")] = 600.0,
+    renderer: RendererOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Leave out everything that a scene and its job model, one at a time: the error each makes, the time it saves."""
+    from harness.judge.cache import Kept
+    from harness.process.session import Sessions
+    from harness.renderer import registry
+    from harness.renderer.builder import cache_folder
+    from harness.scene import load, warnings
+    from harness.scene.needs import needs as needs_of
+    from harness.single import leave_out, single, worth
+    from rayrace import bundled
+
+    read = load(bundled.scene(scene))
+    image = single.image(
+        "", width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
+        lens_radius=lens_radius, focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
+        seed=seed, vector=vector, precision=precision,
+    )  # fmt: skip
+    job, known = image.parameters(1, FRAMES), registry.entries(tuple(renderer or ()))
+    entry = single.pick(variant, known, job, needs_of(read, job))
+    job = replace(job, threads=entry.threads())
+    full = worth.Model(read, job)
+    with Sessions() as sessions:
+        true = worth.truth_of(full, known, Kept(cache_folder("references")), sessions.run)
+        listed = leave_out.leave_outs(read, job)
+        study = worth.measure(full, true, entry, sessions.run, processes, timeout, listed)
+    single.warn(warnings(read))
+    _tell(study, entry.name, as_json)
+    if any(one.unavailable and not one.unavailable.startswith("unsupported") for one in study.worths):
+        raise typer.Exit(1)
+
+
+def _tell(study, name: str, as_json: bool) -> None:
+    """Prints a harness.single.worth.Study, what makes the largest error first."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from harness.statistics import statistics
+    from harness.store import record
+    from rayrace.terminal import console
+
+    full, worths = study.full, sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
+    seconds = statistics.median(full.seconds)
+    if as_json:
+        told = {"seconds": seconds.value, "low": seconds.low, "high": seconds.high, "error": study.error}
+        facts = {"truth": study.truth.maker, **study.truth.facts(), "noise_floor": study.floor.value}
+        rows = [one.record() for one in worths]
+        print(
+            json.dumps({"renderer": name, "job": full.job.values(), "full": told, **facts, "without": rows}, indent=1)
+        )
+        return
+    error = {"truth": study.truth.maker, "against": "scene", **study.truth.facts(), **study.error}
+    print(f"{name}, {full.job.width} x {full.job.height}: {seconds.value:.3g} s a frame; {record.error_of(error)}")
+    table = Table(title="Without it", title_justify="left")
+    table.add_column("left out", overflow="fold")
+    for head in (
+        "pixels\nchanged",
+        "largest\nchange",
+        "RMSE\nfrom the truth",
+        "FLIP",
+        "time of\na frame",
+        "peak\nmemory",
+    ):
+        table.add_column(head, justify="right")
+    table.add_column("", overflow="fold")
+    for one in worths:
+        table.add_row(escape(one.name), *_cells(one), escape(one.verdict))
+    console.print(table)
+    print("time, memory: times those of the full model; in brackets the 95 % interval, ~ where it is not resolved")
+    if study.floor.value is None:
+        print(f"noise floor unavailable: {study.floor.reason}", file=sys.stderr)
+
+
+def _cells(one) -> list[str]:
+    """The numbers of a row, for people."""
+    if one.unavailable:
+        return [""] * 6
+    time = f"{one.time.value:.2f}" + (f" [{one.time.low:.2f}, {one.time.high:.2f}]" if one.time.low is not None else "")
+    if one.faster == "not resolved":
+        time = f"~{time}"
+    memory = "unavailable" if one.memory is None else f"{one.memory:.2f}"
+    rmse = f"{one.error['rmse']:.3g}"
+    return [f"{one.seen:.2%}", f"{one.largest:.2g}", rmse, f"{one.flip:.2g}", time.replace("[", "\\["), memory]
