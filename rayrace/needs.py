@@ -37,7 +37,9 @@ def needs(
     as_json: JsonOption = False,
 ) -> None:
     """Leave out everything that a scene and its job model, one at a time: the error each makes, the time it saves."""
+    from harness.errors import UserError
     from harness.judge.cache import Kept
+    from harness.process import repetition
     from harness.process.session import Sessions
     from harness.renderer import registry
     from harness.renderer.builder import cache_folder
@@ -54,6 +56,8 @@ def needs(
     )  # fmt: skip
     job, known = image.parameters(1, FRAMES), registry.entries(tuple(renderer or ()))
     entry = single.pick(variant, known, job, needs_of(read, job))
+    if why := entry.unavailable or repetition.unsupported(entry, job, needs_of(read, job)):
+        raise UserError(f"{entry.name} cannot render this scene: {why}")
     job = replace(job, threads=entry.threads())
     full = worth.Model(read, job)
     with Sessions() as sessions:

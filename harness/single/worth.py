@@ -167,6 +167,8 @@ def measure(
     reduced = [Model(*one.change(full.scene, full.job)) for one in listed]
     for model in (full, *reduced):
         model.shoot(entry, run, timeout)
+        if full.broken:
+            raise UserError(f"{entry.name} has no picture of the full scene: {full.broken}")
     for number in range(rounds):
         for model in _turns([full, *reduced, again], number):
             model.repeat(entry, timeout)

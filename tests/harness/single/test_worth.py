@@ -111,6 +111,14 @@ def test_a_part_of_csg_is_left_out_of_its_tree():
     assert codes == [(sphere, ellipsoid, Operator.OR), (sphere, box, Operator.NOT, Operator.AND)]
 
 
+def test_of_an_operator_the_other_operand_remains():
+    both = read(SOLID).objects[0]
+    sphere, box, _ = both.parts()
+    scene = replace(read(SOLID), objects=(replace(both, code=(sphere, box, Operator.AND)),))
+    first, second = (one.change(scene, Parameters())[0].objects[0] for one in leave_outs(scene, Parameters())[-2:])
+    assert (first.code, second.code) == ((box,), (sphere,))
+
+
 def test_the_error_added_is_known_as_well_as_it_says():
     """Against truths with noise, of pictures of which one errs more: the scores are normal."""
     (seed, *_) = seeds.numbers("worth")

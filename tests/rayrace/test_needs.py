@@ -1,0 +1,43 @@
+"""`rayrace needs`: what a picture can do without, on the command line."""
+
+import json
+
+import pytest
+
+SCENE = """CAMERA (0,0,0) (1,0,0) (0,0.8,0) 4
+LIGHT (4,5,6) (0.9,0.9,0.8) 0
+SPHERE (-0.2,0.1,-1) 0.6 (0.7,0.5,0.3) 0 20 (0,0,0) 1e6 1
+"""
+WORDS = "-r", "numpy", "--width", 12, "--height", 10, "--processes", 1
+
+
+def test_what_each_leave_out_is_worth(rayrace, tmp_path):
+    """A lone sphere that reflects nothing has no need of depth, which is proved, nor of shadows: none falls on it."""
+    (tmp_path / "scene.txt").write_text(SCENE)
+    done = rayrace("needs", "scene.txt", *WORDS, "--json", cwd=tmp_path, code=0)
+    told = json.loads(done.stdout)
+    rows = {one["left_out"]: one for one in told["without"]}
+    assert set(rows) == {
+        *("shadows", "light 1", "the sphere of line 3", "depth 10 to 0"),
+        *("float64 to float32", "one ray at a time, to lanes"),
+    }
+    assert rows["depth 10 to 0"]["proof"] and rows["depth 10 to 0"]["pixels"] == 0
+    assert rows["shadows"]["verdict"] == "changes no pixel (measured)" and rows["shadows"]["proof"] is None
+    assert rows["light 1"]["error"]["rmse"] > told["full"]["error"]["rmse"]
+    assert told["noise_floor"] is None and rows["light 1"]["time"]["low"] is None
+    assert "noise floor" not in done.stderr
+    worst = told["without"][0]["left_out"]
+    assert worst in ("light 1", "the sphere of line 3")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("scene.txt", "-r", "nump"), 'error: no renderer "nump"; did you mean'),
+        (("scene.txt", "--lens-radius", 0.1), "error: lens_radius: also needs focal_distance"),
+        (("scene.txt", "-r", "numpy", "--vector", "on"), "error: numpy cannot render this scene: has no vector on"),
+    ],
+)
+def test_wrong_use(rayrace, tmp_path, words, message):
+    (tmp_path / "scene.txt").write_text(SCENE)
+    assert message in rayrace("needs", *words, cwd=tmp_path, code=2).stderr
