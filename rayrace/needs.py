@@ -10,6 +10,7 @@ import typer
 
 from rayrace.picture import JsonOption, RendererOption, VectorOption
 
+CHARTS = (".png", ".svg", ".pdf")
 FRAMES = 3  # steady frames of a process, of which the median counts
 
 
@@ -33,12 +34,14 @@ def needs(
     precision: Annotated[str, typer.Option(help="float64 or float32.", metavar="NAME")] = "float64",
     processes: Annotated[int, typer.Option(min=1, help="Of each model; an interval of times needs 5.")] = 5,
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds, of each process.")] = 600.0,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Chart of errors and times: .png, .svg, ..")] = None,
     renderer: RendererOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Leave out everything that a scene and its job model, one at a time: the error each makes, the time it saves."""
     from harness.errors import UserError
     from harness.judge.cache import Kept
+    from harness.picture import picture
     from harness.process import repetition
     from harness.process.session import Sessions
     from harness.renderer import registry
@@ -48,6 +51,10 @@ def needs(
     from harness.single import leave_out, single, worth
     from rayrace import bundled
 
+    if out and out.suffix not in CHARTS:
+        raise UserError(f"-o {out}: expected a chart, {', '.join(CHARTS)}")
+    if out:
+        picture.check_folder(out)
     read = load(bundled.scene(scene))
     image = single.image(
         "", width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
@@ -65,13 +72,18 @@ def needs(
         listed = leave_out.leave_outs(read, job)
         study = worth.measure(full, true, entry, sessions.run, processes, timeout, listed)
     single.warn(warnings(read))
-    _tell(study, entry.name, as_json)
+    worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
+    _tell(study, worths, entry.name, as_json)
+    if out:
+        from reports.times import worth_figure
+
+        worth_figure.write(out, [one.record() for one in worths], study.error["rmse"])
     if any(one.unavailable and not one.unavailable.startswith("unsupported") for one in study.worths):
         raise typer.Exit(1)
 
 
-def _tell(study, name: str, as_json: bool) -> None:
-    """Prints a harness.single.worth.Study, what makes the largest error first."""
+def _tell(study, worths: list, name: str, as_json: bool) -> None:
+    """Prints a harness.single.worth.Study, its worths in the order given."""
     from rich.markup import escape
     from rich.table import Table
 
@@ -79,7 +91,7 @@ def _tell(study, name: str, as_json: bool) -> None:
     from harness.store import record
     from rayrace.terminal import console
 
-    full, worths = study.full, sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
+    full = study.full
     seconds = statistics.median(full.seconds)
     if as_json:
         told = {"seconds": seconds.value, "low": seconds.low, "high": seconds.high, "error": study.error}
