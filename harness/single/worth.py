@@ -80,10 +80,10 @@ def _broken(result: Result) -> str:
 class Worth:
     """What a leave-out changes, against the full model.
 
-    seen: share of the pixels that it changes. largest: of its changes, linear RGB. error: judge.errors of the reduced
-    picture. added: the change of the mean squared error, and its standard error. flip: between the two pictures. time:
-    ratio of frames, reduced over full; faster: statistics.verdict of it. memory: ratio of median peaks; None if the
-    system does not tell. unavailable: "" or why there is nothing of all this.
+    seen: share of the pixels that it changes by more than agreement in float64 allows. largest: of its changes, linear
+    RGB. error: judge.errors of the reduced picture. added: the change of the mean squared error, and its standard
+    error. flip: between the two pictures. time: ratio of frames, reduced over full; faster: statistics.verdict of it.
+    memory: ratio of median peaks; None if the system does not tell. unavailable: "" or why there is nothing of this.
     """
 
     name: str
