@@ -3,12 +3,13 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from reports.paper import style
+from reports.paper import style, thinning
 from reports.scaling.complexity_models import COUNTED, ORDERS, STUDY, Fitted
 from reports.scaling.complexity_text import FAIR, GOOD, percent
 
 MARKS = {STUDY: ("#D55E00", "o"), ORDERS: ("#56B4E9", "s"), COUNTED: ("#005C43", "^")}
 NAMES = {"p": "pixels p", "d": "order d", "o": "objects o", "l": "lights l"}
+LABELS = 4  # that have room below a panel of four
 
 
 def draw(found: Fitted):
@@ -59,7 +60,8 @@ def _errors(row, found: Fitted, models: list[str]) -> None:
             axes.set_xscale("log")
         else:
             axes.set_xscale("symlog", linthresh=1)
-        axes.set_xticks(values, [_short(value) for value in values])
+        named = thinning.few(values, LABELS)
+        axes.set_xticks(values, [_short(value) if value in named else "" for value in values])
         axes.minorticks_off()
         axes.set_xlabel(NAMES[name])
         axes.grid(axis="y", color="#CCCCCC")
