@@ -21,6 +21,11 @@ def _length(job, name):
     return len(np.load(job.array(name), mmap_mode="r"))
 
 
+def ranks(job):
+    """The number of clear solids (MED-2)."""
+    return _length(job, "media")
+
+
 def largest_part(job):
     """Triangles of the largest mesh that is a part of a CSG solid."""
     return int(np.load(job.array("csg_meshes"))[:, 1].max(initial=0))

@@ -88,7 +88,7 @@ def tables(job, real):
         values["corners"] = np.zeros((y1 - y0 + 1, x1 - x0 + 1, 3) if asked else (1, 1, 3), real)
     if needs.CUTOFF:
         values["dropped"] = np.zeros((y1 - y0, x1 - x0), real)
-    if needs.TREE:
+    if needs.TREE or needs.VECTOR:
         values["bounds"] = found
     return values
 

@@ -36,13 +36,11 @@ CUDA_METHODS = METHODS | {
     "scene_memory": ("auto", "global", "constant", "shared"),
 }
 # What there is in lanes (VEC-1); of methods that are not named here, the first.
-LANES = ("sphere", "ambient", "diffuse", "phong", "shadows", "reflection")
-LANE_METHODS = {
-    "precision": METHODS["precision"],
+LANES = tuple(name for name in FEATURES if name not in ("adaptive", "rays"))
+LANE_METHODS = {name: METHODS[name] for name in ("precision", "accel", "vector", "glossy_weight")} | {
     "walk": ("least", "chain"),
-    "accel": ("auto", "none"),
-    "vector": METHODS["vector"],
 }
+RANKS = 31  # bits of a set of clear solids in lanes (MED-2)
 held = {}  # the kernel of this process, once a job has asked for one
 FAULTS = {"numba-cuda-index-fault": "index", "numba-cuda-barrier-fault": "barrier"}
 
@@ -69,14 +67,13 @@ def prepare(job):
         worker.refuse(f"cutoff: with the walks chain and stack, not with {job.walk}")
     if cuts and job.sampler == "adaptive":
         worker.refuse("cutoff: not with adaptive samples")
-    walk = job.walk
-    if walk == "least" or job.kind == "rays":  # of what the kernel has, not of what the job uses
+    walk = "chain" if vector else job.walk  # in lanes no walk but the streams takes work memory
+    if not vector and (walk == "least" or job.kind == "rays"):  # of what the kernel has, not of what the job uses
         walk = "stack" if several or "transmission" in job.needs or "glossy" in job.carried else "chain"
 
     in_shared = cuda and (job.scene_memory == "shared" or job.variant in FAULTS)
-    tree = job.accel == "bvh" or (
-        job.accel == "auto" and not in_shared and not vector and count_shapes(job) >= needs.MANY
-    )
+    many = needs.MANY_FOR_LANES[job.precision] if vector else needs.MANY
+    tree = job.accel == "bvh" or (job.accel == "auto" and not in_shared and count_shapes(job) >= many)
     chosen = {"walk": walk, "tree": tree} | (on_gpu(job, walk, tree, in_shared) if cuda else {})
     needs.take(
         job.needs,
@@ -101,11 +98,17 @@ def prepare(job):
 
 def missing_in_lanes(job):
     """Returns what of the job the kernel in lanes lacks, or None."""
+    from .count import ranks
+
     if job.kind == "rays":
         return "pictures alone, no rays"
     missing = [name for name in job.needs if name not in LANES]
     if missing:
         return "does not support " + ", ".join(missing)
+    if job.carried:
+        return "kernels of what the job needs alone"
+    if "media" in job.needs and ranks(job) > RANKS:
+        return f"sets of up to {RANKS} clear solids alone"
     for name, known in METHODS.items():
         if getattr(job, name) not in LANE_METHODS.get(name, known[:1]):
             return f"does not support {name} {getattr(job, name)}"
@@ -117,7 +120,7 @@ def lanes_pay(job):
     from .count import count_shapes
 
     x0, y0, x1, y1 = job.region
-    few = job.accel == "none" or count_shapes(job) < needs.MANY_FOR_LANES[job.precision]
+    few = job.accel == "none" or (job.accel == "auto" and count_shapes(job) < needs.MANY_FOR_LANES[job.precision])
     return few and min(x1 - x0, y1 - y0) >= needs.LEAST_SIDE
 
 

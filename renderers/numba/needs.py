@@ -99,7 +99,7 @@ def methods(job):
     used = {
         "precision": job.precision,
         "floating_point": FLOATING_POINT,
-        "walk": WALK,
+        "walk": "streams" if VECTOR else WALK,
         "accel": "bvh" if TREE else "none",
         "vector": "on" if VECTOR else "off",
     }

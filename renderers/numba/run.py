@@ -15,13 +15,14 @@ import numpy as np  # noqa: E402
 from numba.core.runtime import rtsys  # noqa: E402
 
 from . import needs  # noqa: E402
+from .load import build, work_of_walk  # noqa: E402
 from .once import optimise_only  # noqa: E402
 
 if needs.VECTOR:
     from .lanes.render import render_tiles, render_tiles_parallel
-    from .lanes.scene import load, tiles
+    from .lanes.scene import load, scene_of, tiles
 else:
-    from .load import build, load, scene_of, work_of_walk
+    from .load import load, scene_of
     from .render import render_rows, render_rows_parallel, trace_rays, trace_rays_parallel
 
 
@@ -75,7 +76,7 @@ def run(job):
     if needs.TREE:
         with worker.phase("build"):
             build(loaded, real)
-    scene = loaded if needs.VECTOR else scene_of(loaded)
+    scene = scene_of(loaded)
     with worker.phase("compile"):
         if not entry.signatures:
             optimise_only((entry.__qualname__, "recurse"))  # walk.py

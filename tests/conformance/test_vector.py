@@ -176,7 +176,7 @@ def test_frames_and_batches_are_the_same_picture(render, laned):
     assert more.array.tobytes() == once.array.tobytes() and more.said.rays == once.said.rays
 
 
-WHOLE_MODEL = [name for name in IN_LANES if name.startswith("cpp")][:1]  # has lanes for all that SPEC.md has
+WHOLE_MODEL = [name for name in ("cpp", "numba") if name in IN_LANES]  # have lanes for all of SPEC.md, or nearly so
 GLASS = "(0.2,0.3,0.1) 0.8 20 (0.8,0.9,0.7) 2.2 1"
 FLOOR = "POLYGON 4 (-9,-2,-9) (-9,-2,9) (9,-2,9) (9,-2,-9) (0.6,0.5,0.4) 0.3 9 (0,0,0) 1 1\n"
 
@@ -202,29 +202,27 @@ def test_solids_of_few_and_many_parts(agree, variant, count):
     agree(variant, scene, depth=3, shadows=True)
 
 
-@pytest.mark.parametrize("variant", WHOLE_MODEL)
-def test_more_solids_in_each_other_than_there_are_bits(bench, agree, render, variant):
+def test_more_solids_in_each_other_than_there_are_bits(bench, agree, render):
     """MED-2: 40 nested balls do not fit into 32 bits; float32 then goes ray by ray (VEC-3)."""
     balls = "".join(
         f"SPHERE (0,0,0) {2 - 0.04 * k} (0,0,0) 0.9 9 (0.9,0.9,0.9) {1 + 0.1 * (k % 3)} 1\n" for k in range(40)
     )
     scene = STAGE + LIGHTS + FLOOR + balls
-    agree(variant, scene, depth=4, precision="float64")
-    result = render(variant, scene, depth=4, precision="float32")
+    agree("cpp", scene, depth=4, precision="float64")
+    result = render("cpp", scene, depth=4, precision="float32")
     assert result.said.used["methods"]["accel"] == "bvh"
-    refused = attempt(bench, variant, scene, depth=4, precision="float32", accel="none")
+    refused = attempt(bench, "cpp", scene, depth=4, precision="float32", accel="none")
     assert refused.status == "unsupported" and "40 solids" in refused.reason
 
 
 @pytest.mark.parametrize("depth", [0, 1, 4, 7])
-@pytest.mark.parametrize("variant", WHOLE_MODEL)
-def test_lattices_of_any_depth(agree, variant, depth):
+def test_lattices_of_any_depth(agree, depth):
     """SAM-4, SAM-5: from a whole tile in work to a single pixel; with a lens, so that each point draws."""
     scene = (
         STAGE + LIGHTS + FLOOR + f"SPHERE (0,0,0) 1 {MIRROR}\nBOX (0.4,-1,1) (1,0,0.3) (0,1,0) (-0.3,0,1) {MIRROR}\n"
     )
     size = {"width": 39 if depth < 7 else 5, "height": 27 if depth < 7 else 4}
-    agree(variant, scene, depth=1, sampler="adaptive", adaptive_depth=depth, lens_radius=0.05, focal_distance=5, **size)
+    agree("cpp", scene, depth=1, sampler="adaptive", adaptive_depth=depth, lens_radius=0.05, focal_distance=5, **size)
 
 
 @pytest.mark.parametrize("variant", WHOLE_MODEL)

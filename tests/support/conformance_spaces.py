@@ -17,7 +17,6 @@ from renderers.numba.needs import MATTERS
 
 DEPTH = 3
 THREADS = 3  # of a variant with threads
-LANES = {"sphere", "ambient", "diffuse", "phong", "shadows", "reflection"}  # needs that Numba has lanes for (VEC-1)
 USUAL = ("sphere", "offset", "fresnel", "phong", "renormalise")  # of these, rays in lanes have only the default
 MANY = 64  # shapes from which Numba uses a tree if accel is auto
 THREADED = {"cpp": "cpp-threads", "numba": "numba-parallel"}
@@ -41,7 +40,6 @@ class Feature:
     single: bool  # no ray has two children
     clear: bool  # some rays are transmitted
     broken: bool  # some exponent of Phong is not a whole number
-    lanes: bool  # Numba has lanes for it (VEC-1)
     many: bool  # MANY shapes or more
 
 
@@ -64,7 +62,6 @@ def _feature(scene: Scene, job: dict) -> Feature:
         single="transmission" not in needed and job.get("glossy_rays", 0) < 2,
         clear="transmission" in needed,
         broken=any(exponent != int(exponent) for exponent in exponents),
-        lanes=needed <= LANES,
         many=count >= MANY,
     )
 
@@ -122,16 +119,11 @@ def of_cpp(case: Case) -> str | None:
 
 def of_numba(case: Case) -> str | None:
     """None, or why Numba refuses a case."""
-    names = (*USUAL, "triangle", "slab", "merge", "floating_point", "glossy_weight")
-    usual = all(case[name] == default(name) for name in names)
-    if case["vector"] == "on" and not (usual and _in_lanes(case) and case["accel"] != "bvh"):
+    usual = all(case[name] == default(name) for name in (*USUAL, "triangle", "slab", "merge", "floating_point"))
+    in_lanes = case["sampler"] != "adaptive" and case["walk"] in ("least", "chain") and case["kernel"] == "needed"
+    if case["vector"] == "on" and not (usual and in_lanes):
         return "not in lanes (VEC-1)"
     return refusal(case)
-
-
-def _in_lanes(case: Case) -> bool:
-    lanes = scenes()[case["scene"]].lanes and case["sampler"] == "one" and case["walk"] in ("least", "chain")
-    return lanes and case["kernel"] == "needed"
 
 
 def chosen_by_numba(case: Case) -> Case:
@@ -141,7 +133,7 @@ def chosen_by_numba(case: Case) -> Case:
     if case["kernel"] == "general":  # which has no lanes
         return {"walk": case["walk"].replace("least", "stack"), "accel": tree, "vector": "off"}
     features = {*needed(case["scene"], case["sampler"], case["depth"], case["shadows"])}
-    lanes = of_numba(case | {"vector": "on"}) is None and (case["accel"] == "none" or not found.many)
+    lanes = of_numba(case | {"vector": "on"}) is None and tree == "none"
     several = not found.single and features & {"transmission", "glossy"}
     idle = [name for name, users in MATTERS.items() if not features & {user.lower() for user in users}]
     return {

@@ -38,6 +38,7 @@ class LanesModel(models.PrimitiveModel):
 REAL = Lanes(types.float32 if SINGLE else types.float64)
 INTEGER = Lanes(types.int32)  # places in arrays
 BITS = Lanes(types.int32 if SINGLE else types.int64)  # of a REAL
+WORDS = Lanes(types.int64)  # words of 32 bits, with room for their products
 MASK = Lanes(types.boolean)
 
 
@@ -117,6 +118,7 @@ arithmetic(operator.mul, "fmul", "mul")
 arithmetic(operator.truediv, "fdiv", "")
 arithmetic(operator.and_, "", "and_")
 arithmetic(operator.or_, "", "or_")
+arithmetic(operator.xor, "", "xor")
 arithmetic(operator.lshift, "", "shl")
 arithmetic(operator.rshift, "", "ashr")
 comparison(operator.lt, "<")
@@ -156,6 +158,22 @@ def numbered(_):
     """0, 1, 2, .., as INTEGER."""
     kind = ir.VectorType(ir.IntType(32), COUNT)
     return INTEGER(), lambda context, builder, told, values: ir.Constant(kind, list(range(COUNT)))
+
+
+@intrinsic
+def lane(_, lanes, k):
+    """Lane `k`."""
+    return lanes.dtype(lanes, types.intp), lambda context, builder, told, values: builder.extract_element(*values)
+
+
+@intrinsic
+def put(_, lanes, k, number):
+    """The lanes with a number in lane `k`."""
+
+    def write(context, builder, told, values):
+        return builder.insert_element(values[0], values[2], values[1])
+
+    return lanes(lanes, types.intp, lanes.dtype), write
 
 
 @intrinsic
@@ -200,3 +218,5 @@ to_bits = of_one(BITS, REAL, lambda builder, a, kind: builder.bitcast(a, kind))
 from_bits = of_one(REAL, BITS, lambda builder, a, kind: builder.bitcast(a, kind))
 whole = of_one(BITS, REAL, lambda builder, a, kind: builder.fptosi(a, kind))  # of whole numbers
 from_whole = of_one(REAL, BITS, lambda builder, a, kind: builder.sitofp(a, kind))
+to_words = of_one(WORDS, INTEGER, lambda builder, a, kind: builder.zext(a, kind))
+from_words = of_one(INTEGER, WORDS, lambda builder, a, kind: builder.trunc(a, kind))  # the low 32 bits

@@ -1,73 +1,80 @@
-"""Shades the hits of a packet of rays: light (LOC) and mirrored share (REF)."""
+"""Light at the points that a packet of rays hits (LOC, SOF)."""
 
 import math
 
-from ..needs import AMBIENT, DIFFUSE, LIT, PHONG, SHADOWS
+from ..needs import AMBIENT, DIFFUSE, LIT, PHONG, SHADOWS, SOFT
+from ..shade import COLOUR, RADIUS
 from ..target import kernel
 from ..vector import add, multiply, row, scale, subtract
+from . import scene as tables
+from .functions import power, turn
 from .lanes import any_of, count_of, fma, select, spread
 from .memory import gather
-from .power import power
-from .sphere import occluded
-from .vector import dot, gather_three, select_three
-
-# Rows of the table of surfaces, a column for each sphere: centre, radius, diffuse colour, k_s, m, and N and M of REF-1
-# for a ray from outside and from inside.
-CENTRE, RADIUS, DIFFUSE_COLOUR, SPECULAR, EXPONENT, FROM_OUTSIDE, FROM_INSIDE = 0, 3, 4, 7, 8, 9, 11
-ROWS = 13
+from .random import draw
+from .search import occluded
+from .vector import along, dot, gather_three, select_three
 
 
 @kernel
-def local_light(scene, index, hit, point, normal, direction, outside):
-    """Linear RGB (LOC-1 to LOC-5) in the lanes of the mask `hit`, and the number of feelers."""
-    surfaces, zero, feelers = scene.surfaces, spread(0.0), 0
+def on_light(scene, ray, i, f):
+    """The targets of feeler number `f` to light `i` (SOF-2)."""
+    pixel, sample, path = ray
+    u = draw(scene, pixel, sample, path, 1 + i * scene.feelers + f)
+    z, (cosine, sine) = 1.0 - 2.0 * u[0], turn(u[1])
+    rest = 1.0 - z * z
+    w = math.sqrt(select(rest > 0.0, rest, 0.0))
+    return along(row(scene.lights, i), scene.lights[i, RADIUS], (w * cosine, w * sine, z))
+
+
+@kernel
+def local_light(scene, thread, role, hit, point, normal, direction, outside, place, ray):
+    """Linear RGB (LOC-1 to LOC-5, SOF-1) in the lanes of the mask `hit`, and the number of feelers, from `outside`.
+
+    ray: pixel, sample and path of RND-2.
+    """
+    zero, feelers = spread(0.0), 0
     colour, diffuse, specular, exponent = (zero, zero, zero), (zero, zero, zero), zero, zero
     if AMBIENT or DIFFUSE:
-        diffuse = gather_three(surfaces, DIFFUSE_COLOUR, index, hit)
+        diffuse = gather_three(scene.roles, tables.DIFFUSE, role, hit)
     if AMBIENT:
         colour = multiply(diffuse, row(scene.ambient, 0))
     if PHONG:
-        specular, exponent = gather(surfaces, SPECULAR, index, hit), gather(surfaces, EXPONENT, index, hit)
+        specular = gather(scene.roles, tables.SPECULAR, role, hit)
+        exponent = gather(scene.roles, tables.EXPONENT, role, hit)
     if LIT:
         slope = -2.0 * dot(normal, direction)
         for i in range(len(scene.lights)):
-            to_light = subtract(row(scene.lights, i), point)
-            distance = math.sqrt(dot(to_light, to_light))
-            near = 1.0 / distance
-            cosine = near * dot(normal, to_light)
-            lit = hit & (cosine > 0.0)
-            if SHADOWS and any_of(lit):
-                feelers += count_of(lit)
-                lit = lit & ~occluded(scene.spheres, scene.count, outside, scale(near, to_light), distance, lit)
-            if any_of(lit):
-                received, highlight = (zero, zero, zero), zero
-                if DIFFUSE:
-                    received = scale(cosine, diffuse)
-                if PHONG:
-                    c = fma(near, dot(to_light, direction), cosine * slope)
-                    shines = lit & (c > 0.0)
-                    if any_of(shines):
-                        highlight = specular * power(select(c < 1.0, c, 1.0), exponent)
-                        highlight = select(shines, highlight, 0.0)
-                    received = received[0] + highlight, received[1] + highlight, received[2] + highlight
-                colour = select_three(lit, add(colour, multiply(received, row(scene.light_colours, i))), colour)
+            count, share = 1, 1.0
+            if SOFT and scene.lights[i, RADIUS] > 0:
+                count, share = scene.feelers, 1.0 / scene.feelers
+            total = zero, zero, zero
+            for f in range(count):
+                to_light = subtract(row(scene.lights, i), point)
+                if SOFT and scene.lights[i, RADIUS] > 0:
+                    to_light = subtract(on_light(scene, ray, i, f), point)
+                distance = math.sqrt(dot(to_light, to_light))
+                near = 1.0 / distance
+                cosine = near * dot(normal, to_light)
+                lit = hit & (cosine > 0.0)
+                if SHADOWS and any_of(lit):
+                    feelers += count_of(lit)
+                    way = scale(near, to_light)
+                    lit = lit & ~occluded(scene, thread, lit, outside, way, distance, place)
+                if any_of(lit):
+                    received, highlight = (zero, zero, zero), zero
+                    if DIFFUSE:
+                        received = scale(cosine, diffuse)
+                    if PHONG:
+                        c = fma(near, dot(to_light, direction), cosine * slope)
+                        shines = lit & (c > 0.0)
+                        if any_of(shines):
+                            highlight = specular * power(select(c < 1.0, c, 1.0), exponent)
+                            highlight = select(shines, highlight, 0.0)
+                        received = received[0] + highlight, received[1] + highlight, received[2] + highlight
+                    received = select_three(lit, received, (zero, zero, zero))
+                    total = add(total, received) if SOFT else received
+            if SOFT:
+                total = scale(share, total)
+            light = scene.lights[i, COLOUR], scene.lights[i, COLOUR + 1], scene.lights[i, COLOUR + 2]
+            colour = add(colour, multiply(total, light))
     return colour, feelers
-
-
-@kernel
-def mirrored_share(surfaces, index, hit, cosine):
-    """k_s R (REF-1, REF-2). cosine: d·n."""
-    n, m = gather(surfaces, FROM_OUTSIDE, index, hit), gather(surfaces, FROM_OUTSIDE + 1, index, hit)
-    inside = hit & (cosine > 0.0)
-    if any_of(inside):
-        n = select(inside, gather(surfaces, FROM_INSIDE, index, inside), n)
-        m = select(inside, gather(surfaces, FROM_INSIDE + 1, index, inside), m)
-    c = abs(cosine)
-    c = select(c < 1.0, c, 1.0)
-    x = 1.0 - n * n * (1.0 - c * c)
-    s = math.sqrt(x)
-    r1 = (n * c - m * s) / (n * c + m * s)
-    r2 = (m * c - n * s) / (m * c + n * s)
-    r = select(x <= 0.0, 1.0, 0.5 * (r1 * r1 + r2 * r2))
-    there = (n != 1.0) | (m != 1.0)
-    return gather(surfaces, SPECULAR, index, hit) * select(there, r, 0.0)

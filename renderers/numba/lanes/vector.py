@@ -3,7 +3,7 @@
 import math
 
 from ..target import kernel
-from .lanes import fma, select
+from .lanes import fma, lane, put, select
 from .memory import gather
 
 
@@ -35,3 +35,15 @@ def gather_three(table, first, columns, mask):
     """Of row `first` and the two after it."""
     x, y = gather(table, first, columns, mask), gather(table, first + 1, columns, mask)
     return x, y, gather(table, first + 2, columns, mask)
+
+
+@kernel
+def of_lane(a, k):
+    """That of lane `k`."""
+    return lane(a[0], k), lane(a[1], k), lane(a[2], k)
+
+
+@kernel
+def put_three(a, k, numbers):
+    """`a` with three numbers in lane `k`."""
+    return put(a[0], k, numbers[0]), put(a[1], k, numbers[1]), put(a[2], k, numbers[2])

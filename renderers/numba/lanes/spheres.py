@@ -1,20 +1,17 @@
-"""Spheres, one after the other against a packet of rays, and those that a tile can see."""
+"""Spheres, one after the other against a packet of rays."""
 
 import math
 
 import numpy as np
 
 from ..target import kernel
-from ..vector import UNIT_ROUNDOFF, subtract
-from .lanes import COUNT, any_of, count_of, numbered, select, spread
-from .memory import load, store_some
+from ..vector import subtract
+from .lanes import any_of, select, spread
 from .vector import along, dot
 
 # Rows of a table of spheres, a column each: centre, r, r², and the b of a hit behind whose like there is none.
 X, Y, Z, RADIUS, SQUARE, BEHIND = range(6)
 ROWS = 6
-
-MARGIN = 64 * UNIT_ROUNDOFF  # of VEC-2: rays, cone and Δ of SPH-1 are off by less than half of it
 
 
 @kernel
@@ -50,8 +47,8 @@ def nearest(table, ids, count, origin, direction):
 
 
 @kernel
-def occluded(table, count, origin, direction, limit, asked):
-    """The lanes of the mask `asked` whose feeler is stopped before its limit (HIT-5)."""
+def unstopped(table, count, origin, direction, limit, asked):
+    """The lanes of the mask `asked` whose ray meets no sphere before its limit (HIT-5)."""
     open_ = asked
     for i in range(count):
         f, b, delta, near = approach(table, i, origin, direction)
@@ -61,27 +58,4 @@ def occluded(table, count, origin, direction, limit, asked):
             open_ = open_ & ~(near & (t > 0.0) & (t < limit))
             if not any_of(open_):
                 break
-    return asked & ~open_
-
-
-@kernel
-def cull(table, ids, count, apex, axis, cosine, sine, kept, kept_ids):
-    """Copy the spheres that a cone can meet (VEC-2); their number.
-
-    cosine, sine: of the angle between axis and side; `cosine` > 0.
-    """
-    n = 0
-    for first in range(0, count, COUNT):
-        f = subtract((load(table, X, first), load(table, Y, first), load(table, Z, first)), apex)
-        radius = load(table, RADIUS, first)
-        height = dot(f, axis)
-        aside = along(f, -height, axis)
-        width, away = math.sqrt(dot(aside, aside)), math.sqrt(dot(f, f))
-        beside = height * cosine + width * sine > 0.0  # else the apex is the nearest of the cone
-        apart = select(beside, width * cosine - height * sine, away)
-        meets = ~(apart > radius + MARGIN * (away + radius)) & (numbered() < count - first)
-        for row in range(ROWS):
-            store_some(kept, row, n, load(table, row, first), meets)
-        store_some(kept_ids, 0, n, load(ids, 0, first), meets)
-        n += count_of(meets)
-    return n
+    return open_
