@@ -99,7 +99,7 @@ def methods(job):
     used = {
         "precision": job.precision,
         "floating_point": FLOATING_POINT,
-        "walk": "streams" if VECTOR else WALK,
+        "walk": "streams" if VECTOR and job.walk == "least" else WALK,
         "accel": "bvh" if TREE else "none",
         "vector": "on" if VECTOR else "off",
     }
