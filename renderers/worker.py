@@ -64,6 +64,7 @@ class Job:
         self.threads = int(flags.get("threads", 1))
         self.frames = int(flags.get("frames", 0))
         self.least_frame = float(flags.get("least_frame", 0))
+        self.device = flags.get("device", "")
         self.scene_memory = flags.get("scene_memory", "auto")
         self.block_width = int(flags.get("block_width", 16))
         self.block_height = int(flags.get("block_height", 16))

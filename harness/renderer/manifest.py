@@ -54,7 +54,7 @@ class Variant(Strict):
     command: tuple[str, ...] = Field(min_length=1)
     changes: str = ""
     threads: Literal[1, "all"] = 1
-    device: Literal["cpu", "cuda"] = "cpu"
+    device: Literal["cpu", "cuda", "opencl"] = "cpu"
     requires: Requires = Requires()
     methods: dict[str, tuple[str, ...]] | None = None
     exhibit: str | None = Field(None, min_length=1)

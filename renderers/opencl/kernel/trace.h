@@ -1,0 +1,184 @@
+// From a ray to its light, and to the rays that come after it.
+
+// A ray of the tree (REF-4): with the set of solids that it is in, and its path, which draws need.
+typedef struct {
+    Ray ray;
+    ulong inside;
+    uint path;
+} Branch;
+
+#if NEED_ATTENUATION
+typedef real3 Factor;  // ATT-1: of light, for each channel
+#define UNDIMMED R3(1, 1, 1)
+DEVICE real most_of(Factor factor) { return most(most(factor.x, factor.y), factor.z); }
+#else
+typedef real Factor;
+#define UNDIMMED R(1)
+DEVICE real most_of(Factor factor) { return factor; }
+#endif
+
+// What a ray brings back and where it goes on (REF-4): its colour is `attenuation` times the sum of `light` and of each
+// child's colour times its share.
+typedef struct {
+    real3 light;
+    Factor attenuation;
+    real reflected, transmitted;  // shares of its children; 0: there is none
+    Branch mirrored, through;
+    real3 normal;
+    real exponent;
+} Meeting;
+
+DEVICE uint path_base(const Scene *scene) { return (uint)(scene->at.glossy_rays > 1 ? scene->at.glossy_rays : 1) + 1; }
+
+DEVICE Factor attenuation_of(const Scene *scene, int medium, real t)
+{
+#if NEED_ATTENUATION
+    SCENE const real *row = scene->numbers + scene->at.materials_at + MATERIAL * medium;
+    if (row[ATTENUATES] != 0)
+        return R3(pow(row[ATTENUATION], t), pow(row[ATTENUATION + 1], t), pow(row[ATTENUATION + 2], t));
+#endif
+    return UNDIMMED;
+}
+
+// LOC-2 to LOC-4: of a light at a place.
+DEVICE real3 light_from(const Scene *scene, Desk *desk, real3 place, real3 colour, Ray ray, const Surface *at,
+                        SCENE const real *material)
+{
+    real3 sum = R3(0, 0, 0);
+    const real3 to_light = place - at->point;
+    const real distance = length3(to_light);
+    const real3 l = to_light / distance;
+    const real n_l = dot3(at->normal, l);
+    if (!(n_l > 0))
+        return sum;
+#if NEED_SHADOWS
+    if (scene->at.shadows) {
+        Ray feeler;
+        feeler.origin = leave(*at, 1, number(scene, EPSILON_OF_RAYS)), feeler.direction = l;
+        desk->shadow++;
+        if (search(scene, feeler, desk, distance, true).shape >= 0)
+            return sum;
+    }
+#endif
+#if NEED_DIFFUSE
+    sum = sum + n_l * LOAD3(material + DIFFUSE) * colour;
+#endif
+#if NEED_PHONG
+    if (material[SPECULAR] != 0)
+        sum = sum + highlight(material, ray.direction, at->normal, l, n_l) * colour;
+#endif
+    return sum;
+}
+
+// LOC: the light that reaches the eye from a surface without a mirror.
+DEVICE real3 light_at(const Scene *scene, Desk *desk, const Branch *branch, const Surface *at, SCENE const real *material)
+{
+    real3 sum = R3(0, 0, 0);
+#if NEED_AMBIENT
+    sum = LOAD3(material + DIFFUSE) * triple(scene, AMBIENT);  // LOC-1
+#endif
+#if NEED_DIFFUSE || NEED_PHONG || NEED_SHADOWS
+    for (int i = 0; i < scene->at.lights; i++) {
+        SCENE const real *light = scene->numbers + scene->at.lights_at + LIGHT * i;
+        const real3 place = LOAD3(light), colour = LOAD3(light + 3);
+#if NEED_SOFT
+        const int feelers = scene->at.feelers;
+        if (scene->at.shadows && feelers > 0 && light[6] > 0) {  // SOF-1
+            real3 of_light = R3(0, 0, 0);
+            for (int f = 0; f < feelers; f++) {
+                const real3 omega = on_unit_sphere(draw(desk->draws, branch->path, 1 + (uint)i * (uint)feelers + (uint)f));
+                of_light = of_light + light_from(scene, desk, place + light[6] * omega, colour, branch->ray, at, material);
+            }
+            sum = sum + of_light / (real)feelers;
+            continue;
+        }
+#endif
+        sum = sum + light_from(scene, desk, place, colour, branch->ray, at, material);
+    }
+#endif
+    return sum;
+}
+
+DEVICE Meeting meet(const Scene *scene, Desk *desk, const Branch *branch, int order)
+{
+    Meeting meeting;
+    meeting.reflected = meeting.transmitted = 0;
+    meeting.attenuation = UNDIMMED;
+    const Ray ray = branch->ray;
+    const Hit hit = search(scene, ray, desk, FAR, false);
+    if (hit.shape < 0) {  // REF-6
+        meeting.light = triple(scene, BACKGROUND);
+        return meeting;
+    }
+    const Surface at = surface_of(scene, ray, desk, hit);
+    SCENE const int *role = scene->integers + scene->at.roles_at + ROLE * hit.shape;
+    SCENE const real *material = scene->numbers + scene->at.materials_at + MATERIAL * role[MATERIAL_ROW];
+    const real d_n = dot3(ray.direction, at.normal);
+    const bool enters = d_n <= 0;
+    const Sides sides = sides_of(scene, branch->inside, role[MATERIAL_ROW], role[RANK], enters);
+    meeting.light = light_at(scene, desk, branch, &at, material);
+    meeting.attenuation = attenuation_of(scene, sides.i, hit.t);
+#if NEED_REFLECTION
+    if (order == scene->at.depth || material[SPECULAR] == 0)  // REF-5
+        return meeting;
+    const Interface interface = interface_of(scene, sides);
+    const Fresnel part = fresnel(interface, fabs(d_n));
+    meeting.reflected = material[SPECULAR] * part.reflected;
+    meeting.mirrored.ray.origin = leave(at, enters ? 1 : -1, number(scene, EPSILON_OF_RAYS));
+    meeting.mirrored.ray.direction = renormalise(ray.direction - 2 * d_n * at.normal);  // REF-3
+    meeting.mirrored.inside = sides.was;
+    meeting.normal = at.normal, meeting.exponent = material[EXPONENT];
+#if NEED_TRANSMISSION
+    if (material[CLEAR] != 0) {
+        meeting.transmitted = material[SPECULAR] * (1 - part.reflected);
+        meeting.through.ray.origin = leave(at, enters ? -1 : 1, number(scene, EPSILON_OF_RAYS));
+        meeting.through.ray.direction =
+            role[FLAT] ? ray.direction : transmit(interface, part.s, ray.direction, at.normal, d_n);
+        meeting.through.inside = sides.beyond;
+    }
+#endif
+#endif
+    return meeting;
+}
+
+// CUT-1: is a ray of this weight left out? Then it is counted in the dropped weight.
+DEVICE bool cut(const Scene *scene, Desk *desk, Factor weight)
+{
+#if NEED_CUTOFF
+    const real largest_channel = most_of(weight);
+    if (largest_channel <= number(scene, CUTOFF)) {
+        desk->dropped += largest_channel;
+        return true;
+    }
+#endif
+    return false;
+}
+
+// Child `which` of a ray (RND-4) that counts for `weight`, its own A included: its share, or 0 if there is none.
+DEVICE real child_of(const Scene *scene, Desk *desk, const Branch *branch, const Meeting *meeting, uint which,
+                     Factor weight, Branch *child)
+{
+    const uint last = path_base(scene) - 1;
+    real share = which == last ? meeting->transmitted : meeting->reflected;
+    if (share == 0)
+        return 0;
+    *child = which == last ? meeting->through : meeting->mirrored;
+    child->path = branch->path * path_base(scene) + 1 + which;
+#if NEED_GLOSSY
+    if (which != last && scene->at.glossy_rays > 0) {  // GLO-1
+        const Uniform numbers = draw(desk->draws, branch->path, 0x80000000u + which);
+        const Lobe lobe = glossy(child->ray.direction, meeting->normal, meeting->exponent, numbers);
+        share = share * (scene->at.study_weight ? pow(lobe.z, meeting->exponent) : 1) / (real)scene->at.glossy_rays;
+        child->ray.direction = lobe.direction;
+        if (share == 0)
+            return 0;
+    }
+#endif
+    if (cut(scene, desk, share * weight))
+        return 0;
+    if (which == last)
+        desk->transmitted++;
+    else
+        desk->reflected++;
+    return share;
+}

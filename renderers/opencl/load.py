@@ -1,0 +1,297 @@
+"""Lays out a job's scene as the kernel reads it: a table of numbers, one of integers, and where in them is what.
+
+kernel/scene.h has the columns of the tables and the names of the layout.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from . import bounds, bvh
+
+SOURCE = Path(__file__).parent / "kernel" / "scene.h"
+SAMPLERS = ("one", "uniform", "jittered", "adaptive")
+SHAPES = ("sphere", "box", "polygon", "ellipsoid", "mesh", "csg")  # in the order of HIT-2
+MANY = 64  # spheres from which on `accel = auto` takes the hierarchy, or a quarter as many of other shapes
+MOST_OF_MESH = 64  # crossings of a line with one mesh (CSG-6)
+MESH_PART, OPERATORS = 3, 4  # of csg_code
+
+
+def layout_names():
+    """Returns the names of Layout in scene.h, in their order."""
+    text = re.sub(r"//.*", "", SOURCE.read_text(encoding="utf-8"))
+    body = text[text.index("{") : text.index("} Layout;")]
+    return re.findall(r"\w+(?=[,;])", body)
+
+
+class Tables:
+    """Tables of one type, one after the other."""
+
+    def __init__(self, dtype):
+        self.dtype, self.parts, self.size = dtype, [], 0
+
+    def add(self, table):
+        """Returns where the table begins."""
+        place = self.size
+        self.parts.append(np.asarray(table).ravel().astype(self.dtype))
+        self.size += self.parts[-1].size
+        return place
+
+    def joined(self):
+        """All of them; never empty, as a device has no buffer of 0 bytes."""
+        return np.concatenate([*self.parts, np.zeros(1, self.dtype)])
+
+
+class Scene:
+    """A job's scene, all numbers rounded once to the type `real` (NUM-1).
+
+    layout: integers by the names of scene.h. crossings, parts: the most that a CSG solid has.
+    """
+
+    def __init__(self, job, real):
+        self.real, self.numbers, self.integers = real, Tables(real), Tables(np.int32)
+        self.layout = dict.fromkeys(layout_names(), 0)
+        read = {path.stem: np.load(path) for path in Path(job.folder).glob("*.npy")}
+        self.numbers.add(_head(read, job, real))
+        self._take_job(job)
+        self._take_light(read)
+        self.part_boxes = self._take_parts(read)
+        self.boxes = self._take_shapes(read)
+        self._take_roles(read)
+        if job.sphere in ("textbook", "stable"):  # whose roots err by more than any padding (HIT-6)
+            self.always[: len(read["spheres"])] = True
+            self.always[self._kinds == SHAPES.index("ellipsoid")] = True
+
+    def work(self):
+        """Work of trying all shapes, in spheres."""
+        return 4 * self.layout["shapes"] - 3 * self.layout["spheres"]
+
+    def part_work(self):
+        """The same of the largest mesh that is a part of a solid."""
+        return 4 * max((len(low) for low, _ in self.part_boxes), default=0)
+
+    def build(self):
+        """Builds the hierarchies of all shapes and of the meshes in CSG solids (HIT-6)."""
+        loose, inside = np.flatnonzero(self.always), np.flatnonzero(~self.always)
+        trees = [self._tree([side[inside] for side in self.boxes], inside)] if len(inside) else []
+        first = 0
+        roots = []
+        for low, high in self.part_boxes:
+            roots.append(sum(len(nodes) for nodes, _, _ in trees))
+            trees.append(self._tree((low, high), first + np.arange(len(low))))
+            first += len(low)
+        nodes, links, items = [], [], []
+        made = placed = 0
+        for of_tree, link, item in trees:
+            link[:, 0] += np.where(link[:, 1] > 0, placed, made).astype(np.int32)
+            made, placed = made + len(of_tree), placed + len(item)
+            nodes.append(of_tree), links.append(link), items.append(item)
+        self.layout |= {
+            "tree_at": self.numbers.add(np.concatenate(nodes) if nodes else []),
+            "links_at": self.integers.add(np.concatenate(links) if nodes else []),
+            "items_at": self.integers.add(np.concatenate(items) if nodes else []),
+            "in_tree": len(inside),
+            "loose": len(loose),
+            "loose_at": self.integers.add(loose),
+            "roots_at": self.integers.add(roots),
+        }
+
+    def packed_layout(self):
+        """The Layout as the kernel gets it: int32 in the order of scene.h."""
+        return np.array([self.layout[name] for name in layout_names()], np.int64).astype(np.uint32).view(np.int32)
+
+    def _tree(self, boxes, numbers):
+        low, high = bounds.padded(*boxes, self.real)
+        nodes, links, order = bvh.build(low, high)
+        return _outward(nodes, self.real), links, numbers[order]
+
+    def _take_job(self, job):
+        x0, y0, x1, y1 = job.region
+        self.layout |= {"width": job.width, "height": job.height, "x0": x0, "y0": y0, "x1": x1, "y1": y1}
+        self.layout |= {
+            "depth": job.depth,
+            "shadows": int(job.shadows),
+            "feelers": job.feelers if "soft" in job.needs else 0,
+            "glossy_rays": job.glossy_rays if "glossy" in job.needs else 0,
+            "study_weight": int(job.glossy_weight == "study"),
+            "seed": job.seed,
+            "sampler": SAMPLERS.index(job.sampler),
+            "samples": job.samples,
+            "levels": job.adaptive_depth if job.sampler == "adaptive" else 0,
+            "lens": int(job.lens_radius > 0),
+        }
+
+    def _take_light(self, read):
+        media = read["media"]
+        eye = sum(1 << rank for rank, row in enumerate(media) if row[2])
+        self.layout |= {
+            "lights": len(read["lights"]),
+            "lights_at": self.numbers.add(read["lights"]),
+            "materials_at": self.numbers.add(_materials(read["materials"], read["air"])),
+            "air": len(read["materials"]),
+            "media_at": self.integers.add(media[:, 1]),
+            "eye_low": eye & 0xFFFFFFFF,
+            "eye_high": eye >> 32,
+        }
+
+    def _take_parts(self, read):
+        """The parts of CSG solids. Returns lower and upper corners of the triangles of each mesh."""
+        spheres, boxes, ellipsoids = (read[f"csg_{name}"] for name in ("spheres", "boxes", "ellipsoids"))
+        meshes, code, ranges = read["csg_meshes"], read["csg_code"], read["csg_ranges"]
+        triangles = read["mesh_triangles"][_rows_of(meshes)]
+        firsts = np.cumsum(meshes[:, 1]) - meshes[:, 1]
+        self.layout |= {
+            "solids": len(ranges),
+            "solids_at": self.integers.add(ranges),
+            "code_at": self.integers.add(code),
+            "part_spheres_at": self.numbers.add(spheres),
+            "part_boxes_at": self.numbers.add(_box_table(boxes)),
+            "part_ellipsoids_at": self.numbers.add(_ellipsoid_table(ellipsoids)),
+            "part_triangles_at": self.numbers.add(_triangle_table(read["mesh_vertices"], triangles, 1)),
+            "part_meshes_at": self.integers.add(np.column_stack([firsts, meshes[:, 1]])),
+        }
+        crossings = np.where(code[:, 0] < MESH_PART, 2, 0)
+        of_mesh = code[:, 0] == MESH_PART
+        crossings[of_mesh] = np.minimum(meshes[code[of_mesh, 1], 1], MOST_OF_MESH)
+        self.crossings = max((int(crossings[first : first + count].sum()) for first, count in ranges), default=1)
+        self.parts = max((int(count) for _, count in ranges), default=1)
+
+        low, high = bounds.of_corners(read["mesh_vertices"][triangles])
+        of_parts = [(low[first : first + count], high[first : first + count]) for first, count in zip(firsts, meshes[:, 1], strict=True)]
+        self._bounds_of_parts = [
+            bounds.of_spheres(spheres),
+            bounds.of_boxes(boxes),
+            bounds.of_ellipsoids(ellipsoids),
+            ([one.min(axis=0) for one, _ in of_parts], [one.max(axis=0) for _, one in of_parts]),
+        ]
+        skewed = [np.zeros(len(spheres), bool), _skewed(boxes), _skewed(ellipsoids), np.zeros(len(meshes), bool)]
+        self._always_of_solids = [
+            any(kind < OPERATORS and skewed[kind][row] for kind, row in code[first : first + count])
+            for first, count in ranges
+        ]
+        return of_parts
+
+    def _take_shapes(self, read):
+        """Returns lower and upper corners (n, 3) of all shapes; notes which of them no hierarchy may have."""
+        spheres, boxes, ellipsoids = read["spheres"], read["boxes"], read["ellipsoids"]
+        vertices, ranges = read["polygon_vertices"], read["polygon_ranges"]
+        polygons, corners = _polygon_tables(vertices, ranges)
+        meshes = read["mesh_ranges"]
+        triangles = read["mesh_triangles"][_rows_of(meshes)]
+        closed = np.repeat(meshes[:, 2], meshes[:, 1])
+        numbers = {
+            "spheres": spheres,
+            "boxes": _box_table(boxes),
+            "polygons": polygons,
+            "ellipsoids": _ellipsoid_table(ellipsoids),
+            "triangles": _triangle_table(read["mesh_vertices"], triangles, closed),
+        }
+        self.layout |= {name: len(table) for name, table in numbers.items()}
+        self.layout |= {f"{name}_at": self.numbers.add(table) for name, table in numbers.items()}
+        firsts = np.cumsum(ranges[:, 1]) - ranges[:, 1]
+        self.layout["corners_at"] = self.numbers.add(corners)
+        self.layout["polygon_ranges_at"] = self.integers.add(np.column_stack([firsts, ranges[:, 1]]))
+
+        solids = read["csg_ranges"]
+        each = [
+            (bounds.of_spheres(spheres), np.zeros(len(spheres), bool)),
+            (bounds.of_boxes(boxes), _skewed(boxes)),
+            (bounds.of_ranges(vertices, ranges), np.zeros(len(ranges), bool)),
+            (bounds.of_ellipsoids(ellipsoids), _skewed(ellipsoids)),
+            (bounds.of_corners(read["mesh_vertices"][triangles]), np.zeros(len(triangles), bool)),
+            (bounds.of_solids(read["csg_code"], solids, self._bounds_of_parts), self._always_of_solids),
+        ]
+        self.layout["shapes"] = sum(len(always) for _, always in each)
+        self.always = np.concatenate([np.asarray(always, bool) for _, always in each])
+        self._kinds = np.repeat(np.arange(len(SHAPES)), [len(always) for _, always in each])
+        return tuple(np.concatenate([box[side] for box, _ in each]) for side in (0, 1))
+
+    def _take_roles(self, read):
+        """Object, material, rank and flatness of each shape; a triangle has those of its mesh."""
+        meshes = read["mesh_ranges"]
+        ids = {name: read[f"{name}_ids"] for name in SHAPES}
+        flat = {name: np.zeros(len(ids[name]), int) for name in SHAPES}
+        flat["polygon"][:] = 1
+        flat["mesh"] = np.repeat(1 - meshes[:, 2], meshes[:, 1])
+        ids["mesh"] = np.repeat(ids["mesh"], meshes[:, 1], axis=0)
+        of_object = {number: rank for rank, number in enumerate(read["media"][:, 0].tolist())}
+        table, flat = np.concatenate(list(ids.values())), np.concatenate(list(flat.values()))
+        rank = np.array([of_object.get(number, -1) for number in table[:, 0].tolist()], int)
+        self.layout["roles_at"] = self.integers.add(np.column_stack([table, np.where(flat, -1, rank), flat]))
+
+
+def _head(read, job, real):
+    """The numbers at the start of the table."""
+    centre, u, v, e = read["camera"]
+    lens = [job.lens_radius * axis / np.linalg.norm(axis) for axis in (u, v)]
+    unit = np.finfo(real).eps / 2  # u of NUM-2
+    numbers = [job.focal_distance / np.linalg.norm(e), job.epsilon, job.sliver or 16 * unit]
+    numbers += [job.cutoff if job.cutoff > 0 else -1, job.adaptive_threshold]  # -1: below any weight
+    return np.concatenate([centre + e, u, v, e, *lens, read["ambient"], read["background"], job.sample, numbers])
+
+
+def _materials(materials, air):
+    """The columns that the kernel reads, with AIR as the last row. What is opaque attenuates nothing (ATT-1)."""
+    rows = np.vstack([materials, [*np.zeros(5), *air[2:], *air[:2], 0]])
+    clear = rows[:, 5:8].any(axis=1)
+    attenuates = clear & (rows[:, 5:8] != 1).any(axis=1)
+    indices = np.sqrt(rows[:, 8] * rows[:, 9])  # REF-1
+    return np.column_stack([rows[:, :5], indices, rows[:, 9], rows[:, 5:8], attenuates, clear])
+
+
+def _axes(shapes):
+    """Three vectors (n, 3, 3) of boxes or ellipsoids, and their reciprocals g, with g_a · e_b = 1 if a = b, else 0."""
+    e = shapes[:, 3:].reshape(-1, 3, 3)
+    g = np.stack([np.cross(e[:, (a + 1) % 3], e[:, (a + 2) % 3]) for a in range(3)], axis=1)
+    return e, g / np.sum(e[:, 0] * g[:, 0], axis=1)[:, None, None]
+
+
+def _skewed(shapes):
+    return bounds.skewed(*_axes(shapes))
+
+
+def _box_table(boxes):
+    e, g = _axes(boxes)
+    normals = g / np.linalg.norm(g, axis=2, keepdims=True)
+    size = np.abs(e).max(axis=(1, 2), initial=0)
+    return np.column_stack([boxes, g.reshape(-1, 9), normals.reshape(-1, 9), size])
+
+
+def _ellipsoid_table(ellipsoids):
+    e, g = _axes(ellipsoids)
+    return np.column_stack([ellipsoids, g.reshape(-1, 9), np.abs(e).max(axis=(1, 2), initial=0)])
+
+
+def _triangle_table(vertices, triangles, closed):
+    v = vertices[triangles]
+    normal = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    size = np.abs(v - v[:, :1]).max(axis=(1, 2), initial=0)
+    return np.column_stack([v.reshape(-1, 9), normal, size, np.broadcast_to(closed, len(v))])
+
+
+def _polygon_tables(vertices, ranges):
+    """Normal and size of each polygon; place of each corner, and inward vector of its edge (POL-1, POL-2)."""
+    polygons, corners = [np.zeros((0, 4))], [np.zeros((0, 6))]
+    for first, count in ranges:
+        v = vertices[first : first + count]
+        normal = np.cross(v - v[0], np.roll(v, -1, axis=0) - v[0]).sum(axis=0)
+        normal /= np.linalg.norm(normal)
+        polygons.append([[*normal, np.abs(v - v[0]).max()]])
+        corners.append(np.column_stack([v, np.cross(normal, np.roll(v, -1, axis=0) - v)]))
+    return np.concatenate(polygons), np.concatenate(corners)
+
+
+def _rows_of(ranges):
+    """The rows that ranges (n, ..) of first and number name, one range after the other."""
+    return np.concatenate([np.arange(first, first + count) for first, count in ranges[:, :2]] + [np.zeros(0, np.int64)])
+
+
+def _outward(nodes, real):
+    """Boxes (N, 2, 3) rounded to the type, never inward."""
+    rounded = nodes.astype(real)
+    low, high = rounded[:, 0], rounded[:, 1]
+    low[low > nodes[:, 0]] = np.nextafter(low[low > nodes[:, 0]], real(-np.inf))
+    high[high < nodes[:, 1]] = np.nextafter(high[high < nodes[:, 1]], real(np.inf))
+    return rounded

@@ -1,0 +1,27 @@
+"""Reads a job, refuses what is not here, and renders it on an OpenCL device."""
+
+import os
+import sys
+import tempfile
+
+from renderers import worker
+
+
+def main(arguments):
+    job = worker.Job(arguments)
+    # What the libraries keep of compiled kernels belongs into the job's cache, or nowhere.
+    folder = job.cache or tempfile.gettempdir()
+    os.environ |= {"POCL_CACHE_DIR": folder, "CUDA_CACHE_PATH": folder, "PYOPENCL_NO_CACHE": "1"}
+    with worker.importing():
+        from . import method
+
+        method.check(job)
+        try:
+            from .run import run
+        except ImportError as error:
+            worker.refuse(f"{error} (pip install 'rayrace[opencl]')")
+    run(job)
+
+
+if __name__ == "__main__":
+    worker.serve(main, sys.argv[1:])

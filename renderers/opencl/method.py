@@ -1,0 +1,107 @@
+"""What this renderer has, what it refuses, and how it chooses where the job leaves the choice to it."""
+
+from dataclasses import dataclass
+
+from renderers import worker
+
+FEATURES = (
+    *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
+    *("ambient", "diffuse", "phong", "shadows", "soft"),
+    *("reflection", "transmission", "glossy", "attenuation", "media"),
+    *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
+)
+METHODS = {
+    "precision": ("float64", "float32"),
+    "walk": ("least", "table", "stack", "chain"),
+    "accel": ("auto", "none", "bvh"),
+    "sphere": ("robust", "textbook", "stable", "wide"),
+    "offset": ("bounded", "relative", "fixed", "none"),
+    "triangle": ("watertight", "moller-trumbore", "watertight-kahan"),
+    "slab": ("branch", "plain"),
+    "merge": ("tolerant", "none"),
+    "fresnel": ("clamped", "unclamped"),
+    "phong": ("clamped", "unclamped"),
+    "renormalise": ("on", "off"),
+    "vector": ("off",),
+    "floating_point": ("strict", "contract", "fast"),
+    "glossy_weight": ("plain", "study"),
+    "scene_memory": ("auto", "global", "constant", "shared"),
+}
+TABLE_LIMIT = 2**31  # bytes of a pixel in work (WLK-2)
+CONSTANT_LIMIT = 2**16  # bytes of constant memory that every device has
+
+
+@dataclass(frozen=True)
+class Walk:
+    """name: of WLK-1. rows: of its table or stack. base: children of a row of the table."""
+
+    name: str
+    rows: int
+    base: int
+
+
+def check(job):
+    """Refuses a job with a feature or method that is not here."""
+    worker.require(job, FEATURES)
+    for name, known in METHODS.items():
+        if getattr(job, name) not in known:
+            worker.refuse(f"does not support {name} {getattr(job, name)}")
+    if "cutoff" in job.needs and job.cutoff > 0 and job.walk == "table":
+        worker.refuse("cutoff: with the walks chain and stack, not with table")
+
+
+def walk_of(job, materials):
+    """Returns the Walk (WLK-1). materials: materials.npy."""
+    clear = bool((materials[:, 5:8].any(axis=1) & (materials[:, 3] > 0)).any())
+    lobes = job.glossy_rays if "glossy" in job.needs else 0
+    children = max(lobes, 1) + int("transmission" in job.needs and clear)
+    name = job.walk
+    if job.kind == "rays":
+        name = "chain"
+    elif name == "least":
+        name = "chain" if children == 1 else "stack"
+    elif name == "chain" and children > 1:
+        worker.refuse(f"walk chain: a ray of this scene can have {children} children")
+    base = max(children, 2)
+    rows = {"chain": 0, "stack": 1 + job.depth * (children - 1)}
+    return Walk(name, rows[name] if name in rows else sum(base**order for order in range(job.depth + 1)), base)
+
+
+def takes_tree(job, work):
+    """Whether rays search in the hierarchy (HIT-6). work: of trying all shapes, in spheres."""
+    return job.accel == "bvh" or (job.accel == "auto" and work >= MANY)
+
+
+MANY = 64  # spheres from which on `auto` takes the hierarchy, or a quarter as many of other shapes
+
+
+def memory_of(job, tree, size):
+    """Where the kernel reads the scene. size: of the scene, in bytes."""
+    if job.scene_memory != "auto":
+        return job.scene_memory
+    return "constant" if not tree and size <= CONSTANT_LIMIT else "global"
+
+
+def used(job, walk, tree):
+    """The entries of `used.methods` that matter for the job and hold on any device."""
+    needs = {*job.needs}
+    bounces, round_shapes = "reflection" in needs, {"sphere", "ellipsoid"} & needs
+    matters = {
+        "precision": True,
+        "floating_point": True,
+        "sphere": round_shapes,
+        "offset": bounces or "shadows" in needs,
+        "triangle": "mesh" in needs,
+        "slab": "box" in needs,
+        "merge": "csg" in needs,
+        "fresnel": bounces,
+        "phong": "phong" in needs,
+        "renormalise": bounces,
+    }
+    found = {name: getattr(job, name) for name, it_does in matters.items() if it_does}
+    found |= {"walk": walk.name, "accel": "bvh" if tree else "none", "vector": "off"}
+    if "cutoff" in needs and job.cutoff > 0:
+        found["cutoff"] = job.cutoff
+    if "glossy" in needs and job.glossy_rays > 0:
+        found["glossy_weight"] = job.glossy_weight
+    return found
