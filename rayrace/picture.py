@@ -69,6 +69,7 @@ def render(
     block_height: Annotated[int, typer.Option(min=1, max=1024)] = 16,
     total_threads: Annotated[int, typer.Option(min=0, help="Of a GPU; 0: one for each pixel.")] = 0,
     max_registers: Annotated[int, typer.Option(min=0, max=255, help="Of a GPU's thread; 0: no cap.")] = 0,
+    device: Annotated[str, typer.Option(help="Of OpenCL: its number, or a part of its name.")] = "",
     max_error: Annotated[
         str,
         typer.Option(
@@ -113,7 +114,7 @@ def render(
         renormalise=renormalise, kernel=kernel, vector=vector, floating_point=floating_point, cutoff=cutoff,
         arithmetic=arithmetic, sample_x=sample_x, sample_y=sample_y, region=region, precision=precision,
         threads=threads or "default", scene_memory=scene_memory, block_width=block_width,
-        block_height=block_height, total_threads=total_threads, max_registers=max_registers,
+        block_height=block_height, total_threads=total_threads, max_registers=max_registers, device=device,
     )  # fmt: skip
     if tiles:
         from harness.single import mosaic

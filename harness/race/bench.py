@@ -158,12 +158,14 @@ def _has_files(cache: Path) -> bool:
 
 def _gpu(entry: Entry, result: repetition.Result, series: Path) -> dict | None:
     """Returns the GPU use of a repetition, if its variant runs on one."""
-    if entry.variant.device != "cuda":
+    if entry.variant.device == "cpu":
         return None
     if result.outcome is None or result.outcome.failed:
         return gpu_use.unavailable(result.reason)
     if row.simulated(entry, result.said):
         return gpu_use.unavailable(row.SIMULATED)
+    if row.is_processor(result.said.device):
+        return gpu_use.unavailable("its device is a processor")
     return gpu_use.use(result.said, result.outcome, series)
 
 

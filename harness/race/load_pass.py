@@ -9,6 +9,7 @@ import math
 import statistics
 
 from harness.plan.plan import Cell, Plan
+from harness.race.row import is_processor
 from harness.system.nvml import AVAILABLE
 
 MOST_FRAMES = 10**5  # each is a line of output
@@ -28,7 +29,7 @@ def cells(plan: Plan, records: list[dict], seconds: float) -> list[Cell]:
 
 
 def _wanted(cell: Cell, row: dict) -> bool:
-    if cell.entry.variant.device != "cuda" or row["unranked"]:
+    if cell.entry.variant.device == "cpu" or is_processor(row.get("device")) or row["unranked"]:
         return False
     return row["measurer"] is not None and AVAILABLE in row["measurer"]["gpu"].values()
 

@@ -31,6 +31,11 @@ def simulated(entry: Entry, said: events.Said) -> bool:
     return entry.simulated or bool((said.device or {}).get("simulated"))
 
 
+def is_processor(device: dict | None) -> bool:
+    """Is the device that a renderer reported a processor (OpenCL's may be)?"""
+    return (device or {}).get("type") == "cpu"
+
+
 def is_as_meant(record: dict) -> bool:
     """Is it an exhibit's picture that is wrong, as it was made to be?"""
     return record["status"] == "wrong picture" and (record["unranked"] or "").startswith(EXHIBIT)

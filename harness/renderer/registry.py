@@ -22,7 +22,7 @@ NOT_SOURCES = {"__pycache__", "NOTES.md", "README.md"}
 MADE = re.compile(r"\..*|#.*#|.*(~|\.pyc|\.o)")  # hidden, an editor's copy, or compiled
 EXTRAS = {  # of rayrace, that bring the modules which bundled renderers require
     "numba_cuda": "cuda", "embreex": "peers", "jax": "peers", "taichi": "peers", "Cython": "peers", "mypy": "peers",
-    "setuptools": "peers",
+    "setuptools": "peers", "pyopencl": "opencl",
 }  # fmt: skip
 RUN, REPORT = ("run.json", "repetitions.jsonl"), ".rayrace-report"  # what a run and a report of one hold
 CACHE = "CACHEDIR.TAG"  # in a folder that can be made again, as cargo's target/ (bford.info/cachedir)

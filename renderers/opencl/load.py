@@ -13,7 +13,6 @@ from . import bounds, bvh
 SOURCE = Path(__file__).parent / "kernel" / "scene.h"
 SAMPLERS = ("one", "uniform", "jittered", "adaptive")
 SHAPES = ("sphere", "box", "polygon", "ellipsoid", "mesh", "csg")  # in the order of HIT-2
-MANY = 64  # spheres from which on `accel = auto` takes the hierarchy, or a quarter as many of other shapes
 MOST_OF_MESH = 64  # crossings of a line with one mesh (CSG-6)
 MESH_PART, OPERATORS = 3, 4  # of csg_code
 

@@ -27,7 +27,9 @@ METHODS = {
     "glossy_weight": ("plain", "study"),
     "scene_memory": ("auto", "global", "constant", "shared"),
 }
+FAULTS = {"opencl-index-fault": "FAULT_INDEX", "opencl-barrier-fault": "FAULT_BARRIER"}
 TABLE_LIMIT = 2**31  # bytes of a pixel in work (WLK-2)
+MANY = 64  # spheres from which on `auto` takes the hierarchy, or a quarter as many of other shapes
 CONSTANT_LIMIT = 2**16  # bytes of constant memory that every device has
 
 
@@ -69,14 +71,13 @@ def walk_of(job, materials):
 
 def takes_tree(job, work):
     """Whether rays search in the hierarchy (HIT-6). work: of trying all shapes, in spheres."""
-    return job.accel == "bvh" or (job.accel == "auto" and work >= MANY)
-
-
-MANY = 64  # spheres from which on `auto` takes the hierarchy, or a quarter as many of other shapes
+    return job.accel == "bvh" or (job.accel == "auto" and work >= MANY and job.variant not in FAULTS)
 
 
 def memory_of(job, tree, size):
     """Where the kernel reads the scene. size: of the scene, in bytes."""
+    if job.variant in FAULTS:
+        return "shared"
     if job.scene_memory != "auto":
         return job.scene_memory
     return "constant" if not tree and size <= CONSTANT_LIMIT else "global"

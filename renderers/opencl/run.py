@@ -43,6 +43,7 @@ def run(job):
             **{f"MEMORY_{memory.upper()}": 1, f"WALK_{walk.name.upper()}": 1, "TREE": int(tree)},
             **{"ROWS": walk.rows, "TABLE_BASE": walk.base, "LEVELS": scene.layout["levels"]},
             **{"CROSSINGS": scene.crossings, "PARTS": scene.parts},
+            **({method.FAULTS[job.variant]: 1} if job.variant in method.FAULTS else {}),
             **({"NUMBERS": numbers.size, "INTEGERS": integers.size} if memory == "shared" else {}),
         )
         built = session.program(program.source(defined), job)
@@ -85,6 +86,7 @@ def run(job):
     rows = {"walk_rows": walk.rows, "walk_bytes": row_bytes} if walk.rows else {}
     methods = {
         **method.used(job, walk, tree),
+        **({"threads": job.threads} if devices.is_processor(session.device) else {}),
         **rows,
         "scene_memory": memory,
         "constant_bytes": size if memory == "constant" else 0,

@@ -33,11 +33,37 @@ __constant__ int constant_integers[INTEGERS];
 #define COPY(from, to, count)                                                                                          \
     for (int k = ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP; k < count; k += THREADS)                                \
         to[k] = from[k];
+#if defined(FAULT_INDEX) || defined(FAULT_BARRIER)  // exhibits start from zeros, not from what was there before
+#define EMPTIED()                                                                                                      \
+    for (int k = ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP; k < NUMBERS; k += THREADS)                              \
+        shared_numbers[k] = 0;                                                                                         \
+    for (int k = ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP; k < INTEGERS; k += THREADS)                             \
+        shared_integers[k] = 0;                                                                                        \
+    BARRIER();
+#else
+#define EMPTIED()
+#endif
+#ifdef FAULT_INDEX  // of an exhibit: rows of materials counted from the group's place in the picture, not from the first
+#define COPY_MATERIALS()                                                                                               \
+    BARRIER();                                                                                                         \
+    for (int k = ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP; k < at.air * MATERIAL; k += THREADS)                    \
+        shared_numbers[at.materials_at + k] =                                                                          \
+            numbers[at.materials_at + (k + (GROUP_ROW + GROUP_COLUMN) * MATERIAL) % (at.air * MATERIAL)];
+#else
+#define COPY_MATERIALS()
+#endif
+#ifdef FAULT_BARRIER  // of an exhibit
+#define FILLED()
+#else
+#define FILLED() BARRIER();
+#endif
 #define MAKE_SCENE()                                                                                                   \
     DECLARE_SHARED                                                                                                     \
+    EMPTIED()                                                                                                          \
     COPY(numbers, shared_numbers, NUMBERS)                                                                             \
     COPY(integers, shared_integers, INTEGERS)                                                                          \
-    BARRIER();                                                                                                         \
+    COPY_MATERIALS()                                                                                                   \
+    FILLED()                                                                                                           \
     Scene scene;                                                                                                       \
     scene.numbers = shared_numbers, scene.integers = shared_integers, scene.at = at;
 #elif defined(MEMORY_CONSTANT) && !defined(__OPENCL_VERSION__)
