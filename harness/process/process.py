@@ -13,13 +13,14 @@ from pathlib import Path
 
 from harness.process import launcher as launcher_module
 from harness.renderer.limits import DEFAULT, Limits
-from harness.system import cuda
+from harness.system import cuda, opencl
 
 # What a renderer needs of the caller's environment. The rest is left out: its size and content change timings
 # (Mytkowicz et al., ASPLOS 2009) and differ from user to user.
 KEPT = (
     *("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "PYTHONPATH"),
     *(cuda.SIMULATOR, "CUDA_VISIBLE_DEVICES", "CUDA_HOME", "CUDA_PATH"),
+    opencl.FOLDER,
 )
 
 PATIENCE = 10.0  # s, for the measurer's last words

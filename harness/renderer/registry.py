@@ -15,7 +15,7 @@ from pathlib import Path
 from harness.errors import UserError
 from harness.renderer import builder, manifest
 from harness.renderer.parameters import Parameters
-from harness.system import cuda, trouble
+from harness.system import cuda, opencl, trouble
 
 SEARCH_PATH = "RAYRACE_RENDERERS"
 NOT_SOURCES = {"__pycache__", "NOTES.md", "README.md"}
@@ -151,6 +151,8 @@ class Entry:
         """None, or why it cannot run here and what to do about it."""
         if self.variant.device == "cuda" and not self.missing and not (self.simulated or cuda.devices()):
             return cuda.MISSING
+        if self.variant.device == "opencl" and not self.missing and not opencl.drivers():
+            return opencl.MISSING
         return self.missing
 
     @property

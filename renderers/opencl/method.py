@@ -28,6 +28,7 @@ METHODS = {
     "scene_memory": ("auto", "global", "constant", "shared"),
 }
 FAULTS = {"opencl-index-fault": "FAULT_INDEX", "opencl-barrier-fault": "FAULT_BARRIER"}
+LEAST_ROW = 64  # bytes of a row of any kernel
 TABLE_LIMIT = 2**31  # bytes of a pixel in work (WLK-2)
 MANY = 64  # spheres from which on `auto` takes the hierarchy, or a quarter as many of other shapes
 CONSTANT_LIMIT = 2**16  # bytes of constant memory that every device has
@@ -66,7 +67,10 @@ def walk_of(job, materials):
         worker.refuse(f"walk chain: a ray of this scene can have {children} children")
     base = max(children, 2)
     rows = {"chain": 0, "stack": 1 + job.depth * (children - 1)}
-    return Walk(name, rows[name] if name in rows else sum(base**order for order in range(job.depth + 1)), base)
+    rows = rows[name] if name in rows else sum(base**order for order in range(job.depth + 1))
+    if rows * LEAST_ROW > TABLE_LIMIT:
+        worker.refuse(f"walk {name}: a pixel takes {rows} rows of {LEAST_ROW} bytes or more, beyond {TABLE_LIMIT} bytes")
+    return Walk(name, rows, base)
 
 
 def takes_tree(job, work):

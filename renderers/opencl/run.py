@@ -41,19 +41,20 @@ def run(job):
         defined = program.names(
             job,
             **{f"MEMORY_{memory.upper()}": 1, f"WALK_{walk.name.upper()}": 1, "TREE": int(tree)},
-            **{"ROWS": walk.rows, "TABLE_BASE": walk.base, "LEVELS": scene.layout["levels"]},
-            **{"CROSSINGS": scene.crossings, "PARTS": scene.parts},
+            **{"CROSSINGS": next_power_of_two(scene.crossings), "PARTS": next_power_of_two(scene.parts)},
             **({method.FAULTS[job.variant]: 1} if job.variant in method.FAULTS else {}),
             **({"NUMBERS": numbers.size, "INTEGERS": integers.size} if memory == "shared" else {}),
         )
         built = session.program(program.source(defined), job)
-        thread_bytes, row_bytes = sizes(session, built, job)
+        scene.layout |= {"rows": walk.rows, "table_base": walk.base}
+        layout = scene.packed_layout()
+        thread_bytes, row_bytes = sizes(session, built, job, layout)
         if row_bytes > method.TABLE_LIMIT:
             worker.refuse(f"walk {walk.name}: one pixel takes {row_bytes} bytes, more than {method.TABLE_LIMIT}")
         shared = [COUNT(0).nbytes * job.block_width * job.block_height]
         shared += [numbers.nbytes, integers.nbytes] if memory == "shared" else []
         make = Rays if job.kind == "rays" else Picture
-        work = make(session, job, built, given, scene.packed_layout(), thread_bytes, shared)
+        work = make(session, job, built, given, layout, thread_bytes, shared)
 
     spent = Counter()
 
@@ -104,10 +105,18 @@ def check_memory(device, job, memory, size):
         worker.refuse(f"scene_memory {memory}: the scene takes {size} bytes, more than {limits[memory]}; use global")
 
 
-def sizes(session, built, job):
+def next_power_of_two(count):
+    """At least 8: so that kernels of small scenes are the same."""
+    return 1 << max(3, (count - 1).bit_length())
+
+
+def sizes(session, built, job, layout):
     """Bytes of memory that a thread needs, and of them the rows of its walk."""
     room, group = session.room(2 * COUNT(0).nbytes), (job.block_width, job.block_height)
-    built.sizes(session.queue, group, group, room)
+    kernel = built.sizes
+    kernel.set_arg(0, layout.tobytes())
+    kernel.set_arg(1, room)
+    cl.enqueue_nd_range_kernel(session.queue, kernel, group, group)
     return map(int, session.download(room, 2, COUNT))
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from feature_scenes import features
+from judged import Court
 from nightly import by_night
 
 from harness.judge import judge, reference
@@ -32,6 +33,11 @@ def scenes(tmp_path_factory):
     found = features(tmp_path_factory.mktemp("meshes"))
     assert list(found) == NAMES
     return found
+
+
+@pytest.fixture(scope="module")
+def court(bench):
+    return Court(bench)
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +76,18 @@ def test_pictures_and_counts_agree(bench, reference_of, scenes, serial, name):
         share = 1e-4 * count + (2 * found.mask.sum() if verdict.max_inside else 0)
         assert abs(result.said.rays[kind] - count) <= share, kind
     assert result.array.std() > 1e-3, "the scene shows nothing"
+
+
+@pytest.mark.whole
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize("name", NAMES)
+def test_opencl_at_real_sizes(bench, court, scenes, name, precision):
+    """Where its groups are many, and run at the same time."""
+    source, job = scenes[name]
+    job = {"width": 128, "height": 128, **job, "precision": precision}
+    result = bench.result("opencl", source, exact=True, **job)
+    assert court.wrong(("cpp",), text.read(source, name), Parameters(**job), result) is None
 
 
 @pytest.mark.nightly("test_every_pair has each feature in float32 by day; Numba compiles a kernel for each case")

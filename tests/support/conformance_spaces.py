@@ -20,7 +20,7 @@ THREADS = 3  # of a variant with threads
 USUAL = ("sphere", "offset", "fresnel", "phong", "renormalise")  # of these, rays in lanes have only the default
 MANY = 64  # shapes from which Numba uses a tree if accel is auto
 THREADED = {"cpp": "cpp-threads", "numba": "numba-parallel"}
-RENDERERS = ("cpp", "numba", "python", "numpy", "numba-cuda")
+RENDERERS = ("cpp", "numba", "python", "numpy", "opencl", "numba-cuda")
 # The methods of Numba's constants.
 METHOD_OF = {name: name.lower().removesuffix("_method") for name in MATTERS} | {"STUDY_WEIGHT": "glossy_weight"}
 # Scenes that equal others here, since samplers and weights are factors of their own.
@@ -170,11 +170,12 @@ def left_out(renderer: str) -> set[tuple[str, str]]:
     """Methods and values of a manifest that no case has.
 
     mp60 takes minutes for a picture; the oracle has tests of its own. The simulator of a GPU is strict and compiles
-    nothing; the memory of a GPU has tests of its own (test_cuda.py).
+    nothing; the memory of a GPU has tests of its own (test_cuda.py, test_opencl.py).
     """
     of_gpu = [("floating_point", "contract"), ("floating_point", "fast"), ("kernel", "general")]
-    of_gpu += [("scene_memory", value) for value in ("auto", "global", "constant", "shared")]
-    return {"python": {("precision", "mp60")}, "numba-cuda": set(of_gpu)}.get(renderer, set())
+    memories = [("scene_memory", value) for value in ("auto", "global", "constant", "shared")]
+    left = {"python": [("precision", "mp60")], "numba-cuda": of_gpu + memories, "opencl": memories}
+    return set(left.get(renderer, ()))
 
 
 OF_A_REFERENCE = ("offset", "fresnel", "phong")  # of a picture; C++, which makes its reference, is built for them

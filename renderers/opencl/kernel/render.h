@@ -109,7 +109,7 @@ DEVICE Desk desk_of(const Scene *scene, GLOBAL uchar *memory)
     desk.dropped = 0;
     const int group = GROUP_ROW * GROUPS_ACROSS + GROUP_COLUMN;
     const int thread = (group * GROUP_HEIGHT + ROW_IN_GROUP) * GROUP_WIDTH + COLUMN_IN_GROUP;
-    desk.memory = memory + (ulong)thread * MEMORY_BYTES;
+    desk.memory = memory + thread * memory_bytes(&scene->at);
     return desk;
 }
 
@@ -200,7 +200,7 @@ KERNEL trace_rays(SCENE_ARGUMENTS, GLOBAL uchar *memory, GLOBAL const real *rays
 #endif
 
 // Bytes of memory that a thread needs, and of them the rows of its walk.
-KERNEL sizes(GLOBAL ulong *bytes)
+KERNEL sizes(Layout at, GLOBAL ulong *bytes)
 {
-    bytes[0] = MEMORY_BYTES, bytes[1] = ROWS_BYTES;
+    bytes[0] = memory_bytes(&at), bytes[1] = rows_bytes(&at);
 }

@@ -70,6 +70,8 @@ DEVICE real3 mean_of_samples(const Scene *scene, Desk *desk, int i, int j)
 #endif
 
 #if NEED_ADAPTIVE
+#define MOST_LEVELS 8  // of a job
+
 // SAM-5: a point of the lattice inside a pixel.
 typedef struct {
     real3 colour;
@@ -93,7 +95,7 @@ DEVICE real3 point_of(const Scene *scene, Desk *desk, GLOBAL const real *corners
         const int row = j - scene->at.y0 + b / side, column = i - scene->at.x0 + a / side;
         return LOAD3(corners + 3 * (row * (scene->at.x1 - scene->at.x0 + 1) + column));
     }
-    GLOBAL Point *point = (GLOBAL Point *)(desk->memory + ROWS_BYTES) + b * (side + 1) + a;
+    GLOBAL Point *point = (GLOBAL Point *)(desk->memory + rows_bytes(&scene->at)) + b * (side + 1) + a;
     if (!point->traced) {
         point->colour = trace_point(scene, desk, i * side + a, j * side + b);
         point->traced = 1;
@@ -111,11 +113,11 @@ DEVICE bool spread(real a, real b, real c, real d, real threshold)
 DEVICE real3 adaptive(const Scene *scene, Desk *desk, GLOBAL const real *corners, int i, int j)
 {
     const int side = 1 << scene->at.levels;
-    GLOBAL Point *points = (GLOBAL Point *)(desk->memory + ROWS_BYTES);
+    GLOBAL Point *points = (GLOBAL Point *)(desk->memory + rows_bytes(&scene->at));
     for (int k = 0; k < (side + 1) * (side + 1); k++)
         points[k].traced = 0;
-    real3 quarter[LEVELS + 1][4];
-    int square[LEVELS + 1][3], level = 0, a = 0, b = 0;
+    real3 quarter[MOST_LEVELS + 1][4];
+    int square[MOST_LEVELS + 1][3], level = 0, a = 0, b = 0;
     for (;;) {
         int size = side >> level;
         real3 *c = quarter[level];
@@ -148,12 +150,17 @@ DEVICE real3 adaptive(const Scene *scene, Desk *desk, GLOBAL const real *corners
 }
 #endif
 
-// Memory of a thread, in bytes: rows of its walk, and points of a lattice.
+// Bytes of memory of a thread: rows of its walk, and points of a lattice.
+DEVICE ulong memory_bytes(const Layout *at)
+{
+    ulong bytes = rows_bytes(at);
 #if NEED_ADAPTIVE
-#define MEMORY_BYTES (ROWS_BYTES + (ulong)sizeof(Point) * ((1 << LEVELS) + 1) * ((1 << LEVELS) + 1))
-#else
-#define MEMORY_BYTES ROWS_BYTES
+    const int points = (1 << at->levels) + 1;
+    if (at->sampler == ADAPTIVE)
+        bytes += (ulong)points * points * sizeof(Point);
 #endif
+    return bytes;
+}
 
 // Pixel (i, j) of the picture.
 DEVICE real3 pixel_of(const Scene *scene, Desk *desk, GLOBAL const real *corners, int i, int j)

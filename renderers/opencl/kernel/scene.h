@@ -7,6 +7,7 @@ typedef struct {
     int width, height, x0, y0, x1, y1;                                 // of the whole picture; the region
     int depth, shadows, feelers, glossy_rays, study_weight, seed;      // of the job
     int sampler, samples, levels, lens;                                // sampler: of the list below
+    int rows, table_base;                                              // of the walk; children of a row of the table
     int lights, lights_at, materials_at, air, media_at, eye_low, eye_high;  // air: the row of AIR among the materials
     int shapes, roles_at;
     int spheres, spheres_at, boxes, boxes_at;

@@ -17,12 +17,15 @@ typedef struct {
     int order, used;
 } Row;
 
-// Of a thread, in bytes.
+// Bytes of the rows of a thread.
+DEVICE ulong rows_bytes(const Layout *at)
+{
 #ifdef WALK_TABLE
-#define ROWS_BYTES (ROWS * (ulong)sizeof(Row))
+    return (ulong)at->rows * sizeof(Row);
 #else
-#define ROWS_BYTES (ROWS * (ulong)sizeof(Waiting))
+    return (ulong)at->rows * sizeof(Waiting);
 #endif
+}
 
 #if defined(WALK_CHAIN)
 
@@ -87,8 +90,9 @@ DEVICE real3 colour_of(const Scene *scene, Desk *desk, Branch eye)
 {
     GLOBAL Row *table = (GLOBAL Row *)desk->memory;
     const uint children = path_base(scene);
+    const int rows = scene->at.rows, base = scene->at.table_base;
     table[0].branch = eye, table[0].order = 0, table[0].used = 1;
-    for (int p = 0; p < ROWS; p++) {
+    for (int p = 0; p < rows; p++) {
         if (!table[p].used)
             continue;
         const Branch branch = table[p].branch;
@@ -100,14 +104,14 @@ DEVICE real3 colour_of(const Scene *scene, Desk *desk, Branch eye)
             const real share = child_of(scene, desk, &branch, &meeting, which, UNDIMMED, &child);
             if (share == 0)
                 continue;
-            GLOBAL Row *below = table + p * TABLE_BASE + 1 + which;
+            GLOBAL Row *below = table + p * base + 1 + which;
             below->branch = child, below->share = share, below->order = order + 1, below->used = 1;
         }
     }
-    for (int p = ROWS - 1; p > 0; p--) {
+    for (int p = rows - 1; p > 0; p--) {
         if (!table[p].used)
             continue;
-        GLOBAL Row *above = table + (p - 1) / TABLE_BASE;
+        GLOBAL Row *above = table + (p - 1) / base;
         above->light = above->light + table[p].share * (table[p].attenuation * table[p].light);
         table[p].used = 0;
     }
