@@ -12,17 +12,18 @@ from reports.run import gpu, launch, stored
 from reports.run.launch import Group
 from reports.run.results import Cell, Missing, Results
 
-WHY = {
-    "numba-cuda-index-fault": (
-        "numba-cuda-index-fault: each block fills its copy of the table of materials, in shared memory, from the "
+WHY = {  # by the end of the variant's name
+    "index-fault": (
+        "{variant}: each block fills its copy of the table of materials, in shared memory, from the "
         "block's place in the picture, as tiles of a matrix product are filled, instead of from the start of the "
         "table. So each block sees the table rotated by its own offset: colours change from block to block, shapes "
         "do not."
     ),
-    "numba-cuda-barrier-fault": (
-        "numba-cuda-barrier-fault: a thread reads the copy before the other threads of its block have filled it, as "
+    "barrier-fault": (
+        "{variant}: a thread reads the copy before the other threads of its block have filled it, as "
         "no barrier stands between. What it reads depends on which warps ran first, so the picture may change from "
-        "run to run, and may even be right; in the simulator it is up to the scheduler of its threads."
+        "run to run, and may even be right; in the simulator it is up to the scheduler of its threads, and on a "
+        "processor, which runs one thread of a block after another up to the next barrier, the first reads least."
     ),
 }
 CAPTION = (
@@ -114,6 +115,11 @@ def _said(results: Results, cell: Cell) -> str:
     return f"{wrong:.1%} of pixels differ from\nthe reference by more than 1/255"
 
 
+def _why(variant: str, apart: str) -> str:
+    known = next((text for fault, text in WHY.items() if variant.endswith(fault)), "{variant}: {apart}")
+    return known.format(variant=variant, apart=apart)
+
+
 def write(results: Results, out: Path) -> str:
     """Writes faults-NUMBER-GROUP.png and .svg for each group; returns the section, "" without an exhibit's picture."""
     found = [group for scene in results.scenes for group in of_scene(results, scene)]
@@ -125,5 +131,5 @@ def write(results: Results, out: Path) -> str:
         parts.append(f"### {markdown.escape(group.label)}")
         parts.append(style.figure(path, f"Exhibits: {group.label}", draw, results, group))
     variants = dict.fromkeys((cell.variant, cell.apart) for group in found for cell in group.cells)
-    why = [WHY.get(variant, f"{variant}: {apart}") for variant, apart in variants]
+    why = [_why(variant, apart) for variant, apart in variants]
     return "\n\n".join([*parts, markdown.escape(CAPTION), markdown.bullets(list(map(markdown.escape, why)))])

@@ -128,12 +128,12 @@ def test_shipped_experiments_name_their_schema(file):
 @pytest.mark.parametrize(
     "file",
     by_night(
-        [path for path in SHIPPED if path.name.startswith("cuda-")],
-        *("cuda-blocks.toml", "cuda-faults.toml", "cuda-memory.toml"),
+        [path for path in SHIPPED if path.name.startswith("launch-")],
+        *("launch-blocks.toml", "launch-faults.toml", "launch-memory.toml"),
         ids=lambda path: path.name,
     ),
 )
-def test_cuda_experiments_in_the_simulator(file, rayrace, rows, known, tmp_path):
+def test_launch_experiments_in_the_simulator(file, rayrace, rows, known, tmp_path):
     """By the command that the head of the file tells."""
     if known["numba-cuda"].missing:
         pytest.skip(known["numba-cuda"].missing)
