@@ -1,6 +1,6 @@
 """Checks whether the GPU is fit to measure: findings for the doctor."""
 
-from harness.system import nvml
+from harness.system import nvml, opencl
 from harness.system.finding import UNAVAILABLE, Finding, judged, unknown
 from harness.system.gpu import Gpu
 
@@ -10,7 +10,18 @@ USERS = nvml.Way("nvmlDeviceGetComputeRunningProcesses", (), lambda listed, gpu:
 
 
 def findings() -> list[Finding]:
-    """All findings about the GPU."""
+    """All findings about GPUs, and the devices of OpenCL."""
+    return [*of_nvidia(), of_opencl()]
+
+
+def of_opencl() -> Finding:
+    found = opencl.devices()
+    if isinstance(found, str):
+        return unknown("OpenCL devices", found)
+    return Finding("good", "OpenCL devices", "; ".join(f"{number}: {name}" for number, name in enumerate(found)))
+
+
+def of_nvidia() -> list[Finding]:
     gpu = Gpu()
     if gpu.unavailable:
         return [unknown("GPU", gpu.unavailable, "without an NVIDIA driver the GPU columns stay empty")]

@@ -9,7 +9,7 @@ KINDS = (cl.device_type.GPU, cl.device_type.ACCELERATOR, cl.device_type.CPU)  # 
 
 
 def find(wanted):
-    """Returns the device. wanted: its number, or a part of its name or of its platform's; "": the best kind there is."""
+    """Returns the device. wanted: its number, a part of its name or of its platform's, or "" for the best kind."""
     try:
         every = [device for platform in cl.get_platforms() for device in platform.get_devices()]
     except cl.Error as error:

@@ -157,7 +157,8 @@ class Scene:
         self.parts = max((int(count) for _, count in ranges), default=1)
 
         low, high = bounds.of_corners(read["mesh_vertices"][triangles])
-        of_parts = [(low[first : first + count], high[first : first + count]) for first, count in zip(firsts, meshes[:, 1], strict=True)]
+        slices = [slice(first, first + count) for first, count in zip(firsts, meshes[:, 1], strict=True)]
+        of_parts = [(low[rows], high[rows]) for rows in slices]
         self._bounds_of_parts = [
             bounds.of_spheres(spheres),
             bounds.of_boxes(boxes),

@@ -6,7 +6,6 @@ import tempfile
 
 from renderers import worker
 
-
 threads = {}  # of a processor, for as long as the process lives
 
 

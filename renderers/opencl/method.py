@@ -69,7 +69,7 @@ def walk_of(job, materials):
     rows = {"chain": 0, "stack": 1 + job.depth * (children - 1)}
     rows = rows[name] if name in rows else sum(base**order for order in range(job.depth + 1))
     if rows * LEAST_ROW > TABLE_LIMIT:
-        worker.refuse(f"walk {name}: a pixel takes {rows} rows of {LEAST_ROW} bytes or more, beyond {TABLE_LIMIT} bytes")
+        worker.refuse(f"walk {name}: a pixel takes {rows} rows of {LEAST_ROW} bytes or more, {TABLE_LIMIT} at most")
     return Walk(name, rows, base)
 
 

@@ -26,7 +26,7 @@ def write(results: Results, _: Path | None = None) -> str:
         ["image", json.dumps(experiment["image"])],
         ["measurer's interval (s)", str(experiment["measure"]["interval"])],
         ["measurer's audit", _audit(results)],
-        *([["CUDA device", _devices(results)]] if any(cell.gpu for cell in results.cells) else []),
+        *([["device", _devices(results)]] if any(cell.gpu for cell in results.cells) else []),
         ["repetitions", f"{len(results.records)}, {_order(facts)}"],
         *([f"left out: {one['constraint']}", f"{one['cells']} cells"] for one in facts.get("left_out", [])),
         ["ended", _ended(facts)],
@@ -104,12 +104,15 @@ def _pairs(values) -> str:
 def _devices(results: Results) -> str:
     """Returns the devices that renderers reported, each once."""
     found = [record.get("device") for record in results.records]
-    names = (
-        f"{device['name']}, compute capability {'.'.join(map(str, device.get('compute_capability') or ['unknown']))}, "
-        f"driver {device.get('driver') or 'unknown'}"
-        for device in filter(None, found)
-    )
+    names = (_device(device) for device in filter(None, found))
     return "; ".join(dict.fromkeys(names)) or "unavailable: no renderer reported it"
+
+
+def _device(device: dict) -> str:
+    capability = device.get("compute_capability")
+    told = [device["name"], *([f"compute capability {'.'.join(map(str, capability))}"] if capability else [])]
+    told += [f"driver {device.get('driver') or 'unknown'}", *(["a processor"] if device.get("type") == "cpu" else [])]
+    return ", ".join(told)
 
 
 def _audit(results: Results) -> str:

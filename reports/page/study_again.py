@@ -60,5 +60,5 @@ def _from(member: Member, text: str, several: bool) -> str:
 
 
 def _missing(name: str, experiment: str) -> str:
-    need = " on a machine with an NVIDIA GPU" if name in study.ON_A_GPU else ""
+    need = " on a machine with a GPU, or with PoCL" if name in study.ON_A_GPU else ""
     return f"unavailable: none of these runs has it; experiments/{experiment}.toml{need} makes one"

@@ -8,6 +8,7 @@ import pytest
 from feature_scenes import features
 from random_scenes import random_material, random_scene, random_stage
 
+from harness.machine import fitness_gpu
 from harness.process import repetition
 from harness.renderer.parameters import Parameters
 from harness.scene import text
@@ -66,9 +67,10 @@ def test_nothing_changes_a_byte_that_only_says_how_to_launch(bench):
 
 
 def test_the_device_is_told(bench):
-    """By its name and number too; that it is a processor, if it is."""
+    """By its name and number too, as the doctor lists them; that it is a processor, if it is."""
     told = bench.result("opencl", crowd(42, sphere=2), exact=True, **SMALL).said.device
     assert told["name"] and told["simulated"] is False and told["multiprocessors"] >= 1
+    assert f": {told['name']}" in fitness_gpu.of_opencl().found
     for way in ("0", told["name"][3:9].upper()):
         assert bench.result("opencl", crowd(42, sphere=2), exact=True, **SMALL, device=way).said.device == told
     if "PoCL" in told["driver"] or "Portable" in told["driver"]:
@@ -163,6 +165,7 @@ def test_without_a_driver(bench, monkeypatch, tmp_path):
     assert entry.unavailable == opencl.MISSING
     (tmp_path / "broken.icd").write_text("libno-such-driver.so\n")
     assert entry.unavailable is None
+    assert "no OpenCL" in fitness_gpu.of_opencl().found or "PLATFORM_NOT_FOUND" in fitness_gpu.of_opencl().found
     scene = text.read(rolled(0), "colours")
     wanted = Parameters(width=4, height=4)
     result = repetition.run(entry, flatten(scene), wanted, needs(scene, wanted), timeout=60)

@@ -174,7 +174,7 @@ def test_pressure(pressure, verdict):
 
 GPU = (
     "import json\nfrom harness.machine import fitness_gpu\n"
-    "print(json.dumps([vars(found) for found in fitness_gpu.findings()]))"
+    "print(json.dumps([vars(found) for found in fitness_gpu.of_nvidia()]))"
 )
 NVML = Path(__file__).parents[2] / "support" / "nvml"
 

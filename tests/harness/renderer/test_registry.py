@@ -49,7 +49,7 @@ command = ["true"]
             'build.comand: unknown key; did you mean "command"?',
         ),
         ('command = ["true"]', 'command = ["true"]\nthreads = 4', "variant.0.threads: Input should be 1 or 'all'"),
-        ('["true"]', '["true"]\ndevice = "tpu"', "variant.0.device: Input should be 'cpu' or 'cuda'"),
+        ('["true"]', '["true"]\ndevice = "tpu"', "variant.0.device: Input should be 'cpu', 'cuda' or 'opencl'"),
         ('["true"]', '["true"]\nexhibit = ""', "variant.0.exhibit: String should have at least 1 character"),
         (
             '["true"]',

@@ -113,7 +113,7 @@ def test_every_number_is_there_or_why_not(make, record, tmp_path):
     times = next(body for name, body in parts.items() if name.startswith("Table 4.1"))
     assert "From [comparison](comparison/report.html)." in times and "](comparison/times-0" in times
     blocks = next(body for name, body in parts.items() if name.startswith("Figure 2.8"))
-    assert "unavailable: none of these runs has it; experiments/launch-blocks.toml on a machine with an NVIDIA" in blocks
+    assert "unavailable: none of these runs has it; experiments/launch-blocks.toml on a machine with a GPU" in blocks
     html = path.read_text("utf-8")
     assert path.name == "report.html" and html.count("<script") == 2 and "Plotly" not in html.partition("<script>")[0]
     assert (tmp_path / "out" / "needs" / "report.html").exists()
