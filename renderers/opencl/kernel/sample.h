@@ -10,8 +10,8 @@ DEVICE Ray eye_ray(const Scene *scene, Desk *desk, real column, real row)
 #if NEED_LENS
     if (scene->at.lens) {
         const Uniform numbers = draw(desk->draws, 0, 0);
-        const real rho = sqrt(numbers.u[2]), phi = 2 * PI * numbers.u[3];
-        const real3 h = rho * cos(phi) * triple(scene, LENS_U) + rho * sin(phi) * triple(scene, LENS_V);
+        const real rho = sqrt(numbers.u[2]), turn = 2 * numbers.u[3];
+        const real3 h = rho * cospi(turn) * triple(scene, LENS_U) + rho * sinpi(turn) * triple(scene, LENS_V);
         ray.origin = ray.origin + h;
         ray.direction = normalise3(number(scene, FOCUS) * to_screen - h);
         return ray;

@@ -1,8 +1,6 @@
 // What a surface does with light: which media it parts, Phong's highlight, and how much of a ray it reflects and
 // transmits, and to where.
 
-#define PI R(3.14159265358979323846)
-
 // MED-3, MED-4: the two sides of a surface that a ray meets: where it is, and where it would get to. Media are rows of
 // the materials.
 typedef struct {
@@ -97,11 +95,11 @@ DEVICE real3 transmit(Interface side, real s, real3 d, real3 n, real d_n)
     return renormalise(side.n * d + (g - side.n * d_n) * n);
 }
 
-// SOF-2
+// SOF-2. Here and below angles are in half turns: for cos and sin of any float NVIDIA's compiler needs float64.
 DEVICE real3 on_unit_sphere(Uniform draw)
 {
-    const real z = 1 - 2 * draw.u[0], w = sqrt(most(0, 1 - z * z)), phi = 2 * PI * draw.u[1];
-    return R3(w * cos(phi), w * sin(phi), z);
+    const real z = 1 - 2 * draw.u[0], w = sqrt(most(0, 1 - z * z)), turn = 2 * draw.u[1];
+    return R3(w * cospi(turn), w * sinpi(turn), z);
 }
 
 // GLO-2: a direction around the mirrored one, and its z, the cosine of the angle between them.
@@ -116,7 +114,7 @@ DEVICE Lobe glossy(real3 r, real3 n, real exponent, Uniform draw)
     const real3 p = R3(1 + sigma * r.x * r.x * a, sigma * b, -sigma * r.x);
     const real3 q = R3(b, sigma + r.y * r.y * a, -r.y);
     const real w = sqrt(-expm1(2 * log(1 - draw.u[0]) / (exponent + 1)));
-    const real phi = 2 * PI * draw.u[1], x = w * cos(phi), y = w * sin(phi);
+    const real turn = 2 * draw.u[1], x = w * cospi(turn), y = w * sinpi(turn);
     Lobe lobe;
     lobe.z = pow(1 - draw.u[0], 1 / (exponent + 1));
     lobe.direction = renormalise(x * p + y * q + lobe.z * r);
