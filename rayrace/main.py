@@ -13,7 +13,7 @@ from rayrace import picture
 from rayrace import run as cli_run
 from rayrace import stress as cli_stress
 from rayrace.once import Once
-from rayrace.picture import JsonOption, RendererOption
+from rayrace.options import JsonOption, RendererOption
 
 HostOption = Annotated[str, typer.Option(help="Of a run on several hosts: the one that is meant.", metavar="NAME")]
 

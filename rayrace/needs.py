@@ -8,28 +8,43 @@ from typing import Annotated
 
 import typer
 
-from rayrace.picture import JsonOption, RendererOption, VectorOption
+from rayrace.options import (
+    DepthOption,
+    FeelersOption,
+    FocalDistanceOption,
+    GlossyRaysOption,
+    HeightOption,
+    JsonOption,
+    LensRadiusOption,
+    RendererOption,
+    SamplerOption,
+    SamplesOption,
+    SceneArgument,
+    SeedOption,
+    ShadowsOption,
+    VariantOption,
+    VectorOption,
+    WidthOption,
+)
 
 CHARTS = (".png", ".svg", ".pdf")
 FRAMES = 3  # steady frames of a process, of which the median counts
 
 
 def needs(
-    scene: Annotated[Path, typer.Argument(help="Scene file, or the name of a bundled one.")],
-    variant: Annotated[
-        str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
-    ] = "",
-    width: Annotated[int, typer.Option(min=1, max=65536)] = 512,
-    height: Annotated[int, typer.Option(min=1, max=65536)] = 512,
-    depth: Annotated[int, typer.Option(min=0, help="Largest order of a ray.")] = 10,
-    shadows: Annotated[bool, typer.Option(help="Shadow feelers.")] = True,
-    sampler: Annotated[str, typer.Option(help="one, uniform, jittered or adaptive.", metavar="NAME")] = "",
-    samples: Annotated[int, typer.Option(min=1, help="n: n x n samples a pixel, uniform if no sampler is given.")] = 1,
-    lens_radius: Annotated[float, typer.Option(min=0, help="0: a pinhole.")] = 0.0,
-    focal_distance: Annotated[float, typer.Option(min=0, help="From the eye to what is in focus.")] = 0.0,
-    feelers: Annotated[int, typer.Option(min=0, help="To each light with a radius; 0: hard shadows.")] = 0,
-    glossy_rays: Annotated[int, typer.Option(min=0, help="Reflected rays of a hit; 0: perfect mirrors.")] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.")] = 0,
+    scene: SceneArgument,
+    variant: VariantOption = "",
+    width: WidthOption = 512,
+    height: HeightOption = 512,
+    depth: DepthOption = 10,
+    shadows: ShadowsOption = True,
+    sampler: SamplerOption = "",
+    samples: SamplesOption = 1,
+    lens_radius: LensRadiusOption = 0.0,
+    focal_distance: FocalDistanceOption = 0.0,
+    feelers: FeelersOption = 0,
+    glossy_rays: GlossyRaysOption = 0,
+    seed: SeedOption = 0,
     vector: VectorOption = "off",
     precision: Annotated[str, typer.Option(help="float64 or float32.", metavar="NAME")] = "float64",
     processes: Annotated[int, typer.Option(min=1, help="Of each model; an interval of times needs 5.")] = 5,

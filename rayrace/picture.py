@@ -5,40 +5,57 @@ from typing import Annotated
 
 import typer
 
-RendererOption = Annotated[list[Path] | None, typer.Option("--renderer", help="Folder of a renderer, or of several.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a script.")]
-SphereOption = Annotated[str, typer.Option(help="robust, textbook, stable or wide.", metavar="NAME")]
-TriangleOption = Annotated[str, typer.Option(help="watertight, moller-trumbore or watertight-kahan.", metavar="NAME")]
-SlabOption = Annotated[str, typer.Option(help="branch or plain.", metavar="NAME")]
-VectorOption = Annotated[
-    str, typer.Option(help="off; on: many rays, or many shapes, at once; auto: where it is faster.", metavar="NAME")
-]
-MergeOption = Annotated[str, typer.Option(help="tolerant or none.", metavar="NAME")]
+from rayrace.options import (
+    AdaptiveDepthOption,
+    AdaptiveThresholdOption,
+    CutoffOption,
+    DepthOption,
+    FeelersOption,
+    FloatingPointOption,
+    FocalDistanceOption,
+    GlossyRaysOption,
+    HeightOption,
+    JsonOption,
+    LensRadiusOption,
+    MergeOption,
+    PrecisionOption,
+    RendererOption,
+    SamplerOption,
+    SamplesOption,
+    SceneArgument,
+    SceneMemoryOption,
+    SeedOption,
+    ShadowsOption,
+    SlabOption,
+    SphereOption,
+    TriangleOption,
+    VariantOption,
+    VectorOption,
+    WidthOption,
+)
 
 
 def render(
     context: typer.Context,
-    scene: Annotated[Path, typer.Argument(help="Scene file, or the name of a bundled one.")],
-    variant: Annotated[
-        str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
-    ] = "",
+    scene: SceneArgument,
+    variant: VariantOption = "",
     out: Annotated[Path, typer.Option("-o", "--out", help="Picture: .png, .exr, .npy or .tif; or scene: .pov.")] = Path(
         "picture.png"
     ),
-    width: Annotated[int, typer.Option(min=1, max=65536)] = 512,
-    height: Annotated[int, typer.Option(min=1, max=65536)] = 512,
-    depth: Annotated[int, typer.Option(min=0, help="Largest order of a ray.")] = 10,
-    shadows: Annotated[bool, typer.Option(help="Shadow feelers.")] = True,
-    sampler: Annotated[str, typer.Option(help="one, uniform, jittered or adaptive.", metavar="NAME")] = "",
-    samples: Annotated[int, typer.Option(min=1, help="n: n x n samples a pixel, uniform if no sampler is given.")] = 1,
-    adaptive_depth: Annotated[int, typer.Option(min=0, max=8, help="Halvings of a pixel.")] = 3,
-    adaptive_threshold: Annotated[float, typer.Option(help="Difference that halves.")] = 0.1,
-    lens_radius: Annotated[float, typer.Option(min=0, help="0: a pinhole.")] = 0.0,
-    focal_distance: Annotated[float, typer.Option(min=0, help="From the eye to what is in focus.")] = 0.0,
-    feelers: Annotated[int, typer.Option(min=0, help="To each light with a radius; 0: hard shadows.")] = 0,
-    glossy_rays: Annotated[int, typer.Option(min=0, help="Reflected rays of a hit; 0: perfect mirrors.")] = 0,
+    width: WidthOption = 512,
+    height: HeightOption = 512,
+    depth: DepthOption = 10,
+    shadows: ShadowsOption = True,
+    sampler: SamplerOption = "",
+    samples: SamplesOption = 1,
+    adaptive_depth: AdaptiveDepthOption = 3,
+    adaptive_threshold: AdaptiveThresholdOption = 0.1,
+    lens_radius: LensRadiusOption = 0.0,
+    focal_distance: FocalDistanceOption = 0.0,
+    feelers: FeelersOption = 0,
+    glossy_rays: GlossyRaysOption = 0,
     glossy_weight: Annotated[str, typer.Option(help="plain or study.", metavar="NAME")] = "plain",
-    seed: Annotated[int, typer.Option(min=0, help="Of the random numbers.")] = 0,
+    seed: SeedOption = 0,
     walk: Annotated[str, typer.Option(help="least, recursion, table, stack or chain.", metavar="NAME")] = "least",
     accel: Annotated[str, typer.Option(help="auto, none or bvh.", metavar="NAME")] = "auto",
     sphere: SphereOption = "robust",
@@ -54,17 +71,15 @@ def render(
         str, typer.Option(help="needed: what the scene needs, +lens: that too; general: all.", metavar="NAME")
     ] = "needed",
     vector: VectorOption = "off",
-    floating_point: Annotated[str, typer.Option(help="strict, contract or fast.", metavar="NAME")] = "strict",
-    cutoff: Annotated[str, typer.Option(help="Rays of so small a weight are not traced: 0.001, 2^-10.")] = "0",
+    floating_point: FloatingPointOption = "strict",
+    cutoff: CutoffOption = "0",
     arithmetic: Annotated[str, typer.Option(help="linear, or srgb as a warning.", metavar="NAME")] = "linear",
     sample_x: Annotated[float, typer.Option(min=0, max=1, help="Place of the sample in a pixel.")] = 0.5,
     sample_y: Annotated[float, typer.Option(min=0, max=1)] = 0.5,
     region: Annotated[str, typer.Option(help="Only the pixels x0,y0,x1,y1.")] = "",
-    precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
+    precision: PrecisionOption = "float64",
     threads: Annotated[int, typer.Option(min=0, help="0: as many as the variant runs by default.")] = 0,
-    scene_memory: Annotated[
-        str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")
-    ] = "auto",
+    scene_memory: SceneMemoryOption = "auto",
     block_width: Annotated[int, typer.Option(min=1, max=1024, help="Threads of a GPU's block.")] = 16,
     block_height: Annotated[int, typer.Option(min=1, max=1024)] = 16,
     total_threads: Annotated[int, typer.Option(min=0, help="Of a GPU; 0: one for each pixel.")] = 0,
@@ -141,22 +156,20 @@ def render(
 
 
 def trace(
-    scene: Annotated[Path, typer.Argument(help="Scene file, or the name of a bundled one.")],
+    scene: SceneArgument,
     rays: Annotated[Path, typer.Argument(help="CSV with the header ox,oy,oz,dx,dy,dz.", metavar="RAYS.csv")],
     variant: Annotated[
         str, typer.Option("-r", "--variant", help="Who traces. Default: the first available of the fastest.")
     ] = "",
     out: Annotated[Path | None, typer.Option("-o", "--out", help="HITS.csv. Default: standard output.")] = None,
-    precision: Annotated[str, typer.Option(help="float64, float32, mp60.")] = "float64",
+    precision: PrecisionOption = "float64",
     sphere: SphereOption = "robust",
     triangle: TriangleOption = "watertight",
     slab: SlabOption = "branch",
     merge: MergeOption = "tolerant",
     vector: VectorOption = "off",
-    floating_point: Annotated[str, typer.Option(help="strict, contract or fast.", metavar="NAME")] = "strict",
-    scene_memory: Annotated[
-        str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")
-    ] = "auto",
+    floating_point: FloatingPointOption = "strict",
+    scene_memory: SceneMemoryOption = "auto",
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
     renderer: RendererOption = None,
 ) -> None:

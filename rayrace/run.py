@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from rayrace.picture import JsonOption, RendererOption
+from rayrace.options import JsonOption, RendererOption
 
 
 def run(

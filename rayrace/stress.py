@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rayrace.picture import JsonOption, RendererOption
+from rayrace.options import JsonOption, RendererOption
 
 FIRST = ("cpp", "cpp-threads", "numba", "numba-parallel", "numpy", "python")  # of which one is the default
 BUNDLED = Path("stability")  # the experiment that has all rows with their methods

@@ -1,0 +1,37 @@
+"""Options that several commands share, each declared once."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+SceneArgument = Annotated[Path, typer.Argument(help="Scene file, or the name of a bundled one.")]
+RendererOption = Annotated[list[Path] | None, typer.Option("--renderer", help="Folder of a renderer, or of several.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a script.")]
+SphereOption = Annotated[str, typer.Option(help="robust, textbook, stable or wide.", metavar="NAME")]
+TriangleOption = Annotated[str, typer.Option(help="watertight, moller-trumbore or watertight-kahan.", metavar="NAME")]
+SlabOption = Annotated[str, typer.Option(help="branch or plain.", metavar="NAME")]
+VectorOption = Annotated[
+    str, typer.Option(help="off; on: many rays, or many shapes, at once; auto: where it is faster.", metavar="NAME")
+]
+MergeOption = Annotated[str, typer.Option(help="tolerant or none.", metavar="NAME")]
+VariantOption = Annotated[
+    str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
+]
+WidthOption = Annotated[int, typer.Option(min=1, max=65536)]
+HeightOption = Annotated[int, typer.Option(min=1, max=65536)]
+DepthOption = Annotated[int, typer.Option(min=0, help="Largest order of a ray.")]
+ShadowsOption = Annotated[bool, typer.Option(help="Shadow feelers.")]
+SamplerOption = Annotated[str, typer.Option(help="one, uniform, jittered or adaptive.", metavar="NAME")]
+SamplesOption = Annotated[int, typer.Option(min=1, help="n: n x n samples a pixel, uniform if no sampler is given.")]
+AdaptiveDepthOption = Annotated[int, typer.Option(min=0, max=8, help="Halvings of a pixel.")]
+AdaptiveThresholdOption = Annotated[float, typer.Option(help="Difference that halves.")]
+LensRadiusOption = Annotated[float, typer.Option(min=0, help="0: a pinhole.")]
+FocalDistanceOption = Annotated[float, typer.Option(min=0, help="From the eye to what is in focus.")]
+FeelersOption = Annotated[int, typer.Option(min=0, help="To each light with a radius; 0: hard shadows.")]
+GlossyRaysOption = Annotated[int, typer.Option(min=0, help="Reflected rays of a hit; 0: perfect mirrors.")]
+SeedOption = Annotated[int, typer.Option(min=0, help="Of the random numbers.")]
+PrecisionOption = Annotated[str, typer.Option(help="float64, float32, mp60.")]
+FloatingPointOption = Annotated[str, typer.Option(help="strict, contract or fast.", metavar="NAME")]
+CutoffOption = Annotated[str, typer.Option(help="Rays of so small a weight are not traced: 0.001, 2^-10.")]
+SceneMemoryOption = Annotated[str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")]
