@@ -9,6 +9,9 @@ from typing import Annotated
 import typer
 
 from rayrace.options import (
+    AdaptiveDepthOption,
+    AdaptiveThresholdOption,
+    CutoffOption,
     DepthOption,
     FeelersOption,
     FocalDistanceOption,
@@ -16,6 +19,7 @@ from rayrace.options import (
     HeightOption,
     JsonOption,
     LensRadiusOption,
+    PrecisionOption,
     RendererOption,
     SamplerOption,
     SamplesOption,
@@ -40,13 +44,16 @@ def needs(
     shadows: ShadowsOption = True,
     sampler: SamplerOption = "",
     samples: SamplesOption = 1,
+    adaptive_depth: AdaptiveDepthOption = 3,
+    adaptive_threshold: AdaptiveThresholdOption = 0.1,
     lens_radius: LensRadiusOption = 0.0,
     focal_distance: FocalDistanceOption = 0.0,
     feelers: FeelersOption = 0,
     glossy_rays: GlossyRaysOption = 0,
     seed: SeedOption = 0,
     vector: VectorOption = "off",
-    precision: Annotated[str, typer.Option(help="float64 or float32.", metavar="NAME")] = "float64",
+    cutoff: CutoffOption = "0",
+    precision: PrecisionOption = "float64",
     processes: Annotated[int, typer.Option(min=1, help="Of each model; an interval of times needs 5.")] = 5,
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds, of each process.")] = 600.0,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Chart of errors and times: .png, .svg, ..")] = None,
@@ -73,8 +80,9 @@ def needs(
     read = load(bundled.scene(scene))
     image = single.image(
         "", width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
+        adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold,
         lens_radius=lens_radius, focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
-        seed=seed, vector=vector, precision=precision,
+        seed=seed, vector=vector, cutoff=cutoff, precision=precision,
     )  # fmt: skip
     job, known = image.parameters(1, FRAMES), registry.entries(tuple(renderer or ()))
     entry = single.pick(variant, known, job, needs_of(read, job))

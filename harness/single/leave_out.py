@@ -1,17 +1,28 @@
 """Lists what a picture of a scene can do without: each leave-out changes the scene, or the job, into a smaller model.
 
-A leave-out is listed only where it applies: a scene without a soft light has none that makes it hard.
+A leave-out is listed only where it applies: a scene without a soft light has none that makes it hard. Changes go by the
+place of an object or a light in the full scene, where one that is left out leaves a None, so that any of them can be
+made together, in any order: `apply` makes a scene of the rest.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from harness.renderer.parameters import Parameters
-from harness.scene.media import solid
-from harness.scene.model import Csg, Light, Material, Object, Operator, Scene
+from harness.scene import surface
+from harness.scene.media import media, solid
+from harness.scene.mesh import with_area
+from harness.scene.model import Air, Csg, Light, Material, Mesh, Object, Operator, Scene
 from harness.scene.needs import BLACK, CLEAR, OPAQUE, SHAPES, needs
+from harness.single.proof import Proof
 
 DEPTHS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
+CUTOFFS = (-10, -8, -6)  # powers of 2: weights of rays (CUT-1)
+COARSER = (2, 4, 8)  # times fewer triangles
+LEAST = 4  # triangles of a closed mesh
+ANGLES = 4096  # of incidence, over which a Fresnel share is averaged
 
 Change = Callable[[Scene, Parameters], tuple[Scene, Parameters]]
 
@@ -20,45 +31,75 @@ Change = Callable[[Scene, Parameters], tuple[Scene, Parameters]]
 class LeaveOut:
     """What is left out, in words, and the change that leaves it out.
 
-    proof: why no picture can change by it, from the rules of SPEC.md; "" where that must be measured.
+    proof: why no picture can change by it, from the rules of SPEC.md; "" where that must be measured. unavailable: ""
+    or why it cannot be made here.
     """
 
     name: str
     change: Change
     proof: str = ""
+    unavailable: str = ""
 
 
 def leave_outs(scene: Scene, job: Parameters) -> list[LeaveOut]:
     """Everything that can be left out of a scene and its job alone: of the job, then lights, materials and objects."""
-    return [*_of_job(scene, job), *_of_lights(scene, job), *_of_materials(scene, job), *_of_objects(scene)]
+    proof = Proof(scene, job)
+    return [
+        *_of_job(scene, job, proof),
+        *_of_lights(scene, job, proof),
+        *_of_materials(scene, job),
+        *_of_objects(scene, proof),
+    ]
+
+
+def apply(listed: Iterable[LeaveOut], scene: Scene, job: Parameters) -> tuple[Scene, Parameters]:
+    """The scene and the job without all that is listed."""
+    for one in listed:
+        scene, job = one.change(scene, job)
+    objects = tuple(thing for thing in scene.objects if thing is not None)
+    return replace(scene, objects=objects, lights=tuple(light for light in scene.lights if light is not None)), job
 
 
 def _job(**values) -> Change:
     return lambda scene, job: (scene, replace(job, **values))
 
 
-def _of_job(scene: Scene, job: Parameters) -> list[LeaveOut]:
+def _fewer(**values) -> Change:
+    """Lowers numbers of the job, none of which it raises."""
+
+    def change(scene: Scene, job: Parameters):
+        return scene, replace(job, **{name: min(value, getattr(job, name)) for name, value in values.items()})
+
+    return change
+
+
+def _of_job(scene: Scene, job: Parameters, proof: Proof) -> list[LeaveOut]:
     used, found = needs(scene, job), []
     if "shadows" in used:
         found.append(LeaveOut("shadows", _job(shadows=False)))
     if job.shadows and job.feelers > 0:
         hard = "" if "soft" in used else "no feeler goes to a light without a radius (SOF-1)"
-        found.append(LeaveOut("soft shadows", _job(feelers=0), hard))
+        found.append(LeaveOut("soft shadows", _fewer(feelers=0), hard))
         if job.feelers > 1 and not hard:
-            found.append(LeaveOut(f"feelers {job.feelers} to 1", _job(feelers=1)))
+            found.append(LeaveOut(f"feelers {job.feelers} to 1", _fewer(feelers=1)))
     if job.glossy_rays > 0:
         sharp = "" if "glossy" in used else "no ray is reflected"
-        found.append(LeaveOut("glossy reflection", _job(glossy_rays=0), sharp))
+        found.append(LeaveOut("glossy reflection", _fewer(glossy_rays=0), sharp))
         if job.glossy_rays > 1 and not sharp:
-            found.append(LeaveOut(f"glossy rays {job.glossy_rays} to 1", _job(glossy_rays=1)))
+            found.append(LeaveOut(f"glossy rays {job.glossy_rays} to 1", _fewer(glossy_rays=1)))
     if "lens" in used:
         found.append(LeaveOut("lens", _job(lens_radius=0.0)))
-    if {"supersampling", "adaptive"} & set(used):
-        found.append(LeaveOut("supersampling", _job(sampler="one", samples=1)))
-    dark = "" if "reflection" in used else "no surface has k_s > 0, so no ray is reflected or transmitted"
-    for depth in (0,) if dark else DEPTHS:
+    found += _of_samples(job)
+    for depth in DEPTHS:
         if depth < job.depth:
-            found.append(LeaveOut(f"depth {job.depth} to {depth}", _job(depth=depth), dark))
+            enough = proof.depth(depth)
+            found.append(LeaveOut(f"depth {job.depth} to {depth}", _fewer(depth=depth), enough))
+            if enough:  # so is every greater one
+                break
+    # Adaptive samples know no cut-off (CUT-4).
+    if "reflection" in used and job.sampler != "adaptive":
+        names = {f"rays of a weight up to 2^{power}": 2.0**power for power in CUTOFFS}
+        found += [LeaveOut(name, _cut(cutoff)) for name, cutoff in names.items() if cutoff > job.cutoff]
     if job.precision == "float64":
         found.append(LeaveOut("float64 to float32", _job(precision="float32")))
     if job.vector == "off":
@@ -70,81 +111,188 @@ def _of_job(scene: Scene, job: Parameters) -> list[LeaveOut]:
     return found
 
 
+def _of_samples(job: Parameters) -> list[LeaveOut]:
+    if job.sampler == "one":
+        return []
+    found = [LeaveOut("supersampling", _job(sampler="one", samples=1))]
+    if job.sampler == "adaptive" and job.adaptive_depth > 1:
+        name = f"halvings of a pixel {job.adaptive_depth} to 1"
+        found.append(LeaveOut(name, _fewer(adaptive_depth=1)))
+    elif job.sampler != "adaptive" and job.samples > 2:
+        half = job.samples // 2
+        name = f"samples {job.samples} x {job.samples} to {half} x {half}"
+        found.append(LeaveOut(name, _fewer(samples=half)))
+    return found
+
+
+def _cut(cutoff: float) -> Change:
+    """Raises the cut-off, which means nothing at depth 0."""
+    return lambda scene, job: (scene, replace(job, cutoff=max(cutoff, job.cutoff)))
+
+
 def _clear_air(scene: Scene, job: Parameters) -> tuple[Scene, Parameters]:
     return replace(scene, air=replace(scene.air, attenuation=CLEAR)), job
 
 
-def _of_lights(scene: Scene, job: Parameters) -> list[LeaveOut]:
-    found = []
-    for number, light in enumerate(scene.lights, 1):
-        dark = "its colour is black" if light.colour == BLACK else ""
-        found.append(LeaveOut(f"light {number}", _without_light(light), dark))
-        if light.radius > 0 and "soft" in needs(scene, job) and len(scene.lights) > 1:
-            found.append(LeaveOut(f"radius of light {number}", _hard(light)))
+def _of_lights(scene: Scene, job: Parameters, proof: Proof) -> list[LeaveOut]:
+    found, soft = [], "soft" in needs(scene, job)
+    for place, light in enumerate(scene.lights):
+        found.append(LeaveOut(f"light {place + 1}", _light(place, lambda light: None), proof.light(place)))
+        if light.radius > 0 and soft and len(scene.lights) > 1:
+            found.append(LeaveOut(f"radius of light {place + 1}", _light(place, _hard)))
     return found
 
 
-def _without_light(left: Light) -> Change:
+def _hard(light: Light) -> Light:
+    return replace(light, radius=0.0)
+
+
+def _light(place: int, new: Callable[[Light], Light | None]) -> Change:
     def change(scene: Scene, job: Parameters):
-        return replace(scene, lights=tuple(light for light in scene.lights if light is not left)), job
+        return replace(scene, lights=_replaced(scene.lights, [place], new)), job
 
     return change
 
 
-def _hard(soft: Light) -> Change:
+def _objects(places: list[int], new: Callable[[Object], Object | None]) -> Change:
     def change(scene: Scene, job: Parameters):
-        lights = (replace(light, radius=0.0) if light is soft else light for light in scene.lights)
-        return replace(scene, lights=tuple(lights)), job
+        return replace(scene, objects=_replaced(scene.objects, places, new)), job
 
     return change
+
+
+def _replaced(things: tuple, places: list[int], new: Callable) -> tuple:
+    """The things with those at the places made new, but for what has been left out already."""
+    chosen = set(places)
+    return tuple(new(one) if at in chosen and one is not None else one for at, one in enumerate(things))
 
 
 def _of_materials(scene: Scene, job: Parameters) -> list[LeaveOut]:
-    users: dict[Material, list[Object]] = {}
-    for thing in scene.objects:
-        users.setdefault(thing.material, []).append(thing)
-    used, found = needs(scene, job), []
-    for material, things in users.items():
-        whose = f"of the material of {_called(scene, things[0])}" + f" and {len(things) - 1} more" * (len(things) > 1)
+    users: dict[Material, list[int]] = {}
+    for place, thing in enumerate(scene.objects):
+        users.setdefault(thing.material, []).append(place)
+    used, ranked, found = needs(scene, job), media(scene), []
+    for material, places in users.items():
+        first = _called(scene, scene.objects[places[0]])
+        whose = f"of the material of {first}" + f" and {len(places) - 1} more" * (len(places) > 1)
         if material.k_s > 0 and {"phong", "reflection"} & set(used):
-            found.append(LeaveOut(f"specular share {whose}", _material(material, k_s=0.0)))
-        clear = material.attenuation != OPAQUE and material.k_s > 0
-        if clear and "transmission" in used:
-            found.append(LeaveOut(f"transmission {whose}", _material(material, attenuation=OPAQUE)))
-            if material.attenuation != CLEAR and any(map(solid, things)):
-                found.append(LeaveOut(f"attenuation {whose}", _material(material, attenuation=CLEAR)))
+            found.append(LeaveOut(f"specular share {whose}", _material(places, lambda m: replace(m, k_s=0.0))))
+        if material.k_s == 0 or "reflection" not in used:
+            continue
+        clear = material.attenuation != OPAQUE
+        solids = any(solid(scene.objects[place]) for place in places)
+        if clear:
+            found.append(LeaveOut(f"transmission {whose}", _material(places, _opaque)))
+        if clear and material.attenuation != CLEAR and solids:
+            found.append(LeaveOut(f"attenuation {whose}", _material(places, _clear)))
+        air = scene.air
+        same = (material.eps_r, material.mu_r) == (air.eps_r, air.mu_r)
+        lone = same and not ranked
+        why = "its eps_r and mu_r are those of the air, the one medium it borders, so R = 0 (REF-2)" if lone else ""
+        what = "Fresnel share and refraction" if clear and solids else "Fresnel share"
+        if not same or lone:
+            found.append(LeaveOut(f"{what} {whose}, to a constant", _material(places, _constant(air)), why))
+        if clear and not same:
+            found.append(LeaveOut(f"medium {whose}, to that of the air", _material(places, _like(air))))
     return found
 
 
-def _material(old: Material, **values) -> Change:
-    new = replace(old, **values)
-
-    def change(scene: Scene, job: Parameters):
-        things = (replace(thing, material=new) if thing.material == old else thing for thing in scene.objects)
-        return replace(scene, objects=tuple(things)), job
-
-    return change
+def _opaque(material: Material) -> Material:
+    return replace(material, attenuation=OPAQUE)
 
 
-def _of_objects(scene: Scene) -> list[LeaveOut]:
+def _clear(material: Material) -> Material:
+    """No attenuation, unless it has been made opaque."""
+    return material if material.attenuation == OPAQUE else replace(material, attenuation=CLEAR)
+
+
+def _like(air: Air) -> Callable[[Material], Material]:
+    return lambda material: replace(material, eps_r=air.eps_r, mu_r=air.mu_r)
+
+
+def _constant(air: Air) -> Callable[[Material], Material]:
+    """Makes R of a material in the air the same at all angles: where N = 1, R = ((1 - M)/(1 + M))^2 (REF-2), and
+    nothing is bent.
+
+    It is the mean over a sphere as a distant eye sees it, where c^2 is uniform; so it is, on average over all ways to
+    turn it, of any convex solid (Cauchy).
+    """
+
+    def new(material: Material) -> Material:
+        if (material.eps_r, material.mu_r) == (air.eps_r, air.mu_r):
+            return material
+        root = np.sqrt(share(material, air))
+        mu_r = air.mu_r * (1 + root) / (1 - root)
+        return replace(material, eps_r=air.eps_r * air.mu_r / mu_r, mu_r=mu_r)
+
+    return new
+
+
+def share(material: Material, air: Air) -> float:
+    """The mean of R (REF-2), seen from the air, over angles whose squared cosine is uniform."""
+    c = np.sqrt((np.arange(ANGLES) + 0.5) / ANGLES)
+    n = np.sqrt(air.eps_r * air.mu_r / (material.eps_r * material.mu_r))
+    m = air.mu_r / material.mu_r
+    x = 1 - n**2 * (1 - c**2)
+    s = np.sqrt(np.maximum(x, 0))
+    r = (((n * c - m * s) / (n * c + m * s)) ** 2 + ((m * c - n * s) / (m * c + n * s)) ** 2) / 2
+    return float(np.mean(np.where(x > 0, r, 1.0)))
+
+
+def _material(places: list[int], new: Callable[[Material], Material]) -> Change:
+    return _objects(places, lambda thing: replace(thing, material=new(thing.material)))
+
+
+def _of_objects(scene: Scene, proof: Proof) -> list[LeaveOut]:
     found = []
-    for thing in scene.objects:
+    for place, thing in enumerate(scene.objects):
         name = _called(scene, thing)
-        found.append(LeaveOut(name, _instead(thing, None)))
+        found.append(LeaveOut(name, _objects([place], lambda thing: None), proof.thing(place)))
+        if isinstance(thing, Mesh):
+            found += _of_mesh(place, thing, name)
         if isinstance(thing, Csg):
             for number, part in enumerate(thing.parts(), 1):
-                rest = _without_part(thing, part)
-                if rest is not None:
-                    found.append(LeaveOut(f"part {number} ({SHAPES[type(part)]}) of {name}", _instead(thing, rest)))
+                if _without_part(thing, part) is not None:
+                    less = _objects([place], lambda solid, part=part: _without_part(solid, part) or solid)
+                    found.append(LeaveOut(f"part {number} ({SHAPES[type(part)]}) of {name}", less))
     return found
 
 
-def _instead(old: Object, new: Object | None) -> Change:
-    def change(scene: Scene, job: Parameters):
-        things = (new if thing is old else thing for thing in scene.objects)
-        return replace(scene, objects=tuple(thing for thing in things if thing is not None)), job
+def _of_mesh(place: int, mesh: Mesh, name: str) -> Iterator[LeaveOut]:
+    """Coarser ones of it, as fast-simplification makes them, an optional package."""
+    count = len(mesh.triangles)
+    for wanted in (count // times for times in COARSER):
+        if wanted < LEAST:
+            return
+        coarse, why = _decimated(mesh, wanted)
+        what = f"triangles {count:,} to {len(coarse.triangles) if coarse else wanted:,} of {name}"
+        yield LeaveOut(what, _objects([place], _coarser(coarse)) if coarse else _job(), unavailable=why)
 
-    return change
+
+def _coarser(coarse: Mesh) -> Callable[[Mesh], Mesh]:
+    """Puts a coarser mesh in the place of one, unless it is coarser still; materials stay."""
+
+    def new(mesh: Mesh) -> Mesh:
+        return mesh if len(mesh.triangles) < len(coarse.triangles) else replace(coarse, material=mesh.material)
+
+    return new
+
+
+def _decimated(mesh: Mesh, wanted: int) -> tuple[Mesh | None, str]:
+    """The mesh with about so many triangles, or None and why there is none."""
+    try:
+        from fast_simplification import simplify
+    except ImportError:
+        return None, "unsupported: no fast-simplification here; pip install 'rayrace[simplify]'"
+    points, corners = simplify(mesh.vertices, mesh.triangles, target_count=wanted)
+    vertices, triangles = with_area(np.asarray(points, np.float64), np.asarray(corners, np.int32))
+    if not 0 < len(triangles) < len(mesh.triangles):
+        return None, "unsupported: fast-simplification takes no triangle off it"
+    outward = surface.outward(vertices, triangles) if mesh.closed else triangles
+    if outward is None:
+        return None, "unsupported: the coarser mesh is not closed, so it would bound no medium"
+    triangles = np.asarray(outward, np.int32)
+    return Mesh(mesh.material, vertices, triangles, mesh.closed, line=mesh.line), ""
 
 
 def _without_part(solid: Csg, left: Object) -> Csg | None:

@@ -24,7 +24,7 @@ from harness.renderer.registry import Entry
 from harness.scene.flatten import flatten
 from harness.scene.model import Scene
 from harness.scene.needs import needs
-from harness.single.leave_out import LeaveOut
+from harness.single.leave_out import LeaveOut, apply
 from harness.single.single import kernels
 from harness.statistics import statistics
 
@@ -41,16 +41,19 @@ class Model:
 
     scene: Scene
     job: Parameters
+    broken: str = ""
     picture: np.ndarray | None = None
     seconds: list[float] = field(default_factory=list)
     peaks: list[float] = field(default_factory=list)
-    broken: str = ""
 
     def __post_init__(self):
         self.arrays, self.needs = flatten(self.scene), needs(self.scene, self.job)
 
     def shoot(self, entry: Entry, run: Callable, timeout: float) -> None:
-        """Renders its picture, untimed, which leaves compiled code in the cache. run: as Sessions.run."""
+        """Renders its picture, untimed, which leaves compiled code in the cache, unless it is broken already. run: as
+        Sessions.run."""
+        if self.broken:
+            return
         job = replace(self.job, frames=0)
         result = run(entry, self.arrays, job, self.needs, timeout=timeout, cache=kernels(entry))
         self.broken = _broken(result)
@@ -164,7 +167,7 @@ def measure(
     In each round the full model runs twice, first and last, as the noise floor asks; every other round is reversed.
     """
     again = Model(full.scene, full.job)
-    reduced = [Model(*one.change(full.scene, full.job)) for one in listed]
+    reduced = [Model(*apply([one], full.scene, full.job), one.unavailable) for one in listed]
     for model in (full, *reduced):
         model.shoot(entry, run, timeout)
         if full.broken:
