@@ -57,6 +57,9 @@ def needs(
     processes: Annotated[int, typer.Option(min=1, help="Of each model; an interval of times needs 5.")] = 5,
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds, of each process.")] = 600.0,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Chart of errors and times: .png, .svg, ..")] = None,
+    sheet: Annotated[
+        Path | None, typer.Option(help="Contact sheet: the picture without each thing, and its difference.")
+    ] = None,
     renderer: RendererOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -73,10 +76,11 @@ def needs(
     from harness.single import leave_out, single, worth
     from rayrace import bundled
 
-    if out and out.suffix not in CHARTS:
-        raise UserError(f"-o {out}: expected a chart, {', '.join(CHARTS)}")
-    if out:
-        picture.check_folder(out)
+    for option, path in (("-o", out), ("--sheet", sheet)):
+        if path and path.suffix not in CHARTS:
+            raise UserError(f"{option} {path}: expected a chart, {', '.join(CHARTS)}")
+        if path:
+            picture.check_folder(path)
     read = load(bundled.scene(scene))
     image = single.image(
         "", width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
@@ -101,6 +105,11 @@ def needs(
         from reports.times import worth_figure
 
         worth_figure.write(out, [one.record() for one in worths], study.error["rmse"])
+    if sheet:
+        from reports.pictures import leave_out_sheet
+
+        changed = [(one.name, one.error["rmse"], one.picture) for one in worths if one.seen > 0]
+        leave_out_sheet.write(sheet, study.full.picture, changed)
     if any(one.unavailable and not one.unavailable.startswith("unsupported") for one in study.worths):
         raise typer.Exit(1)
 

@@ -189,11 +189,11 @@ def _of_materials(scene: Scene, job: Parameters) -> list[LeaveOut]:
         same = (material.eps_r, material.mu_r) == (air.eps_r, air.mu_r)
         lone = same and not ranked
         why = "its eps_r and mu_r are those of the air, the one medium it borders, so R = 0 (REF-2)" if lone else ""
-        what = "Fresnel share and refraction" if clear and solids else "Fresnel share"
+        what = "constant Fresnel share, no refraction," if clear and solids else "constant Fresnel share"
         if not same or lone:
-            found.append(LeaveOut(f"{what} {whose}, to a constant", _material(places, _constant(air)), why))
+            found.append(LeaveOut(f"{what} {whose}", _material(places, _constant(air)), why))
         if clear and not same:
-            found.append(LeaveOut(f"medium {whose}, to that of the air", _material(places, _like(air))))
+            found.append(LeaveOut(f"medium of the air in place {whose}", _material(places, _like(air))))
     return found
 
 

@@ -87,6 +87,7 @@ class Worth:
     RGB. error: judge.errors of the reduced picture. added: the change of the mean squared error, and its standard
     error. flip: between the two pictures. time: ratio of frames, reduced over full; faster: statistics.verdict of it.
     memory: ratio of median peaks; None if the system does not tell. unavailable: "" or why there is nothing of this.
+    picture: the reduced one.
     """
 
     name: str
@@ -100,6 +101,7 @@ class Worth:
     time: statistics.Estimate | None = None
     faster: str = ""
     memory: float | None = None
+    picture: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     @property
     def verdict(self) -> str:
@@ -203,6 +205,7 @@ def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statist
         time=ratio,
         faster=statistics.verdict(ratio, floor.value),
         memory=float(np.median(model.peaks) / np.median(full.peaks)) if model.peaks and full.peaks else None,
+        picture=model.picture,
     )
 
 

@@ -14,7 +14,7 @@ WORDS = "-r", "numpy", "--width", 12, "--height", 10, "--processes", 1
 def test_what_each_leave_out_is_worth(rayrace, tmp_path):
     """A lone sphere that reflects nothing has no need of depth, which is proved, nor of shadows: none falls on it."""
     (tmp_path / "scene.txt").write_text(SCENE)
-    done = rayrace("needs", "scene.txt", *WORDS, "--json", "-o", "worth.png", cwd=tmp_path, code=0)
+    done = rayrace("needs", "scene.txt", *WORDS, "--json", "-o", "worth.png", "--sheet", "sheet.png", cwd=tmp_path, code=0)
     told = json.loads(done.stdout)
     rows = {one["left_out"]: one for one in told["without"]}
     assert set(rows) == {
@@ -27,6 +27,7 @@ def test_what_each_leave_out_is_worth(rayrace, tmp_path):
     assert told["noise_floor"] is None and rows["light 1"]["time"]["low"] is None
     assert "noise floor" not in done.stderr
     assert (tmp_path / "worth.png").stat().st_size > 10_000
+    assert (tmp_path / "sheet.png").stat().st_size > 10_000
     worst = told["without"][0]["left_out"]
     assert worst in ("light 1", "the sphere of line 3")
 
@@ -35,6 +36,7 @@ def test_what_each_leave_out_is_worth(rayrace, tmp_path):
     ("words", "message"),
     [
         (("scene.txt", "-o", "worth.gif"), "error: -o worth.gif: expected a chart, .png, .svg, .pdf"),
+        (("scene.txt", "--sheet", "a.npy"), "error: --sheet a.npy: expected a chart, .png, .svg, .pdf"),
         (("scene.txt", "-r", "nump"), 'error: no renderer "nump"; did you mean'),
         (("scene.txt", "--lens-radius", 0.1), "error: lens_radius: also needs focal_distance"),
         (("scene.txt", "-r", "numpy", "--vector", "on"), "error: numpy cannot render this scene: has no vector on"),
