@@ -59,7 +59,7 @@ def render(scene, variant, out, asked, most, against, seconds, given, frames, ti
     from rayrace.run import results_folder
     from reports.accuracy import advice
 
-    began, limit = time.monotonic(), _limit(most)
+    began, limit = time.monotonic(), error_limit("--max-error", most)
     if against not in ("scene", "centres"):
         raise UserError(f"--against {against}: expected scene or centres")
     picture.check_suffix(out)
@@ -243,11 +243,12 @@ def _truth(error: dict) -> str:
     return f"; its truth is by {error['truth']}, {error['samples']} samples a pixel{known}"
 
 
-def _limit(most: str) -> float:
+def error_limit(option: str, most: str) -> float:
+    """An error from 1/255, 0.001, .. as an option has it. UserError, with the option."""
     try:
         limit = image.number(most)
     except ValueError as fault:
-        raise UserError(f"--max-error {most}: {fault}") from None
+        raise UserError(f"{option} {most}: {fault}") from None
     if not 0 < limit < math.inf:
-        raise UserError(f"--max-error {most}: expected more than 0")
+        raise UserError(f"{option} {most}: expected more than 0")
     return limit

@@ -60,6 +60,16 @@ def needs(
     sheet: Annotated[
         Path | None, typer.Option(help="Contact sheet: the picture without each thing, and its difference.")
     ] = None,
+    within: Annotated[
+        str,
+        typer.Option(help="Find the smallest model with an RMSE of at most 1/255, 0.001, ..", metavar="ERROR"),
+    ] = "",
+    reduced: Annotated[Path, typer.Option(help="With --within: file for that model's scene, .txt.")] = Path(
+        "reduced.txt"
+    ),
+    exhaustive: Annotated[
+        bool, typer.Option("--exhaustive", help="With --within: try all combinations, too, where they are few.")
+    ] = False,
     renderer: RendererOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -73,14 +83,22 @@ def needs(
     from harness.renderer.builder import cache_folder
     from harness.scene import load, warnings
     from harness.scene.needs import needs as needs_of
-    from harness.single import leave_out, single, worth
+    from harness.single import leave_out, single, smallest, worth
     from rayrace import bundled
+    from rayrace.choice import error_limit
 
     for option, path in (("-o", out), ("--sheet", sheet)):
         if path and path.suffix not in CHARTS:
             raise UserError(f"{option} {path}: expected a chart, {', '.join(CHARTS)}")
         if path:
             picture.check_folder(path)
+    if within and reduced.suffix != ".txt":
+        raise UserError(f"--reduced {reduced}: expected a scene, .txt")
+    if within:
+        picture.check_folder(reduced)
+    if exhaustive and not within:
+        raise UserError("--exhaustive: only with --within")
+    limit = error_limit("--within", within) if within else None
     read = load(bundled.scene(scene))
     image = single.image(
         "", width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
@@ -98,9 +116,15 @@ def needs(
         true = worth.truth_of(full, known, Kept(cache_folder("references")), sessions.run)
         listed = leave_out.leave_outs(read, job)
         study = worth.measure(full, true, entry, sessions.run, processes, timeout, listed)
+        found = best = None
+        if limit:
+            search = smallest.Search(study, listed, limit, entry, sessions.run, timeout)
+            found = search.greedy(processes)
+            best = search.exhaustive(found, processes) if exhaustive else None
     single.warn(warnings(read))
     worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
-    _tell(study, worths, entry.name, as_json)
+    told = _smallest(found, best, limit, reduced, entry.name) if found else {}
+    _tell(study, worths, entry.name, told, as_json)
     if out:
         from reports.times import worth_figure
 
@@ -114,8 +138,37 @@ def needs(
         raise typer.Exit(1)
 
 
-def _tell(study, worths: list, name: str, as_json: bool) -> None:
-    """Prints a harness.single.worth.Study, its worths in the order given."""
+def _smallest(found, best, limit: float, path: Path, name: str) -> dict:
+    """Writes the scene of a harness.single.smallest.Smallest; returns what is told of it, for JSON. best: or None."""
+    from harness.scene import written
+    from reports.run import command
+
+    files = [str(file) for file in written.write(found.model.scene, path)]
+    told = {
+        "limit": limit,
+        "left_out": [one.name for one in found.left],
+        "error": found.error,
+        "time": {"ratio": found.time.value, "low": found.time.low, "high": found.time.high, "verdict": found.faster},
+        "memory_ratio": {"unavailable": "the peak is not known"} if found.memory is None else found.memory,
+        "models_rendered": found.rendered,
+        "files": files,
+        "command": command.of_job(str(path), name, found.model.job, "reduced.npy"),
+    }
+    if best:
+        ratio = {"ratio": best.over.value, "low": best.over.low, "high": best.over.high, "verdict": best.verdict}
+        told["exhaustive"] = {
+            "models": best.tried,
+            "within": best.within,
+            "left_out": [one.name for one in best.left],
+            "error": best.error,
+            "greedy_over_best": ratio,
+        }
+    return told
+
+
+def _tell(study, worths: list, name: str, told_smallest: dict, as_json: bool) -> None:
+    """Prints a harness.single.worth.Study, its worths in the order given, and the smallest model, {} if none is asked
+    for."""
     from rich.markup import escape
     from rich.table import Table
 
@@ -129,9 +182,8 @@ def _tell(study, worths: list, name: str, as_json: bool) -> None:
         told = {"seconds": seconds.value, "low": seconds.low, "high": seconds.high, "error": study.error}
         facts = {"truth": study.truth.maker, **study.truth.facts(), "noise_floor": study.floor.value}
         rows = [one.record() for one in worths]
-        print(
-            json.dumps({"renderer": name, "job": full.job.values(), "full": told, **facts, "without": rows}, indent=1)
-        )
+        facts |= {"without": rows} | ({"smallest": told_smallest} if told_smallest else {})
+        print(json.dumps({"renderer": name, "job": full.job.values(), "full": told, **facts}, indent=1))
         return
     error = {"truth": study.truth.maker, "against": "scene", **study.truth.facts(), **study.error}
     print(f"{name}, {full.job.width} x {full.job.height}: {seconds.value:.3g} s a frame; {record.error_of(error)}")
@@ -153,6 +205,27 @@ def _tell(study, worths: list, name: str, as_json: bool) -> None:
     print("time, memory: times those of the full model; in brackets the 95 % interval, ~ where it is not resolved")
     if study.floor.value is None:
         print(f"noise floor unavailable: {study.floor.reason}", file=sys.stderr)
+    if told_smallest:
+        _tell_smallest(told_smallest, study.error["rmse"])
+
+
+def _tell_smallest(told: dict, before: float) -> None:
+    """Prints the smallest model for people. before: RMSE of the full model."""
+    rendered = f"of {told['models_rendered']} rendered"
+    print(f"\nThe smallest model found with an RMSE of {told['limit']:.3g} or less, {rendered}:")
+    print("".join(f"  without {name}\n" for name in told["left_out"]) or "  the full model\n", end="")
+    after = told["error"]["rmse"]
+    print(f"RMSE {before:.3g} before, {after:.3g} after; time {_ratio(told['time'])} times that of the full model")
+    if every := told.get("exhaustive"):
+        tried = f"{every['models']} combinations of what changes the picture"
+        print(f"all {tried} were rendered, {every['within']} are within the limit")
+        print(f"this one takes {_ratio(every['greedy_over_best'])} times as long as the quickest of them")
+    print(f"scene: {', '.join(told['files'])}\n{told['command']}")
+
+
+def _ratio(time: dict) -> str:
+    interval = "" if time["low"] is None else f" [{time['low']:.2f}, {time['high']:.2f}]"
+    return f"{'~' * (time['verdict'] == 'not resolved')}{time['ratio']:.2f}{interval}"
 
 
 def _cells(one) -> list[str]:

@@ -4,7 +4,7 @@ Errors are distances from the truth of the full scene (ERR-1). Full and reduced 
 same samples wherever both draw them, and their times come from fresh processes in interleaved rounds.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -71,6 +71,10 @@ class Model:
         peak = row.memory(result.said, result.outcome)["peak_bytes"]
         if peak is not None:
             self.peaks.append(peak)
+
+    def memory_over(self, full: "Model") -> float | None:
+        """Ratio of the median peaks; None if the system does not tell."""
+        return float(np.median(self.peaks) / np.median(full.peaks)) if self.peaks and full.peaks else None
 
 
 def _broken(result: Result) -> str:
@@ -174,19 +178,21 @@ def measure(
         model.shoot(entry, run, timeout)
         if full.broken:
             raise UserError(f"{entry.name} has no picture of the full scene: {full.broken}")
-    for number in range(rounds):
-        for model in _turns([full, *reduced, again], number):
-            model.repeat(entry, timeout)
-        if broken := full.broken or again.broken:
-            raise UserError(f"{entry.name} has no picture of the full scene: {broken}")
+    interleaved([full, *reduced, again], entry, rounds, timeout)
     floor = statistics.noise_floor(full.seconds, again.seconds)
     error = judge.errors(full.picture, true.picture, true.standard_error, None)
     worths = [_worth(one, model, full, true, floor) for one, model in zip(listed, reduced, strict=True)]
     return Study(full, true, error, floor, worths)
 
 
-def _turns(models: list[Model], number: int) -> Iterator[Model]:
-    return iter(models if number % 2 == 0 else reversed(models))
+def interleaved(models: list[Model], entry: Entry, rounds: int, timeout: float) -> None:
+    """Times the models in turn, every other round reversed. UserError if the first or the last, which must be there,
+    breaks."""
+    for number in range(rounds):
+        for model in models if number % 2 == 0 else reversed(models):
+            model.repeat(entry, timeout)
+        if broken := models[0].broken or models[-1].broken:
+            raise UserError(f"{entry.name} has no picture of the full scene: {broken}")
 
 
 def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statistics.Floor) -> Worth:
@@ -204,7 +210,7 @@ def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statist
         flip=perceive(model.picture, full.picture).flip,
         time=ratio,
         faster=statistics.verdict(ratio, floor.value),
-        memory=float(np.median(model.peaks) / np.median(full.peaks)) if model.peaks and full.peaks else None,
+        memory=model.memory_over(full),
         picture=model.picture,
     )
 

@@ -26,10 +26,27 @@ def of(results: Results, cell: Cell) -> str | Missing:
     if isinstance(found, Missing):
         return found
     scene, first = found
-    words = ["rayrace", "render", scene, *_renderers(results), "-r", cell.variant]
-    for name, value in _values(results, cell).items():
+    values = _values(results, cell)
+    for name, value in values.items():
         if name not in parameters.OPTIONS:
             return Missing(f"rayrace render has no option for {name} = {value}")
+    words = ["rayrace", "render", scene, *_renderers(results), "-r", cell.variant, *_options(values)]
+    made = shlex.join([*words, "-o", "picture.npy"])
+    return f"{shlex.join(first)} && {made}" if first else made
+
+
+def of_job(scene: str, variant: str, job: parameters.Parameters, out: str) -> str:
+    """Returns the `rayrace render` command that makes the picture of a job, on as many threads as the variant takes."""
+    values = {name: value for name, value in job.values().items() if name not in NO_OPTION}
+    values |= {"region": "" if job.region is None else values["region"], "shadows": job.shadows}
+    values |= {"threads": default("threads"), "epsilon": "" if job.epsilon is None else f"{job.epsilon:.17g}"}
+    return shlex.join(["rayrace", "render", scene, "-r", variant, *_options(_spelt(values)), "-o", out])
+
+
+def _options(values: dict) -> list[str]:
+    """Returns the options of `rayrace render` whose values are not the default."""
+    words = []
+    for name, value in values.items():
         if value == default(name):
             continue
         option = name.replace("_", "-")
@@ -37,8 +54,7 @@ def of(results: Results, cell: Cell) -> str | Missing:
             words.append(f"--{option}" if value else f"--no-{option}")
         else:
             words += [f"--{option}", str(value)]
-    made = shlex.join([*words, "-o", "picture.npy"])
-    return f"{shlex.join(first)} && {made}" if first else made
+    return words
 
 
 def again(results: Results, cell: Cell) -> str | Missing:
@@ -83,6 +99,11 @@ def _values(results: Results, cell: Cell) -> dict:
         "threads": _threads(results, cell),
     }
     values["epsilon"] = "" if _asked_for(results, cell, "epsilon") is None else f"{values['epsilon']:.17g}"
+    return _spelt(values) | more
+
+
+def _spelt(values: dict) -> dict:
+    """Returns the values as the command spells them, without those that mean nothing beside the others."""
     if "cutoff" in values:
         exponent = power(values["cutoff"])
         values["cutoff"] = f"{values['cutoff']:.17g}" if exponent is None else f"2^{exponent}"
@@ -90,7 +111,7 @@ def _values(results: Results, cell: Cell) -> dict:
         values.pop("focal_distance", None)
     if values.get("sampler") == "one" and values.get("samples") == default("samples"):
         values.pop("sampler")  # the command then chooses it
-    return values | more
+    return values
 
 
 def _threads(results: Results, cell: Cell) -> int:

@@ -1,7 +1,9 @@
 """`rayrace needs`: what a picture can do without, on the command line."""
 
 import json
+import shlex
 
+import numpy as np
 import pytest
 
 SCENE = """CAMERA (0,0,0) (1,0,0) (0,0.8,0) 4
@@ -14,7 +16,9 @@ WORDS = "-r", "numpy", "--width", 12, "--height", 10, "--processes", 1
 def test_what_each_leave_out_is_worth(rayrace, tmp_path):
     """A lone sphere that reflects nothing has no need of depth, which is proved, nor of shadows: none falls on it."""
     (tmp_path / "scene.txt").write_text(SCENE)
-    done = rayrace("needs", "scene.txt", *WORDS, "--json", "-o", "worth.png", "--sheet", "sheet.png", cwd=tmp_path, code=0)
+    done = rayrace(
+        "needs", "scene.txt", *WORDS, "--json", "-o", "worth.png", "--sheet", "sheet.png", cwd=tmp_path, code=0
+    )
     told = json.loads(done.stdout)
     rows = {one["left_out"]: one for one in told["without"]}
     assert set(rows) == {
@@ -32,11 +36,29 @@ def test_what_each_leave_out_is_worth(rayrace, tmp_path):
     assert worst in ("light 1", "the sphere of line 3")
 
 
+def test_the_smallest_model_within_an_error(rayrace, tmp_path):
+    """Its scene and its command make its picture."""
+    (tmp_path / "scene.txt").write_text(SCENE)
+    words = *WORDS, "--samples", 2, "--within", "1/50", "--exhaustive"
+    done = rayrace("needs", "scene.txt", *words, "--json", cwd=tmp_path, code=0)
+    told = json.loads(done.stdout)
+    found = told["smallest"]
+    assert {"shadows", "depth 10 to 0"} <= set(found["left_out"])
+    assert not {"light 1", "the sphere of line 3"} & set(found["left_out"])
+    assert found["limit"] == 1 / 50 and found["error"]["rmse"] <= 1 / 50 and found["files"] == ["reduced.txt"]
+    assert found["exhaustive"]["within"] <= found["exhaustive"]["models"]
+    rayrace(*shlex.split(found["command"])[1:], cwd=tmp_path, code=0)
+    assert np.load(tmp_path / "reduced.npy").shape == (10, 12, 3)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (("scene.txt", "-o", "worth.gif"), "error: -o worth.gif: expected a chart, .png, .svg, .pdf"),
         (("scene.txt", "--sheet", "a.npy"), "error: --sheet a.npy: expected a chart, .png, .svg, .pdf"),
+        (("scene.txt", "--exhaustive"), "error: --exhaustive: only with --within"),
+        (("scene.txt", "--within", "1/0"), "error: --within 1/0: expected a number"),
+        (("scene.txt", "--within", "1/255", "--reduced", "a.nff"), "error: --reduced a.nff: expected a scene, .txt"),
         (("scene.txt", "-r", "nump"), 'error: no renderer "nump"; did you mean'),
         (("scene.txt", "--lens-radius", 0.1), "error: lens_radius: also needs focal_distance"),
         (("scene.txt", "-r", "numpy", "--vector", "on"), "error: numpy cannot render this scene: has no vector on"),

@@ -8,14 +8,19 @@ import pytest
 import seeds
 import trimesh
 
+from harness.errors import UserError
+from harness.judge import judge
 from harness.judge.cache import Kept
 from harness.judge.truth import Truth
+from harness.process import repetition
 from harness.process.session import Sessions
 from harness.renderer.parameters import Parameters
+from harness.scene import load
 from harness.scene.model import Csg, Mesh, Operator
 from harness.scene.needs import needs
 from harness.scene.text import read
-from harness.single import worth
+from harness.scene.written import write
+from harness.single import smallest, worth
 from harness.single.leave_out import apply, leave_outs
 
 # The second light and the last sphere are behind the wall, the third light is black, and what the mirror reflects
@@ -46,12 +51,19 @@ def names(scene, **job):
 
 
 @pytest.fixture(scope="module")
-def study(known):
-    """The known scene in pictures by numpy, which has nothing to compile, each timed once."""
-    scene = read(KNOWN)
+def full():
     job = Parameters(width=28, height=21, depth=3, shadows=True, feelers=3, frames=1)
-    full, listed = worth.Model(scene, job), leave_outs(scene, job)
-    listed = [one for one in listed if "float32" not in one.name]
+    return worth.Model(read(KNOWN), job)
+
+
+@pytest.fixture(scope="module")
+def listed(full):
+    return [one for one in leave_outs(full.scene, full.job) if "float32" not in one.name]
+
+
+@pytest.fixture(scope="module")
+def study(known, full, listed):
+    """The known scene in pictures by numpy, which has nothing to compile, each timed once."""
     with Sessions() as sessions:
         true = worth.truth_of(full, known, Kept(None), sessions.run)
         return worth.measure(full, true, known["numpy"], sessions.run, 1, 60.0, listed)
@@ -82,6 +94,49 @@ def test_one_process_resolves_no_time(study):
 def test_what_a_renderer_cannot_do_is_unavailable(study):
     (lanes,) = (one for one in study.worths if "lanes" in one.name)
     assert lanes.verdict.startswith("unavailable: unsupported: ") and "time" not in lanes.record()
+
+
+@pytest.fixture(scope="module")
+def search(known, study, listed):
+    with Sessions() as sessions:
+        limit = 1.1 * smallest.most(study.error, study.truth)
+        yield smallest.Search(study, listed, limit, known["numpy"], sessions.run, 60.0)
+
+
+def test_the_smallest_model_is_within_the_limit_by_another_renderer(search, known, tmp_path):
+    """The scene is written, read back, and rendered by a renderer that took no part in the search."""
+    found = search.greedy(1)
+    without = {one.name for one in found.left}
+    assert {"light 2", "light 3", "the sphere of line 8"} <= without
+    assert not {"light 1", "the polygon of line 6", "the sphere of line 7"} & without
+    assert sum(name.startswith("rays of a weight") for name in without) == 1  # the coarsest makes others needless
+    assert 0 < smallest.most(found.error, search.study.truth) <= search.limit
+    write(found.model.scene, tmp_path / "scene.txt")
+    back = worth.Model(load(tmp_path / "scene.txt"), found.model.job)
+    assert back.scene == found.model.scene
+    back.shoot(known["python"], repetition.run, 60.0)
+    true = search.study.truth
+    error = judge.errors(back.picture, true.picture, true.standard_error, None)
+    assert error["rmse"] == pytest.approx(found.error["rmse"], rel=1e-9)
+
+
+def test_all_combinations_are_tried_and_none_is_missed(search):
+    greedy = search.greedy(1)
+    best = search.exhaustive(greedy, 1)
+    changing = [one for one in search.candidates if one in greedy.left or one in best.left]
+    assert 1 <= best.within <= best.tried <= 2**smallest.MOST and changing
+    assert smallest.most(best.error, search.study.truth) <= search.limit and best.over.value > 0
+
+
+def test_a_limit_below_the_error_of_the_full_model(search, known):
+    with pytest.raises(UserError, match=r"the full model has an RMSE of up to .* itself, more than 0\.001; take"):
+        smallest.Search(search.study, search.listed, 1e-3, known["numpy"], None, 60.0)
+
+
+def test_too_many_combinations(search, monkeypatch):
+    monkeypatch.setattr(smallest, "MOST", 0)
+    with pytest.raises(UserError, match="changes are harmless alone, all combinations of which are too many"):
+        search.exhaustive(None, 1)
 
 
 def test_leave_outs_apply_and_change_what_they_name():

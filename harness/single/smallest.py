@@ -1,0 +1,150 @@
+"""Searches the smallest model of a scene whose error is within a limit: leave-outs together, each step rendered.
+
+Effects do not add up, so nothing is forecast: the search goes through what is harmless alone, the most time saved for
+the error first, and keeps what the whole can still do without. Where there are few combinations all can be tried.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+
+from harness.errors import UserError
+from harness.judge import judge
+from harness.judge.truth import Truth
+from harness.renderer.registry import Entry
+from harness.single.leave_out import LeaveOut, apply
+from harness.single.worth import Model, Study, Worth, interleaved
+from harness.statistics import statistics
+
+MOST = 10  # leave-outs that change the picture, of which all combinations are tried
+TINY = 1e-12  # of a mean squared error: less than any picture is known to
+
+
+@dataclass(frozen=True)
+class Smallest:
+    """The smallest model that was found. left: what it is without, in the order of the list.
+
+    error: judge.errors against the truth of the full scene. time: ratio of frames, reduced over full; faster: its
+    statistics.verdict. memory: ratio of median peaks, or None. rendered: the models that the search has rendered.
+    """
+
+    model: Model
+    left: list[LeaveOut]
+    error: dict
+    time: statistics.Estimate
+    faster: str
+    memory: float | None
+    rendered: int
+
+
+@dataclass(frozen=True)
+class Best:
+    """The quickest of all combinations that are within the limit, by a process each, and then timed as well as others.
+
+    tried: different models; within: those within the limit, the greedy search's among them. over: time of the greedy
+    search's, over this one's, and verdict of it.
+    """
+
+    left: list[LeaveOut]
+    error: dict
+    tried: int
+    within: int
+    over: statistics.Estimate
+    verdict: str
+
+
+def most(error: dict, true: Truth) -> float:
+    """The largest RMSE that a picture may have, as far as the truth is known."""
+    return error["rmse"] + error["rmse_standard_error"] + (true.change or 0.0)
+
+
+def harmless(study: Study, listed: list[LeaveOut], limit: float) -> list[LeaveOut]:
+    """The leave-outs that are within the limit alone and do not slow the picture down: those that save the most time
+    for the error first. UserError if the full model is not within the limit."""
+    if (full := most(study.error, study.truth)) > limit:
+        remedy = "take a larger limit, or more samples, a greater depth or float64 for the full model"
+        raise UserError(f"the full model has an RMSE of up to {full:.3g} itself, more than {limit:.3g}", remedy=remedy)
+
+    def gain(pair: tuple[LeaveOut, Worth]) -> float:
+        worth = pair[1]
+        return (1 - worth.time.value) / max(worth.added[0], TINY)
+
+    pairs = [
+        (one, worth)
+        for one, worth in zip(listed, study.worths, strict=True)
+        if not worth.unavailable and worth.faster != "slower" and most(worth.error, study.truth) <= limit
+    ]
+    return [one for one, _ in sorted(pairs, key=gain, reverse=True)]
+
+
+class Search:
+    """Combinations of leave-outs of a study, rendered. run: as Sessions.run; timeout: s, of each job."""
+
+    def __init__(self, study: Study, listed: list[LeaveOut], limit: float, entry: Entry, run: Callable, timeout: float):
+        self.study, self.listed, self.limit = study, listed, limit
+        self.entry, self.run, self.timeout = entry, run, timeout
+        self.candidates = harmless(study, listed, limit)
+        full = study.full
+        self.models = {(full.scene, full.job): (full, study.error)}
+
+    def without(self, left: list[LeaveOut]) -> tuple[Model, dict] | None:
+        """The model without what is `left`, and its error; None if it is not within the limit or has no picture."""
+        scene, job = apply(left, self.study.full.scene, self.study.full.job)
+        if (scene, job) not in self.models:
+            model, error = Model(scene, job), None
+            model.shoot(self.entry, self.run, self.timeout)
+            if not model.broken:
+                error = judge.errors(model.picture, self.study.truth.picture, self.study.truth.standard_error, None)
+                model.picture = None
+            self.models[scene, job] = model, error
+        model, error = self.models[scene, job]
+        return (model, error) if error and most(error, self.study.truth) <= self.limit else None
+
+    def greedy(self, rounds: int) -> Smallest:
+        """Leaves out one more after another as long as the whole is within the limit, and times the result."""
+        left: list[LeaveOut] = []
+        found, error = self.study.full, self.study.error
+        for one in self.candidates:
+            more = [other for other in self.listed if other is one or other in left]
+            scene, job = apply(more, self.study.full.scene, self.study.full.job)
+            if (scene, job) != (found.scene, found.job) and (made := self.without(more)):
+                (found, error), left = made, more
+        for one in list(left):  # what another has made needless
+            fewer = [other for other in left if other is not one]
+            if apply(fewer, self.study.full.scene, self.study.full.job) == (found.scene, found.job):
+                left = fewer
+        rendered = len(self.models) - 1
+        full, model, again = (Model(one.scene, one.job) for one in (self.study.full, found, self.study.full))
+        interleaved([full, model, again], self.entry, rounds, self.timeout)
+        ratio = statistics.ratio(model.seconds, full.seconds, paired=True)
+        faster = statistics.verdict(ratio, statistics.noise_floor(full.seconds, again.seconds).value)
+        memory = model.memory_over(full)
+        return Smallest(model, left, error, ratio, faster, memory, rendered)
+
+    def exhaustive(self, greedy: Smallest, rounds: int) -> Best:
+        """Renders and times all combinations of what changes the picture, always without what changes no pixel, and
+        compares the quickest with the greedy search's. UserError if they are too many."""
+        seen = {one.name: worth.seen > 0 for one, worth in zip(self.listed, self.study.worths, strict=True)}
+        changing = [one for one in self.candidates if seen[one.name]]
+        if len(changing) > MOST:
+            many = f"{len(changing)} changes are harmless alone, all combinations of which are too many"
+            raise UserError(many, remedy=f"leave --exhaustive out; it is for {MOST} or fewer")
+        found, tried = {}, set()
+        for some in (some for count in range(len(changing) + 1) for some in combinations(changing, count)):
+            kept = set(changing) - set(some)
+            left = [one for one in self.listed if one in self.candidates and one not in kept]
+            tried.add(apply(left, self.study.full.scene, self.study.full.job))
+            if made := self.without(left):
+                model, error = made
+                found.setdefault((model.scene, model.job), (model, error, left))
+        found.setdefault((greedy.model.scene, greedy.model.job), (greedy.model, greedy.error, greedy.left))
+        for model, _, _ in found.values():
+            if not model.seconds:
+                model.repeat(self.entry, self.timeout)
+        timed = [one for one in found.values() if not one[0].broken]
+        best, error, left = min(timed, key=lambda one: min(one[0].seconds))
+        mine, theirs, again = (Model(one.scene, one.job) for one in (greedy.model, best, greedy.model))
+        interleaved([mine, theirs, again], self.entry, rounds, self.timeout)
+        over = statistics.ratio(mine.seconds, theirs.seconds, paired=True)
+        verdict = statistics.verdict(over, statistics.noise_floor(mine.seconds, again.seconds).value)
+        return Best(left, error, len(tried), len(found), over, verdict)
