@@ -269,3 +269,31 @@ def test_adaptive_samples_are_halved_less_and_know_no_cut_off():
     found = names(read(GLASS), sampler="adaptive")
     assert {"supersampling", "halvings of a pixel 3 to 1"} <= set(found)
     assert not [name for name in found if name.startswith("rays of a weight")]
+
+
+# The ball of line 5 mirrors in a lobe of 1e-3 radians, the glass of line 6 has the index of the air, and the mirror
+# of line 7 is smaller than a pixel.
+SMALL = """CAMERA (0,0,0) (1,0,0) (0,0.75,0) 4
+BACKGROUND (0.3,0.4,0.5)
+LIGHT (3.1,4.2,6.3) (0.8,0.7,0.9) 0
+POLYGON 4 (-9,-9,-3) (9,-9,-3.1) (9,9,-3.2) (-9,9,-3.1) (0.5,0.6,0.4) 0 10 (0,0,0) 1e6 1
+SPHERE (-0.6,0.1,-1) 0.4 (0.2,0.2,0.2) 0.7 1e6 (0,0,0) 1e6 1
+SPHERE (0.5,-0.4,-1) 0.3 (0,0,0) 0.9 20 (0.8,0.9,0.9) 1 1
+SPHERE (0.041666666666666664,-0.5416666666666666,0) 0.03 (0.1,0.1,0.1) 0.9 1e6 (0,0,0) 1e6 1
+"""
+
+
+def test_known_answers_of_glass_gloss_and_a_mirror_of_one_pixel(known):
+    scene, job = read(SMALL), Parameters(width=24, height=18, depth=3, glossy_rays=2, frames=1)
+    whose = {line: f"of the material of the sphere of line {line}" for line in (6, 7)}
+    unbent, clear = f"constant Fresnel share, no refraction, {whose[6]}", f"transmission {whose[6]}"
+    mirror, gloss = f"specular share {whose[7]}", "glossy reflection"
+    full = worth.Model(scene, job)
+    listed = [one for one in leave_outs(scene, job) if one.name in (unbent, clear, mirror, gloss)]
+    with Sessions() as sessions:
+        true = worth.truth_of(full, known, Kept(None), sessions.run)
+        study = worth.measure(full, true, known["numpy"], sessions.run, 1, 60.0, listed)
+    found = {one.name: one for one in study.worths}
+    assert found[unbent].proof and found[unbent].seen == 0 and found[clear].verdict == "error grows"
+    assert found[mirror].seen == 1 / (24 * 18) and found[mirror].largest > 0.01
+    assert found[gloss].seen > 0 and abs(found[gloss].added[0]) < 0.01 * study.error["rmse"] ** 2
