@@ -22,6 +22,7 @@ DEPTHS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 CUTOFFS = (-10, -8, -6)  # powers of 2: weights of rays (CUT-1)
 COARSER = (2, 4, 8)  # times fewer triangles
 LEAST = 4  # triangles of a closed mesh
+MOST = 1 - 1e-9  # of a constant Fresnel share: at 1 the permeability would be infinite
 ANGLES = 4096  # of incidence, over which a Fresnel share is averaged
 
 Change = Callable[[Scene, Parameters], tuple[Scene, Parameters]]
@@ -221,7 +222,7 @@ def _constant(air: Air) -> Callable[[Material], Material]:
     def new(material: Material) -> Material:
         if (material.eps_r, material.mu_r) == (air.eps_r, air.mu_r):
             return material
-        root = np.sqrt(share(material, air))
+        root = np.sqrt(min(share(material, air), MOST))
         mu_r = air.mu_r * (1 + root) / (1 - root)
         return replace(material, eps_r=air.eps_r * air.mu_r / mu_r, mu_r=mu_r)
 
@@ -260,13 +261,16 @@ def _of_objects(scene: Scene, proof: Proof) -> list[LeaveOut]:
 
 def _of_mesh(place: int, mesh: Mesh, name: str) -> Iterator[LeaveOut]:
     """Coarser ones of it, as fast-simplification makes them, an optional package."""
-    count = len(mesh.triangles)
-    for wanted in (count // times for times in COARSER):
+    full = least = len(mesh.triangles)
+    for wanted in (full // times for times in COARSER):
         if wanted < LEAST:
             return
         coarse, why = _decimated(mesh, wanted)
-        what = f"triangles {count:,} to {len(coarse.triangles) if coarse else wanted:,} of {name}"
-        yield LeaveOut(what, _objects([place], _coarser(coarse)) if coarse else _job(), unavailable=why)
+        if coarse is None:
+            yield LeaveOut(f"triangles {full:,} to {wanted:,} of {name}", _job(), unavailable=why)
+        elif len(coarse.triangles) < least:
+            least = len(coarse.triangles)
+            yield LeaveOut(f"triangles {full:,} to {least:,} of {name}", _objects([place], _coarser(coarse)))
 
 
 def _coarser(coarse: Mesh) -> Callable[[Mesh], Mesh]:

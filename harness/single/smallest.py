@@ -124,8 +124,8 @@ class Search:
     def exhaustive(self, greedy: Smallest, rounds: int) -> Best:
         """Renders and times all combinations of what changes the picture, always without what changes no pixel, and
         compares the quickest with the greedy search's. UserError if they are too many."""
-        seen = {one.name: worth.seen > 0 for one, worth in zip(self.listed, self.study.worths, strict=True)}
-        changing = [one for one in self.candidates if seen[one.name]]
+        pairs = zip(self.listed, self.study.worths, strict=True)
+        changing = [one for one, worth in pairs if one in self.candidates and worth.seen > 0]
         if len(changing) > MOST:
             many = f"{len(changing)} changes are harmless alone, all combinations of which are too many"
             raise UserError(many, remedy=f"leave --exhaustive out; it is for {MOST} or fewer")

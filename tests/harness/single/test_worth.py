@@ -297,3 +297,13 @@ def test_known_answers_of_glass_gloss_and_a_mirror_of_one_pixel(known):
     assert found[unbent].proof and found[unbent].seen == 0 and found[clear].verdict == "error grows"
     assert found[mirror].seen == 1 / (24 * 18) and found[mirror].largest > 0.01
     assert found[gloss].seen > 0 and abs(found[gloss].added[0]) < 0.01 * study.error["rmse"] ** 2
+
+
+def test_a_perfect_mirror_has_a_finite_constant_share():
+    scene = read(GLASS.replace("1e6 1", "1e30 1"))
+    for one in leave_outs(scene, Parameters()):
+        if "constant" in one.name:
+            assert all(
+                np.isfinite(t.material.mu_r) and t.material.eps_r > 0
+                for t in one.change(scene, Parameters())[0].objects
+            )
