@@ -115,12 +115,16 @@ def needs(
     with Sessions() as sessions:
         true = worth.truth_of(full, known, Kept(cache_folder("references")), sessions.run)
         listed = leave_out.leave_outs(read, job)
+        if limit:
+            worth.shoot_full(full, entry, sessions.run, timeout)
+            smallest.check(full, true, limit)
         study = worth.measure(full, true, entry, sessions.run, processes, timeout, listed)
         found = best = None
         if limit:
             search = smallest.Search(study, listed, limit, entry, sessions.run, timeout)
             found = search.greedy(processes)
-            best = search.exhaustive(found, processes) if exhaustive else None
+            if exhaustive:
+                best = _exhaustive(search, found, processes)
     single.warn(warnings(read))
     worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
     told = _smallest(found, best, limit, reduced, entry.name) if found else {}
@@ -138,8 +142,23 @@ def needs(
         raise typer.Exit(1)
 
 
+def _exhaustive(search, greedy, processes: int) -> dict:
+    """What is told of a harness.single.smallest.Best, for JSON; {unavailable: reason} if there is none."""
+    from harness.errors import UserError
+
+    try:
+        best = search.exhaustive(greedy, processes)
+    except UserError as why:
+        return {"unavailable": str(why)}
+    ratio = {"ratio": best.over.value, "low": best.over.low, "high": best.over.high, "verdict": best.verdict}
+    left = [one.name for one in best.left]
+    found = {"models": best.tried, "within": best.within, "left_out": left, "error": best.error}
+    return {**found, "greedy_over_best": ratio}
+
+
 def _smallest(found, best, limit: float, path: Path, name: str) -> dict:
-    """Writes the scene of a harness.single.smallest.Smallest; returns what is told of it, for JSON. best: or None."""
+    """Writes the scene of a harness.single.smallest.Smallest; returns what is told of it, for JSON. best: of
+    _exhaustive, or None."""
     from harness.scene import written
     from reports.run import command
 
@@ -155,14 +174,7 @@ def _smallest(found, best, limit: float, path: Path, name: str) -> dict:
         "command": command.of_job(str(path), name, found.model.job, "reduced.npy"),
     }
     if best:
-        ratio = {"ratio": best.over.value, "low": best.over.low, "high": best.over.high, "verdict": best.verdict}
-        told["exhaustive"] = {
-            "models": best.tried,
-            "within": best.within,
-            "left_out": [one.name for one in best.left],
-            "error": best.error,
-            "greedy_over_best": ratio,
-        }
+        told["exhaustive"] = best
     return told
 
 
@@ -216,7 +228,10 @@ def _tell_smallest(told: dict, before: float) -> None:
     print("".join(f"  without {name}\n" for name in told["left_out"]) or "  the full model\n", end="")
     after = told["error"]["rmse"]
     print(f"RMSE {before:.3g} before, {after:.3g} after; time {_ratio(told['time'])} times that of the full model")
-    if every := told.get("exhaustive"):
+    every = told.get("exhaustive")
+    if every and "unavailable" in every:
+        print(f"the best of all combinations unavailable: {every['unavailable']}")
+    elif every:
         tried = f"{every['models']} combinations of what changes the picture"
         print(f"all {tried} were rendered, {every['within']} are within the limit")
         print(f"this one takes {_ratio(every['greedy_over_best'])} times as long as the quickest of them")

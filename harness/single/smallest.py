@@ -58,12 +58,17 @@ def most(error: dict, true: Truth) -> float:
     return error["rmse"] + error["rmse_standard_error"] + (true.change or 0.0)
 
 
+def check(full: Model, true: Truth, limit: float) -> None:
+    """UserError if the picture of the full model is not within the limit."""
+    error = most(judge.errors(full.picture, true.picture, true.standard_error, None), true)
+    if error > limit:
+        remedy = "take a larger limit, or more samples, a greater depth or float64 for the full model"
+        raise UserError(f"the full model has an RMSE of up to {error:.3g} itself, more than {limit:.3g}", remedy=remedy)
+
+
 def harmless(study: Study, listed: list[LeaveOut], limit: float) -> list[LeaveOut]:
     """The leave-outs that are within the limit alone and do not slow the picture down: those that save the most time
-    for the error first. UserError if the full model is not within the limit."""
-    if (full := most(study.error, study.truth)) > limit:
-        remedy = "take a larger limit, or more samples, a greater depth or float64 for the full model"
-        raise UserError(f"the full model has an RMSE of up to {full:.3g} itself, more than {limit:.3g}", remedy=remedy)
+    for the error first."""
 
     def gain(pair: tuple[LeaveOut, Worth]) -> float:
         worth = pair[1]

@@ -174,15 +174,22 @@ def measure(
     """
     again = Model(full.scene, full.job)
     reduced = [Model(*apply([one], full.scene, full.job), one.unavailable) for one in listed]
-    for model in (full, *reduced):
+    shoot_full(full, entry, run, timeout)
+    for model in reduced:
         model.shoot(entry, run, timeout)
-        if full.broken:
-            raise UserError(f"{entry.name} has no picture of the full scene: {full.broken}")
     interleaved([full, *reduced, again], entry, rounds, timeout)
     floor = statistics.noise_floor(full.seconds, again.seconds)
     error = judge.errors(full.picture, true.picture, true.standard_error, None)
     worths = [_worth(one, model, full, true, floor) for one, model in zip(listed, reduced, strict=True)]
     return Study(full, true, error, floor, worths)
+
+
+def shoot_full(full: Model, entry: Entry, run: Callable, timeout: float) -> None:
+    """Renders the picture of the full model, unless it has one. UserError if it cannot be."""
+    if full.picture is None:
+        full.shoot(entry, run, timeout)
+    if full.broken:
+        raise UserError(f"{entry.name} has no picture of the full scene: {full.broken}")
 
 
 def interleaved(models: list[Model], entry: Entry, rounds: int, timeout: float) -> None:

@@ -67,3 +67,9 @@ def test_the_smallest_model_within_an_error(rayrace, tmp_path):
 def test_wrong_use(rayrace, tmp_path, words, message):
     (tmp_path / "scene.txt").write_text(SCENE)
     assert message in rayrace("needs", *words, cwd=tmp_path, code=2).stderr
+
+
+def test_a_full_model_that_errs_more_is_refused_before_all_is_measured(rayrace, tmp_path):
+    (tmp_path / "scene.txt").write_text(SCENE)
+    done = rayrace("needs", "scene.txt", *WORDS, "--within", "1e-6", cwd=tmp_path, code=2)
+    assert "error: the full model has an RMSE of up to" in done.stderr and not done.stdout

@@ -128,9 +128,9 @@ def test_all_combinations_are_tried_and_none_is_missed(search):
     assert smallest.most(best.error, search.study.truth) <= search.limit and best.over.value > 0
 
 
-def test_a_limit_below_the_error_of_the_full_model(search, known):
+def test_a_limit_below_the_error_of_the_full_model(study):
     with pytest.raises(UserError, match=r"the full model has an RMSE of up to .* itself, more than 0\.001; take"):
-        smallest.Search(search.study, search.listed, 1e-3, known["numpy"], None, 60.0)
+        smallest.check(study.full, study.truth, 1e-3)
 
 
 def test_too_many_combinations(search, monkeypatch):
