@@ -10,6 +10,7 @@ from renderers import worker
 from .device import is_processor, name_of
 
 IN_FLIGHT = 2048  # threads that a compute unit of a GPU holds at once, at most: these alone need memory of their own
+OF_PROCESSOR = 64, 2**28  # groups of a processor that have it, whatever its cores, and bytes that they should not pass
 UPLOADED, MADE = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR, cl.mem_flags.READ_WRITE
 OPTIONS = {"contract": ("-cl-mad-enable",), "fast": ("-cl-fast-relaxed-math",)}
 COUNTS = 5  # numbers that a kernel of a picture counts, for each group
@@ -123,5 +124,7 @@ def threads_at_once(device, threads, memory):
             f"the {threads} threads of a group need {threads * memory} bytes of memory, more than the"
             f" {device.max_mem_alloc_size} of a buffer of {name_of(device)}: take smaller blocks"
         )
-    of_unit = threads if is_processor(device) else IN_FLIGHT
-    return min(fit, max(threads, device.max_compute_units * of_unit))
+    if is_processor(device):
+        groups, size = OF_PROCESSOR
+        return min(fit, max(threads, min(groups * threads, size // memory)))
+    return min(fit, max(threads, device.max_compute_units * IN_FLIGHT))
