@@ -19,8 +19,8 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
 from harness.system import trouble
 
-# Outside programs have tests of their own; exhibits are wrong on purpose. Optional peers, which know few shapes, are
-# tested where they are installed; elsewhere they would be a thousand skips.
+# Outside programs have tests of their own; exhibits are wrong or slow on purpose. Optional peers know few shapes
+# and are tested where they are installed; elsewhere they would be a thousand skips.
 VARIANTS = tuple(
     name
     for name, entry in registry.entries().items()

@@ -46,8 +46,8 @@ class Spots(Strict):
 class Variant(Strict):
     """requires: beside the renderer's own. methods: in place of the renderer's, if given.
 
-    exhibit: why it is there, though made to be wrong: to be looked at. It is run and judged like any other, and ranked
-    with none.
+    exhibit: why it is there, though made to be wrong or slow: to be looked at. It is run and judged like any other, and
+    ranked with none.
     """
 
     name: str = Field(pattern=r"^[a-z][a-z0-9-]*$")
