@@ -6,6 +6,7 @@ with worker.importing():
     import math
     import sys
     from array import array
+    from functools import partial
     from itertools import chain
 
     from . import npy
@@ -39,6 +40,7 @@ METHODS = {
     "floating_point": ("strict",),
     "glossy_weight": ("plain", "study"),
 }
+PARTED = "python-processes", "python-threads"  # the variants of parts.py
 USED_WITH = {  # methods, each with the features for which it matters
     "sphere": ("sphere", "ellipsoid"),
     "triangle": ("mesh",),
@@ -51,12 +53,12 @@ USED_WITH = {  # methods, each with the features for which it matters
 }
 
 
-def picture(eye, job, number):
+def picture(eye, job, number, region):
     """One frame: the pixels of the region as floats in C order, the ray counts, and the dropped weights if any."""
     counts = eye.tracer.counts = Counts()
     pixels, dropped = array("d"), array("d")
     samples = 1 if job.sampler == "one" else job.samples**2
-    for colour in SAMPLERS[job.sampler](eye.look, job, number, eye.tracer.random):
+    for colour in SAMPLERS[job.sampler](eye.look, job, number, eye.tracer.random, region):
         pixels.extend(map(float, colour))
         if eye.tracer.cuts:  # CUT-2
             dropped.append(float(eye.dropped / samples))
@@ -81,6 +83,24 @@ def hits(scene, rays):
     return rows
 
 
+def frames(job, scene, eye, rays, number):
+    """The answer of all frames of a job: of `hits`, or of `picture`."""
+    if job.variant not in PARTED:
+        if job.kind == "rays":
+            return worker.render(job, lambda: hits(scene, rays))
+        return worker.render(job, lambda: picture(eye, job, number, job.region))
+    from . import parts  # whose modules the baseline does without
+
+    if job.kind == "rays":
+        lists = [rays[i : i + parts.RAYS] for i in range(0, len(rays), parts.RAYS)]
+        with parts.workers(job, partial(hits, scene)) as deal:
+            return worker.render(job, lambda: list(chain.from_iterable(deal(lists))))
+    painter = parts.Painter(lambda: Eye(scene, job), lambda own, region: picture(own, job, number, region))
+    regions = parts.regions(job)
+    with parts.workers(job, painter) as deal:
+        return worker.render(job, lambda: parts.joined(deal(regions), Counts()))
+
+
 def unit(direction, number):
     """The unit direction of a given ray; unchanged if its length is 1 up to rounding (NUM-4)."""
     if abs(dot(direction, direction) - 1) <= 4 * number.roundoff:
@@ -96,6 +116,11 @@ def accept(arguments):
         chosen = getattr(job, method)
         if chosen not in choices:
             worker.refuse(f'no {method} "{chosen}": {", ".join(choices)}')
+    if job.variant in PARTED:
+        from . import parts
+
+        if reason := parts.refusal(job):
+            worker.refuse(reason)
     try:
         return job, number(job.precision)
     except ValueError as error:
@@ -113,7 +138,7 @@ def eye_of(scene, job):
 def main(arguments):
     job, kind_of_number = accept(arguments)
     with worker.phase("load"):
-        scene = Scene(job, kind_of_number)
+        scene, eye, rays = Scene(job, kind_of_number), None, None
         if job.kind == "rays":
             rays = [tuple(map(kind_of_number.real, row)) for row in npy.read(job.array("rays"))]
         else:
@@ -121,17 +146,22 @@ def main(arguments):
     if scene.accel == "bvh":
         with worker.phase("build"):
             scene.build()
-    methods = {"precision": job.precision, "threads": 1, "floating_point": job.floating_point, "accel": scene.accel}
+    methods = {
+        "precision": job.precision,
+        "threads": job.threads if job.variant in PARTED else 1,
+        "floating_point": job.floating_point,
+        "accel": scene.accel,
+    }
     methods |= {
         method: getattr(job, method) for method, with_any in USED_WITH.items() if set(with_any) & set(job.needs)
     }
     if job.kind == "rays":
-        rows = worker.render(job, lambda: hits(scene, rays))
+        rows = frames(job, scene, eye, rays, kind_of_number)
         with worker.phase("save"):
             npy.write(job.output("hits.npy"), chain.from_iterable(rows), (len(rows), 8))
             worker.say("output", file="hits.npy")
     else:
-        pixels, counts, dropped = worker.render(job, lambda: picture(eye, job, kind_of_number))
+        pixels, counts, dropped = frames(job, scene, eye, rays, kind_of_number)
         with worker.phase("save"):
             x0, y0, x1, y1 = job.region
             npy.write(job.output("image.npy"), pixels, (y1 - y0, x1 - x0, 3))

@@ -1,28 +1,28 @@
 """The samplers: where a pixel is sampled (CAM-4, SAM-1 to SAM-6).
 
 Each sampler is a generator of the region's pixels in C order. `look(x, y, pixel, sample)` is the colour at the place
-(x, y), in pixels from the picture's top left, with the numbers of RND-3.
+(x, y), in pixels from the picture's top left, with the numbers of RND-3. region: x0, y0, x1, y1.
 """
 
 from .vector import add
 
 
-def one(look, job, number, _random):
+def one(look, job, number, _random, region):
     """One sample (CAM-4)."""
     sx, sy = map(number.real, job.sample)
-    x0, y0, x1, y1 = job.region
+    x0, y0, x1, y1 = region
     for j in range(y0, y1):
         y, row = j + sy, j * job.width
         for i in range(x0, x1):
             yield look(i + sx, y, row + i, 0)
 
 
-def grid(look, job, number, random):
+def grid(look, job, number, random, region):
     """n × n samples, each in the middle of its square or anywhere in it (SAM-1 to SAM-3)."""
     n, jittered = job.samples, job.sampler == "jittered"
     half = number.real(0.5)
     shift_x, shift_y = (number.real(place) - half for place in job.sample)
-    x0, y0, x1, y1 = job.region
+    x0, y0, x1, y1 = region
     for j in range(y0, y1):
         for i in range(x0, x1):
             pixel = j * job.width + i
@@ -35,9 +35,9 @@ def grid(look, job, number, random):
             yield red / (n * n), green / (n * n), blue / (n * n)
 
 
-def adaptive(look, job, number, _random):
+def adaptive(look, job, number, _random, region):
     """Squares that are quartered while their corners differ (SAM-4, SAM-5)."""
-    x0, y0, x1, y1 = job.region
+    x0, y0, x1, y1 = region
     side = 2**job.adaptive_depth
     across = side * job.width + 1
     threshold = number.real(job.adaptive_threshold)

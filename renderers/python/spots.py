@@ -17,8 +17,7 @@ def spots(eye, job, number, wanted):
     for i, j in wanted:
         if time.monotonic() - worker.START > job.seconds:
             break
-        job.region = i, j, i + 1, j + 1
-        pixels += picture(eye, job, number)[0]
+        pixels += picture(eye, job, number, (i, j, i + 1, j + 1))[0]
     return pixels
 
 
