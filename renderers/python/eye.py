@@ -13,10 +13,11 @@ NOT_FINITE = math.nan, math.nan, math.nan
 class Eye:
     """Looks at places of the picture: `look(x, y, pixel, sample)` is the colour there.
 
-    Where rays are cut off, `dropped` grows by the dropped weight of each sample (CUT-2).
+    other: an eye of the same job, whose pinhole it shares, as one thread's eye does with another's. Where rays are cut
+    off, `dropped` grows by the dropped weight of each sample (CUT-2).
     """
 
-    def __init__(self, scene, job):
+    def __init__(self, scene, job, other=None):
         self.tracer = Tracer(scene, job)
         if "lens" in job.needs:
             real = scene.number.real
@@ -28,9 +29,10 @@ class Eye:
             )
             self.look = self.through_lens
         else:
-            self.camera = Camera(*scene.camera, job.width, job.height, scene.number)
+            self.camera = other.camera if other else Camera(*scene.camera, job.width, job.height, scene.number)
             self.look = self.through_pinhole
-            scene.look_from(self.camera.eye)
+            if other is None:
+                scene.look_from(self.camera.eye)
         self.dropped = 0
         if self.tracer.cuts:
             self.look = partial(self.noting, self.look)

@@ -95,7 +95,7 @@ def frames(job, scene, eye, rays, number):
         lists = [rays[i : i + parts.RAYS] for i in range(0, len(rays), parts.RAYS)]
         with parts.workers(job, partial(hits, scene)) as deal:
             return worker.render(job, lambda: list(chain.from_iterable(deal(lists))))
-    painter = parts.Painter(lambda: Eye(scene, job), lambda own, region: picture(own, job, number, region))
+    painter = parts.Painter(lambda: Eye(scene, job, eye), lambda own, region: picture(own, job, number, region))
     regions = parts.regions(job)
     with parts.workers(job, painter) as deal:
         return worker.render(job, lambda: parts.joined(deal(regions), Counts()))
