@@ -19,7 +19,7 @@ pytestmark = pytest.mark.alone
 
 
 NAMES = [name for name, entry in registry.entries().items() if not entry.variant.exhibit]
-THREADED = {"numba-parallel", "cpp-threads", "povray-threads"} & set(NAMES)
+THREADED = {"numba-parallel", "cpp-threads", "povray-threads", "python-processes", "python-threads"} & set(NAMES)
 
 
 @pytest.mark.parametrize("name", by_night(NAMES, *THREADED))
@@ -29,7 +29,7 @@ def test_phases_sum_to_the_wall_time(name, known, tmp_path):
     if entry.unavailable:
         pytest.skip(entry.unavailable)
     scene = text.read(comparison(12, 2))
-    size = 8 if entry.simulated else 48 if name == "python" else 192
+    size = 8 if entry.simulated else 48 if name.startswith("python") else 192
     parameters = Parameters(width=size, height=size, depth=3, frames=1, threads=entry.threads())
     sums = []
     for number in range(3):
