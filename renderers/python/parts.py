@@ -11,7 +11,7 @@ RAYS = 256  # of one part
 
 
 def refusal(job):
-    """None, or why neither processes nor threads can do the job."""
+    """None, or why the variant of the job cannot run on this system."""
     if job.variant == "python-processes" and "fork" not in get_all_start_methods():
         return "this system cannot fork, by which its processes get the scene"
     return None
