@@ -5,7 +5,7 @@ from pathlib import Path
 FOLDER = Path(__file__).parent / "kernel"
 FILES = (
     *("target", "vector", "random", "scene", "sphere", "box", "polygon", "ellipsoid", "mesh", "bvh", "csg", "search"),
-    *("shade", "trace", "walk", "sample", "render"),
+    *("shade", "trace", "walk", "render"),
 )
 FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg", "ambient", "diffuse", "phong", "shadows", "soft"),
