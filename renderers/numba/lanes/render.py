@@ -16,7 +16,7 @@ from .random import draw
 from .rays import BRANCHES, first_weight, kept, of_channel, select_weight
 from .reflect import attenuated, sides
 from .scene import OTHERS, SIDE
-from .search import nearest
+from .search import SPOILS, nearest
 from .shade import local_light
 from .surface import surface
 from .vector import along, dot, normalise, select_three
@@ -176,9 +176,10 @@ def render_tiles(scene, width, height, region, depth, first, step, picture, coun
             seen_spheres, seen_others = see(scene, first, wide, high, tile, eye)
         reflected, transmitted, feelers, broken = 0, 0, 0, 0
         for sample in range(samples):
-            for c in range(3):
-                for k in range(SIDE * SIDE):
-                    light[c, k] = 0
+            if SPOILS:
+                for c in range(3):
+                    for k in range(SIDE * SIDE):
+                        light[c, k] = 0
             order, waiting[0], read[0] = 0, SIDE * SIDE, 0
             while order >= 0:
                 full = BRANCHES and order < depth and waiting[order + 1] + COUNT * branches(scene) > room
@@ -258,7 +259,8 @@ def render_tiles(scene, width, height, region, depth, first, step, picture, coun
                             reflected, transmitted = reflected + back, transmitted + through
                 if order == 0:
                     for c in range(3):
-                        store(light, c, k, fma(of_channel(weight, c), colour[c], load(light, c, k)))
+                        before = load(light, c, k) if SPOILS else spread(0.0)
+                        store(light, c, k, fma(of_channel(weight, c), colour[c], before))
                 else:
                     add_light(light, place, active, weight, colour)
             broken += deliver(scene, first, light, tile, x0, y0, sample, samples, picture)

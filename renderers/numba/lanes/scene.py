@@ -31,6 +31,7 @@ RANK, MATERIAL = 0, 1
 INDEX, PERMEABILITY, ATTENUATION = 0, 1, 2
 
 OTHERS = needs.BOX or needs.POLYGON or needs.ELLIPSOID or needs.MESH or needs.CSG
+SPHERES_ALONE = not OTHERS  # then each has a role of its own, of the same number: one look-up less for every hit
 
 # Numbers of the job's precision, but for integers. Of the n shapes, S are spheres and O others.
 FIELDS = {
@@ -165,7 +166,7 @@ def faces(values, materials, air, real):
     normals = np.concatenate([np.zeros_like(places) if n is None else n for _, _, places, n in kinds])
     of_face = np.repeat(np.arange(len(ids)), each)
     keys = np.column_stack([ids[:, scalar.MATERIAL], ids[:, scalar.RANK], kind, ids[:, scalar.FLAT]])
-    roles, role = np.unique(keys, axis=0, return_inverse=True)
+    roles, role = (keys, np.arange(len(keys))) if SPHERES_ALONE else np.unique(keys, axis=0, return_inverse=True)
     material, rank, kind, flat = roles.T
     found = materials[material]
     index, permeability = np.sqrt(found[:, 8] * found[:, 9]), found[:, 9]

@@ -15,11 +15,13 @@ from .scene import OTHERS
 from .shapes import hit_box, hit_ellipsoid, hit_polygon, hit_triangle, near_ball, shear
 from .vector import of_lane
 
+SPOILS = CSG and LIMITED  # whether a line may cross a mesh too often
+
 
 @kernel
 def spoil(scene, thread, place):
     """Make the colour of a place NaN if a line has crossed a mesh too often (CSG-6)."""
-    if CSG and LIMITED and scene.csg_overflow[thread, 0] != 0:
+    if SPOILS and scene.csg_overflow[thread, 0] != 0:
         scene.csg_overflow[thread, 0] = 0
         for c in range(3):
             scene.light[thread, c, place] = math.nan

@@ -66,7 +66,7 @@ def on_solid(scene, thread, face, hit, origin, direction, pixel, point, normal, 
 @kernel
 def surface(scene, thread, face, hit, origin, direction, t, pixel):
     """Point (HIT-4), normal (HIT-3), the step of OFF-1 and the column of the roles, in the lanes of the mask `hit`."""
-    role = gather(scene.links, tables.ROLE, face, hit)
+    role = face if tables.SPHERES_ALONE else gather(scene.links, tables.ROLE, face, hit)
     kind = gather(scene.roles, tables.KIND, role, hit)
     place, size = gather_three(scene.faces, tables.PLACE, face, hit), gather(scene.faces, tables.SIZE, face, hit)
     ahead = along(origin, t, direction)
