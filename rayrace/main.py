@@ -13,7 +13,7 @@ from rayrace import picture
 from rayrace import run as cli_run
 from rayrace import stress as cli_stress
 from rayrace.once import Once
-from rayrace.options import JsonOption, RendererOption
+from rayrace.options import JsonOption, RendererOption, percent
 
 HostOption = Annotated[str, typer.Option(help="Of a run on several hosts: the one that is meant.", metavar="NAME")]
 
@@ -68,17 +68,6 @@ def options(
     ] = False,
 ) -> None:
     pass
-
-
-def percent(text: str) -> float:
-    """A number of per cent from 5, 5% or "5 %". typer.BadParameter if it is none, or below 0."""
-    try:
-        value = float(text.strip().removesuffix("%"))
-    except ValueError:
-        value = -1.0
-    if not 0 <= value < float("inf"):
-        raise typer.BadParameter(f'expected a number of per cent, such as 5 or 5%, found "{text}"')
-    return value
 
 
 @app.command(cls=Once)

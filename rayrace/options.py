@@ -5,6 +5,18 @@ from typing import Annotated
 
 import typer
 
+
+def percent(text: str) -> float:
+    """A number of per cent from 5, 5% or "5 %". typer.BadParameter if it is none, or below 0."""
+    try:
+        value = float(text.strip().removesuffix("%"))
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        raise typer.BadParameter(f'expected a number of per cent, such as 5 or 5%, found "{text}"')
+    return value
+
+
 SceneArgument = Annotated[Path, typer.Argument(help="Scene file, or the name of a bundled one.")]
 RendererOption = Annotated[list[Path] | None, typer.Option("--renderer", help="Folder of a renderer, or of several.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a script.")]

@@ -1,5 +1,6 @@
 """Prints the result of a run: who is how fast, what that costs and from when on it pays, and a sentence."""
 
+import sys
 from pathlib import Path
 
 from rich import box
@@ -35,6 +36,22 @@ def show(folder: Path, records: list[dict]) -> None:
     notes |= dict.fromkeys(f"{name}: not ranked: {reason}" for name, reason in found.lacking if name in measured)
     for text in [*notes, found.sentence]:
         print(text)
+
+
+def versions(folder: Path, fail_slower: float | None) -> bool:
+    """Prints what a run tells of two versions of a renderer, if it has them. Is one slower by more than fail_slower?"""
+    from reports.compare import versions
+    from reports.run import results
+
+    if not store.read(folder)[0].get("against"):
+        return False
+    found = versions.held(results.load(folder))
+    for line in [*(row.text for row in found if len(found) > 1), f"this version: {versions.verdict(found)}"]:
+        print(line)
+    failures = [] if fail_slower is None else versions.failures(found, fail_slower)
+    for line in failures:
+        print(line, file=sys.stderr)
+    return bool(failures)
 
 
 def _ranking(loaded, found, steady: bool, notes: dict[str, None]) -> Table:

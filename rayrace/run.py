@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from rayrace.options import JsonOption, RendererOption
+from rayrace.options import JsonOption, RendererOption, percent
 
 
 def run(
@@ -31,6 +31,17 @@ def run(
     ] = None,
     resume: Annotated[
         Path | None, typer.Option(help="Go on with the run in this folder: only what it lacks.", metavar="RUN")
+    ] = None,
+    against: Annotated[
+        str,
+        typer.Option(
+            help="Hold each renderer against another version of it, in the same run: in a folder, or at a commit.",
+            metavar="FOLDER|COMMIT",
+        ),
+    ] = "",
+    fail_slower: Annotated[
+        float | None,
+        typer.Option(parser=percent, help="With --against: exit 1 if a cell is slower by more.", metavar="PERCENT"),
     ] = None,
     max_minutes: Annotated[
         float | None,
@@ -65,7 +76,9 @@ def run(
     known = registry.entries(folders)
     asked = experiments.load(experiment, tuple(settings or ()), _taking_part(known, folders), known)
     chosen = tuple(dict.fromkeys(name.strip() for text in only or () for name in text.split(",") if name.strip()))
-    planned = plan.make(asked, experiment, known, chosen)
+    if fail_slower is not None and not against:
+        raise UserError("--fail-slower: only with --against; `rayrace compare` has it for two runs")
+    planned = plan.make(asked, experiment, known, chosen, against)
     for warning in planned.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     budget = math.inf if max_minutes is None else 60 * max_minutes
@@ -79,6 +92,8 @@ def run(
         raise UserError(f"--executor {name}: known: {', '.join(executors.NAMES)}")
     if name == "local" and detach:
         raise UserError("--detach: only of jobs on a cluster, with --executor")
+    if name != "local" and against:
+        raise UserError("--against: of a run here; jobs on several hosts are not compared")
     if detach and report:
         raise UserError("--report: not with --detach; write it with `rayrace report RUN` when the jobs have ended")
     if name != "local" and max_minutes is not None:
@@ -96,7 +111,8 @@ def run(
     if as_json:
         raise UserError("--json: only with --dry-run")
     folder = resume or new_run(experiment, out)
-    options = {"--only": only, "--set": settings, "--renderer": renderer}
+    options = {"--only": only, "--set": settings, "--renderer": renderer, "--against": [against] * bool(against)}
+    options |= {"--fail-slower": [] if fail_slower is None else [f"{fail_slower:g}"]}
     given = (str(word) for option, values in options.items() for value in values or () for word in (option, value))
     again = shlex.join(["rayrace", "run", str(typed), *given, "--resume", str(folder)])
     if name == "local":
@@ -104,7 +120,7 @@ def run(
     else:
         front = campaign.Campaign(folder, asked, experiment, planned, name)
         records, left = _on_cluster(front, chosen, folders, resume is not None, detach, again)
-    _finish(folder, records, f"{left} repetitions are left; go on with: {again}" if left else "", report)
+    _finish(folder, records, f"{left} repetitions are left; go on with: {again}" if left else "", report, fail_slower)
 
 
 def new_run(experiment: Path, out: Path | None) -> Path:
@@ -228,8 +244,9 @@ def _on_cluster(front, only, renderers, resumed: bool, detach: bool, again: str)
     return records, sum(map(len, front.missing().values()))
 
 
-def _finish(folder: Path, records: list[dict], left: str, report: bool) -> None:
-    """Say what came of it. Exit 1 if something failed that should not. left: what is said if repetitions are left."""
+def _finish(folder: Path, records: list[dict], left: str, report: bool, fail_slower: float | None = None) -> None:
+    """Say what came of it. Exit 1 if something failed that should not, or is slower than another version by more than
+    fail_slower. left: what is said if repetitions are left."""
     from harness.race import row
     from rayrace import outcome, terminal
 
@@ -242,7 +259,8 @@ def _finish(folder: Path, records: list[dict], left: str, report: bool) -> None:
         from reports.page import several
 
         print(f"report: {several.make([folder], folder / 'report')}")
-    raise typer.Exit(1 if any(map(row.failed, records)) else 0)
+    gate = outcome.versions(folder, fail_slower)
+    raise typer.Exit(1 if gate or any(map(row.failed, records)) else 0)
 
 
 def status(

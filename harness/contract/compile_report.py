@@ -118,10 +118,10 @@ def _inspect(entry: Entry, case: Case, needed: tuple[str, ...], targets: tuple[s
             (here / name).mkdir()
         places = {"folder": str(entry.renderer.folder), "python": sys.executable}
         command = [fill(word, places) for word in entry.renderer.manifest.inspect.command]
-        command += job.flags(here / "job", here / "out", entry.name, None, case.parameters, given)
+        command += job.flags(here / "job", here / "out", entry.variant.name, None, case.parameters, given)
         command.append("--targets=" + ",".join(targets))
         stdout, stderr = here / "stdout", here / "stderr"
-        outcome = process.run(command, here / "neutral", stdout, stderr, TIMEOUT)
+        outcome = process.run(command, here / "neutral", stdout, stderr, TIMEOUT, home=entry.renderer.home)
         if outcome.failed:
             return [], "failed", outcome.failed
         said = events.read(stdout)

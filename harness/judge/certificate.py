@@ -79,9 +79,10 @@ def work_out(entry: Entry, arrays, parameters: Parameters, needs, spots: np.ndar
             (here / name).mkdir()
         places = {"folder": str(entry.renderer.folder), "python": sys.executable}
         command = [fill(word, places) for word in entry.renderer.manifest.spots.command]
-        command += job.flags(here / "job", here / "out", entry.name, here / "cache", parameters, needs)
+        command += job.flags(here / "job", here / "out", entry.variant.name, here / "cache", parameters, needs)
         stdout, stderr = here / "stdout", here / "stderr"
-        outcome = process.run([*command, f"--seconds={seconds}"], here / "neutral", stdout, stderr, seconds + GRACE)
+        command.append(f"--seconds={seconds}")
+        outcome = process.run(command, here / "neutral", stdout, stderr, seconds + GRACE, home=entry.renderer.home)
         if outcome.failed or outcome.timed_out or outcome.code != 0:
             said = stderr.read_text(errors="replace").strip().splitlines() if stderr.exists() else []
             return outcome.failed or events.words(said[-1] if said else f"exit {outcome.code}")

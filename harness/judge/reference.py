@@ -59,7 +59,7 @@ def choose(
     wanted = job_of(parameters)
     for name in judges or (JUDGES_OF_MANY if {"mesh", "csg"} & set(needs) else JUDGES):
         entry = known.get(name)
-        if entry is None or entry.renderer.folder == judged.renderer.folder:
+        if entry is None or entry.is_of(judged):
             continue
         if repetition.unsupported(entry, wanted, needs) is None and _runs(entry, wanted, needs):
             return entry
@@ -109,7 +109,7 @@ def find(kept: Kept, judged: Entry, known: dict[str, Entry], scene_version: str,
     """The Reference of a picture that an earlier run made and kept, or None: nothing is rendered."""
     for maker in (known[name] for name in JUDGES if name in known):
         stored = kept.get(key(maker, scene_version, parameters))
-        if stored and maker.renderer.folder != judged.renderer.folder:
+        if stored and not maker.is_of(judged):
             return Reference.restored(*stored)
     return None
 

@@ -21,7 +21,7 @@ from harness.judge import truth
 from harness.judge.hits import Aimed
 from harness.plan.sources import Sources
 from harness.process.repetition import unsupported
-from harness.renderer import registry
+from harness.renderer import registry, versions
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
@@ -107,7 +107,8 @@ class Plan:
     arrays: flattened scenes by scene_version. pair: the cell that runs twice in every round, for the noise floor; None
     for the given pair_reason. left_out: expressions of `where`, and how many cells each left out. cold: every cell
     also runs without a cache, once a round. peaks: the machine is calibrated before every timed repetition.
-    warnings: about its scenes.
+    warnings: about its scenes, and what is held against an equal version. against: names of variants, and of those of
+    another version that they are held against.
     """
 
     cells: tuple[Cell, ...]
@@ -119,6 +120,7 @@ class Plan:
     cold: bool = False
     peaks: bool = False
     warnings: tuple[str, ...] = ()
+    against: tuple[tuple[str, str], ...] = ()
 
     def truths_of(self, cells: Iterable[Cell]) -> set[tuple]:
         """The names of the truths that these cells need."""
@@ -144,8 +146,13 @@ class Plan:
         return turns
 
 
-def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tuple[str, ...] = ()) -> Plan:
+def make(
+    experiment: Experiment, file: Path, known: dict[str, Entry], only: tuple[str, ...] = (), against: str = ""
+) -> Plan:
     """The plan of an experiment read from `file`. known: variants by name; only: names, if not all are to run.
+
+    against: where another version of them is, if they are to be held against it (renderer/versions.py): each cell then
+    has one more beside it.
 
     UserError for an unknown renderer, a faulty scene, swept value or constraint, and for two equal cells unless they
     are from different [[points]] tables.
@@ -156,6 +163,9 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
         hint = f'did you mean "{near[0]}"?' if near else f"they are: {', '.join(experiment.renderers)}"
         raise UserError(f"--only {', '.join(unknown)}: not among the experiment's renderers", remedy=hint)
     chosen = [entry for entry in chosen if not only or entry.name in only]
+    others = versions.others(against, chosen) if against else {}
+    equal = [name for name, other in others.items() if other.renderer.version == known[name].renderer.version]
+    chosen = [version for entry in chosen for version in (entry, others.get(entry.name)) if version]
     constraints = Constraints(experiment.where, file)
     arrays: dict[str, dict] = {}
     seen: dict[str, tuple[Cell, int]] = {}
@@ -178,7 +188,9 @@ def make(experiment: Experiment, file: Path, known: dict[str, Entry], only: tupl
     cold, peaks = experiment.measure.cold, experiment.measure.peaks
     shown = (source.scene for source in sources.values() if isinstance(source, Source))
     doubts = tuple(dict.fromkeys(text for scene in shown for text in warnings(scene)))
-    return Plan(cells, arrays, pair, reason, left_out, truths, cold, peaks, doubts)
+    doubts += tuple(f"{name} has the same sources as {others[name].name}" for name in equal)
+    held = tuple((name, other.name) for name, other in others.items())
+    return Plan(cells, arrays, pair, reason, left_out, truths, cold, peaks, doubts, held)
 
 
 class Truths:
@@ -217,7 +229,7 @@ class _Picture:
 
     def cells(self, experiment: Experiment, chosen: list[Entry], constraints: Constraints) -> Iterator[Cell]:
         for entry in chosen:
-            override = experiment.override.get(entry.name)
+            override = experiment.override.get(entry.variant.name)
             frames = experiment.frames if override is None or override.frames is None else override.frames
             threads = entry.threads() if self.image.threads == "default" else self.image.threads
             processes = (override and override.processes) or experiment.processes
@@ -250,7 +262,7 @@ class _Picture:
             **image.model_dump(),
             "sampler": image.chosen_sampler(),
             "threads": threads,
-            "renderer": entry.name,
+            "renderer": entry.variant.name,
             "scene": self.source.stem,
             "case": self.point.get("case", ""),
             "stress": self.point.get("stress", ""),

@@ -59,14 +59,16 @@ class Outcome:
         return self.user_s is not None
 
 
-def _packages() -> list[str]:
-    """Where Python's packages are: with it, renderers can leave out `site`.
+def _packages(home: Path | None) -> list[str]:
+    """Where Python's packages are: with it, renderers can leave out `site`. home: of a renderer's own, found first.
 
     `site` runs what packages leave in *.pth files (numba-cuda: 20 ms and 4 MB), in each process and whoever needs it.
     """
     given = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
     installed = [path for path in sys.path if Path(path).name in ("site-packages", "dist-packages")]
-    return list(dict.fromkeys([*given, str(Path(__file__).parents[2]), *installed]))
+    own = Path(__file__).parents[2]
+    first = [str(home)] if home not in (None, own) else []
+    return list(dict.fromkeys([*first, *given, str(own), *installed]))
 
 
 class Process:
@@ -83,14 +85,17 @@ class Process:
         interval: float = 0.05,
         limits: Limits = DEFAULT,
         cache: Path | None = None,
+        home: Path | None = None,
     ):
         """Start `command` in `folder`; with `series`, watch it every `interval` seconds into that CSV file.
+
+        home: the folder that the packages of a renderer are found in before others.
 
         What it writes beside `folder`, which is alone there with what else it is given, and into `cache` is limited.
         """
         self.timeout, self.limits, self.most = timeout, limits, limits.now()
         environment = {name: os.environ[name] for name in KEPT if name in os.environ}
-        environment["PYTHONPATH"] = os.pathsep.join(_packages())
+        environment["PYTHONPATH"] = os.pathsep.join(_packages(home))
         environment["CUDA_DEVICE_ORDER"] = "PCI_BUS_ID"  # NVML's: the device that runs is the one that is watched
         self.own = (
             folder.parent / f"{folder.name}.tmp"

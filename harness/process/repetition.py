@@ -100,10 +100,12 @@ def start(
         own = cache or here / "cache"
         ownership.make(own)
         command = command_of(entry, built)
-        command += job.flags(here / "job", here / "out", entry.name, own, parameters, given)
+        command += job.flags(here / "job", here / "out", entry.variant.name, own, parameters, given)
         stdout, stderr = here / "stdout", here / "stderr"
         (here / "neutral").mkdir()
-        outcome = process.run(command, here / "neutral", stdout, stderr, timeout, series, interval, limits, cache)
+        outcome = process.run(
+            command, here / "neutral", stdout, stderr, timeout, series, interval, limits, cache, entry.renderer.home
+        )
         if outcome.failed:
             return Result("failed", outcome.failed)
         if outcome.over and outcome.over[0] == "disk" and ownership.is_ours(own):

@@ -47,7 +47,7 @@ class Session:
             command = [*repetition.command_of(entry, built), f"--jobs={here / 'jobs'}"]
             files = here / "neutral", self.stdout, self.stderr
             self.process = self.stack.enter_context(
-                process.Process(command, *files, WITHOUT_END, limits=limits, cache=cache)
+                process.Process(command, *files, WITHOUT_END, limits=limits, cache=cache, home=entry.renderer.home)
             )
             self.failed = self.process.begin()
         except BaseException:
@@ -77,7 +77,7 @@ class Session:
         sealed = job.seal(here / "job")
         own = self.cache or self.here / "cache"
         ownership.make(own)
-        words = job.flags(here / "job", here / "out", self.entry.name, own, parameters, given)
+        words = job.flags(here / "job", here / "out", self.entry.variant.name, own, parameters, given)
         read, errors = self.read, self.stderr.stat().st_size
         start = time.monotonic() if self.jobs > 1 else self.process.started["spawned"]  # its import is of the first
         deadline = time.monotonic() + timeout

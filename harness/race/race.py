@@ -75,6 +75,7 @@ def describe(experiment: Experiment, plan: Plan) -> dict:
         "environment": environment.capture(),
         "order": experiment.order,
         "pair": {"cell": plan.pair.key, "label": plan.pair.label} if plan.pair else {"unavailable": plan.pair_reason},
+        "against": [{"variant": name, "other": other} for name, other in plan.against],
         "left_out": [{"constraint": constraint, "cells": count} for constraint, count in plan.left_out],
         "warnings": list(plan.warnings),
         "stability": {cell.stressed.row.name: cell.stressed.row.facts() for cell in plan.cells if cell.stressed},
@@ -230,6 +231,7 @@ def _go_on(now: dict, before: dict, records: list[dict]) -> tuple[dict, list[dic
     return {
         **{name: value for name, value in before.items() if name not in ("format", "hosts", "ended")},
         "stability": {**now["stability"], **before.get("stability", {})},
+        "against": now["against"] or before.get("against", []),
         "cells": [*before["cells"], *(cell for cell in now["cells"] if cell["cell"] not in known)],
         "resumed": [*before.get("resumed", []), again],
     }, records

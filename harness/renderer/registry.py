@@ -89,6 +89,13 @@ class Renderer:
         return {name: (_mark(self.folder / name), _digest(self.folder / name)) for name in self.sources()}
 
     @cached_property
+    def home(self) -> Path | None:
+        """The folder in which Python finds the package that the renderer's folder is; None if it is none."""
+        places = (self.folder, *self.folder.parents)
+        found = next(place for place in places if not (place / "__init__.py").is_file())
+        return None if found == self.folder else found
+
+    @cached_property
     def unavailable(self) -> str | None:
         """None, or why it cannot run here and what to do about it."""
         missing = _missing(self.manifest.requires)
@@ -137,14 +144,23 @@ class Renderer:
 
 @dataclass(frozen=True)
 class Entry:
-    """A variant of a renderer: what an experiment names and a cell runs."""
+    """A variant of a renderer: what an experiment names and a cell runs.
+
+    label: of another version than the one known by the variant's name alone (earlier.py).
+    """
 
     renderer: Renderer
     variant: manifest.Variant
+    label: str = ""
 
     @property
     def name(self) -> str:
-        return self.variant.name
+        return f"{self.variant.name}@{self.label}" if self.label else self.variant.name
+
+    def is_of(self, other: "Entry") -> bool:
+        """Are both of one renderer, in whatever version?"""
+        mine, its = self.renderer, other.renderer
+        return mine.folder == its.folder or (self.label != other.label and mine.manifest.name == its.manifest.name)
 
     @property
     def unavailable(self) -> str | None:

@@ -43,7 +43,7 @@ def write(
         command = [fill(word, places) for word in renderer.manifest.export.command]
         command += job.flags(here / "job", here / "out", "", None, parameters, needs)
         stdout, stderr = here / "stdout", here / "stderr"
-        outcome = process.run(command, here / "neutral", stdout, stderr, timeout)
+        outcome = process.run(command, here / "neutral", stdout, stderr, timeout, home=renderer.home)
         if outcome.failed:
             raise UserError(f"{out}: {outcome.failed}")
         said = events.read(stdout)

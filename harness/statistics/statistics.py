@@ -3,6 +3,7 @@
 The unit of observation is the process, as frames of one process are not independent of each other.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,7 +21,10 @@ NOT_RESOLVED = "not resolved"
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value and its 95 % interval; low and high are None for too few processes, with the reason in `note`."""
+    """A value and its interval, of 95 % unless told otherwise.
+
+    low and high are None for too few processes, with the reason in `note`.
+    """
 
     value: float
     low: float | None
@@ -47,48 +51,56 @@ class Floor:
         return max(difference(self.ratio.low), difference(self.ratio.high))
 
 
-def too_few(processes: int) -> str:
-    """The note of an Estimate without an interval."""
-    return f"no interval from {processes} process{'es' if processes > 1 else ''}"
+def too_few(processes: int, least: int = LEAST) -> str:
+    """The note of an Estimate without an interval. least: processes that it needs."""
+    needed = f", it takes {least}" if least != LEAST else ""
+    return f"no interval from {processes} process{'es' if processes > 1 else ''}{needed}"
 
 
-def median(per_process: Sequence[float]) -> Estimate:
+def median(per_process: Sequence[float], level: float = LEVEL) -> Estimate:
     """Median over processes, with an interval between two of them that holds for any distribution.
 
-    The ends have the ranks (k, n + 1 - k): the narrowest pair that covers the median with at least 95 % by the binomial
-    distribution (Conover, Practical Nonparametric Statistics, 1999, section 3.2); for 5 processes the range.
+    The ends have the ranks (k, n + 1 - k): the narrowest pair that covers the median with at least `level` by the
+    binomial distribution (Conover, Practical Nonparametric Statistics, 1999, section 3.2); for 5 processes the range.
     """
     values = np.sort(np.asarray(per_process, dtype=float))
-    count = len(values)
+    count, needed = len(values), processes_for(level)
     centre = float(np.median(values))
-    if count < LEAST:
-        return Estimate(centre, None, None, count, too_few(count))
-    rank = _rank(count)
+    if count < needed:
+        return Estimate(centre, None, None, count, too_few(count, needed))
+    rank = _rank(count, level)
     return Estimate(centre, float(values[rank - 1]), float(values[count - rank]), count)
 
 
+def processes_for(level: float) -> int:
+    """The processes that an interval needs: their range covers the median with 1 - 2^(1 - n); LEAST for 95 %."""
+    return max(LEAST, math.ceil(1 - math.log2(1 - level))) if level > LEVEL else LEAST
+
+
 @lru_cache
-def _rank(count: int) -> int:
+def _rank(count: int, level: float) -> int:
     """The rank, from 1, of the interval's lower end."""
     from scipy import stats
 
-    return max(1, int(stats.binom.ppf((1 - LEVEL) / 2, count, 0.5)))
+    return max(1, int(stats.binom.ppf((1 - level) / 2, count, 0.5)))
 
 
-def ratio(above: Sequence[float], below: Sequence[float], paired: bool = False, seed: int = 1) -> Estimate:
+def ratio(
+    above: Sequence[float], below: Sequence[float], paired: bool = False, seed: int = 1, level: float = LEVEL
+) -> Estimate:
     """Ratio of two times with its interval.
 
     Not paired: the ratio of the medians over processes, with a bootstrap interval (percentile); both sides are
     resampled independently. Paired: the `median` over rounds of the ratio within a round. Disturbances of a whole round
     cancel, and the drift within a round is undone by the next, which runs in reverse order. Its interval is that of
-    `median`, as a bootstrap of the median of 7 rounds covers only 88 %. `above` and `below` then have one process for
-    each round, in order; ValueError if their lengths differ.
+    `median` with `level`, as a bootstrap of the median of 7 rounds covers only 88 %. `above` and `below` then have one
+    process for each round, in order; ValueError if their lengths differ.
     """
     if not paired:
         return _ratio(tuple(above), tuple(below), seed)
     if len(above) != len(below):
         raise ValueError(f"rounds of {len(above)} and {len(below)} processes cannot be paired")
-    return median(np.divide(above, below))
+    return median(np.divide(above, below), level)
 
 
 @lru_cache(maxsize=2**16)  # a report asks for the same ratio in several places

@@ -15,6 +15,7 @@ from reports.accuracy import (
     pareto_figure,
     precision_figure,
 )
+from reports.compare import versions
 from reports.gpu import blocks_figure, gpu_figure, gpu_table, launch_figure, scene_memory_table
 from reports.page import doubts, glance, provenance, summary
 from reports.paper import markdown
@@ -40,7 +41,7 @@ from reports.times import (
 )
 
 PARTS = (
-    glance, summary, doubts, machine_table, times_table, times_figure, sweep_figure, speedup, accuracy_table,
+    glance, versions, summary, doubts, machine_table, times_table, times_figure, sweep_figure, speedup, accuracy_table,
     front_figure, pareto_figure, budget_table, startup_table, startup_figure, memory_table, peers, pictures_figure,
     gallery_figure, needs, cpu_table, cpu_figure, gpu_table, gpu_figure, roofline_figure, limits,
     scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, hierarchy, convergence_figure,

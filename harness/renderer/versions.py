@@ -1,0 +1,70 @@
+"""Finds other versions of known variants: in a folder, or at a commit of the git repository that holds them."""
+
+import subprocess
+from collections.abc import Iterable
+from pathlib import Path
+
+from harness.errors import UserError
+from harness.renderer import builder, manifest, registry
+from harness.renderer.registry import Entry, Renderer
+
+OF_FOLDER = "old"  # the label of variants from a folder; that of a commit is its abbreviated hash
+DIGITS = 9  # of such a hash
+
+
+def others(where: str, entries: Iterable[Entry]) -> dict[str, Entry]:
+    """The same variants in another version, by the names of `entries`.
+
+    where: a folder (a renderer's, one that holds such folders, or a checkout whose folder `renderers` does), or a
+    commit as git takes it. UserError if it is neither, or lacks a variant.
+    """
+    if Path(where).is_dir():
+        return {entry.name: _in_folder(Path(where), entry) for entry in entries}
+    return {entry.name: _at_commit(where, entry) for entry in entries}
+
+
+def _in_folder(where: Path, entry: Entry) -> Entry:
+    """`entry` as it is in a folder."""
+    for folder in registry.named((where, where / "renderers")):
+        if (folder / "renderer.toml").is_file() and (found := _in(folder, entry, OF_FOLDER)):
+            return found
+    raise UserError(f"--against {where}: no renderer in it has the variant {entry.variant.name}")
+
+
+def _at_commit(where: str, entry: Entry) -> Entry:
+    """`entry` as it was at a commit, whose files are kept in the cache."""
+    folder = entry.renderer.folder
+    top, home = (_git(folder, "rev-parse", option) for option in ("--show-toplevel", "--absolute-git-dir"))
+    if top is None:
+        why = f"--against {where}: no such folder, and {folder} is in no git repository"
+        raise UserError(why, remedy="give the folder of the other version")
+    commit = _git(folder, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{where}^{{commit}}")
+    if commit is None:
+        raise UserError(f"--against {where}: no such folder, and no commit of the repository in {top}")
+    there = "{compiler}", f"--git-dir={home}", "--work-tree={build}"
+    words = *there, "restore", "--worktree", f"--source={commit}", "."
+    try:
+        tree = builder.make("commit", commit, Path(top), "git", words).folder
+    except builder.BuildError as error:
+        raise UserError(f"--against {where}: {error}") from None
+    then = tree / folder.relative_to(Path(top).resolve())
+    found = _in(then, entry, commit[:DIGITS]) if (then / "renderer.toml").is_file() else None
+    if found is None:
+        raise UserError(f"--against {where}: {commit[:DIGITS]} has no variant {entry.variant.name} in {folder}")
+    return found
+
+
+def _in(folder: Path, entry: Entry, label: str) -> Entry | None:
+    """`entry` as it is in a renderer's folder; None if it is not there."""
+    renderer = Renderer(folder, manifest.load(folder))
+    variants = (variant for variant in renderer.manifest.variant if variant.name == entry.variant.name)
+    return next((Entry(renderer, variant, label) for variant in variants), None)
+
+
+def _git(folder: Path, *words: str) -> str | None:
+    """What git says in a folder; None if it fails, or is not there."""
+    try:
+        done = subprocess.run(["git", "-C", folder, *words], capture_output=True, text=True, timeout=60)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() if done.returncode == 0 else None
