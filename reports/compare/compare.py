@@ -2,7 +2,8 @@
 
 Two cells match if variant, scene and swept values have the same names. They are compared if the scene's content and
 all parameters of the picture are equal too, both are ranked, and both have enough processes for an interval. The runs
-were not interleaved, so processes are not paired, and a ratio counts only beyond the larger of the two noise floors.
+were not interleaved, so processes are not paired, and a ratio counts only beyond the larger of the two noise floors,
+and if its whole interval is beyond what the machine may have drifted by between the runs (drift.py).
 """
 
 import json
@@ -14,9 +15,10 @@ from harness.errors import UserError
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate, Floor
 from harness.store import store
-from reports.compare import pictures, runs
+from reports.compare import drift, pictures, runs
+from reports.compare.drift import Drift
 from reports.compare.pictures import Difference
-from reports.run import naming, results
+from reports.run import naming, ranking, results
 from reports.run.results import Cell, Results
 
 CHANGED, INCOMPARABLE, ONLY_A, ONLY_B = "picture changed", "not comparable", "only in A", "only in B"
@@ -29,7 +31,8 @@ class Row:
 
     time: faster, slower, not resolved, or not comparable, for `reason`; "" if it is in one run only. a, b: medians over
     processes of the steady times, s. ratio: b / a. picture: None without two pictures. only: the verdict on a cell of
-    one run only, else "". broken: it was ok in A and is not in B.
+    one run only, else "". broken: it was ok in A and is not in B. unchanged: renderer, scene, machine and software are
+    the same, so that any change of its time is drift.
     """
 
     name: str
@@ -41,6 +44,7 @@ class Row:
     picture: Difference | None = None
     only: str = ""
     broken: bool = False
+    unchanged: bool = False
 
     @property
     def verdict(self) -> str:
@@ -52,13 +56,16 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two runs compared. a, b: their folders. machine, others: lines on differences. floors: noise floors of both."""
+    """Two runs compared. a, b: their folders. machine, others: lines on differences. floors: noise floors of both.
+    drift: of the machine between them.
+    """
 
     a: Path
     b: Path
     machine: list[str]
     others: list[str]
     floors: tuple[Floor, Floor]
+    drift: Drift
     rows: list[Row]
 
     @property
@@ -78,13 +85,19 @@ class Comparison:
         return [row for row in self.rows if row.broken]
 
     def slower(self, percent: float) -> list[Row]:
-        """Returns the cells that are significantly slower by more than `percent`: the whole interval lies above it.
+        """Returns the cells that are significantly slower by more than `percent`, with the whole interval and though
+        the machine may have drifted.
 
-        UserError if no cell was compared and none broke: a gate must not pass without a comparison.
+        UserError if no cell was compared and none broke, or if one changed and the drift is unknown: a gate must not
+        pass without a comparison.
         """
-        if not self.broken and not any(row.ratio is not None and row.time != INCOMPARABLE for row in self.rows):
+        compared = [row for row in self.rows if row.ratio is not None and row.time != INCOMPARABLE]
+        if not self.broken and not compared:
             raise UserError(f"{self.a}, {self.b}: no cell could be compared; see the reasons above")
-        return [row for row in self.rows if row.time == "slower" and row.ratio.low > 1 + percent / 100]
+        if not self.broken and self.drift.value is None and not all(row.unchanged for row in compared):
+            raise UserError(f"{self.a}, {self.b}: drift of the machine between them: {self.drift.told}")
+        least = (1 + percent / 100) * (1 + (self.drift.value or 0))
+        return [row for row in self.rows if row.time == "slower" and row.ratio.low > least]
 
 
 def compare(folder_a: Path, folder_b: Path, host: str = "") -> Comparison:
@@ -97,15 +110,17 @@ def compare(folder_a: Path, folder_b: Path, host: str = "") -> Comparison:
     both = [(cell, named_b[key][1]) for key, (_, cell) in named_a.items() if key in named_b]
     if not both:
         raise UserError(f"{folder_a}, {folder_b}: no cell has the same variant, scene and swept values in both")
-    floors = a.floor, b.floor
-    floor = _larger(floors)
+    floors, moved = (a.floor, b.floor), drift.between(a, b, [pair for pair in both if not other_job(a, b, *pair)])
+    machine, others = runs.machine(a, b), runs.others(a, b, both)
+    same = not machine and not runs.software(a, b)
     rows = [
-        _row(name, a, b, cell, named_b[key][1], floor) if key in named_b else Row(name, only=ONLY_A)
+        _row(name, a, b, cell, named_b[key][1], _larger(floors), moved, same)
+        if key in named_b
+        else Row(name, only=ONLY_A)
         for key, (name, cell) in named_a.items()
     ]
     rows += [Row(name, only=ONLY_B) for key, (name, _) in named_b.items() if key not in named_a]
-    machine, others = runs.machine(a, b), runs.others(a, b, both)
-    return Comparison(Path(folder_a), Path(folder_b), machine, others, floors, rows)
+    return Comparison(Path(folder_a), Path(folder_b), machine, others, floors, moved, rows)
 
 
 def _named(run: Results) -> list[tuple[str, Cell]]:
@@ -120,7 +135,8 @@ def _larger(floors: tuple[Floor, Floor]) -> float | None:
     return max((floor.value for floor in floors if floor.value is not None), default=None)
 
 
-def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, floor: float | None) -> Row:
+def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, floor, moved: Drift, same: bool) -> Row:
+    """same: machine and software are."""
     another = other_job(a, b, cell_a, cell_b)
     if another:
         return Row(name, INCOMPARABLE, another)
@@ -130,9 +146,16 @@ def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, floor: f
     if unranked:
         broken = cell_a.status == "ok" != cell_b.status
         return Row(name, INCOMPARABLE, "; ".join(unranked), picture=picture, broken=broken)
-    ratio = statistics.ratio(cell_b.values("steady_s"), cell_a.values("steady_s"))
+    ratio, unchanged = ranking.unpaired(cell_b, cell_a), same and drift.unchanged(a, b, cell_a, cell_b)
     time = INCOMPARABLE if ratio.low is None else statistics.verdict(ratio, floor)
-    return Row(name, time, ratio.note, cell_a.steady, cell_b.steady, ratio, picture)
+    if time in ("slower", "faster") and (unchanged or moved.value is None or not _beyond(ratio, moved.value)):
+        time = statistics.NOT_RESOLVED
+    return Row(name, time, ratio.note, cell_a.steady, cell_b.steady, ratio, picture, unchanged=unchanged)
+
+
+def _beyond(ratio: Estimate, moved: float) -> bool:
+    """Whether the whole interval of a ratio differs from 1 by more than a drift."""
+    return statistics.difference(ratio.low if ratio.value > 1 else ratio.high) > moved
 
 
 def other_job(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> str:

@@ -15,9 +15,14 @@ def machine(a: Results, b: Results) -> list[str]:
     return _changes(a.facts["environment"], b.facts["environment"], MACHINE)
 
 
+def software(a: Results, b: Results) -> list[str]:
+    """Lists the differences between the software of A and B; [] if it is the same."""
+    return _changes(a.facts["environment"], b.facts["environment"], SOFTWARE)
+
+
 def others(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> list[str]:
     """Lists other differences: software, state, order, renderers; parameters of the `pairs` of cells."""
-    found = _changes(a.facts["environment"], b.facts["environment"], SOFTWARE + STATE)
+    found = software(a, b) + _changes(a.facts["environment"], b.facts["environment"], STATE)
     found += _changes(a.facts, b.facts, ("order",))
     versions = [{cell["variant"]: cell["renderer_version"] for cell in run.facts["cells"]} for run in (a, b)]
     common = tuple(name for name in versions[0] if name in versions[1])

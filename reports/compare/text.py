@@ -39,7 +39,8 @@ def heading(comparison: Comparison) -> list[str]:
         for which, floor in zip("AB", comparison.floors, strict=True)
     ]
     known = "the larger one is used" if comparison.floor is not None else "only the intervals decide"
-    return [*lines, f"noise floor: {'; '.join(floors)}; {known}"]
+    drift = f"drift of the machine between them: {comparison.drift.told}"
+    return [*lines, f"noise floor: {'; '.join(floors)}; {known}", drift]
 
 
 def line_of(row: Row) -> str:
@@ -86,6 +87,7 @@ def as_json(comparison: Comparison) -> str:
         "others": comparison.others,
         "floors": [{"value": floor.value, "reason": floor.reason} for floor in comparison.floors],
         "floor": comparison.floor,
+        "drift": asdict(comparison.drift),
         "counts": {verdict: comparison.counts.get(verdict, 0) for verdict in VERDICTS},
         "cells": [{"verdict": row.verdict, **asdict(row)} for row in comparison.rows],
     }

@@ -29,6 +29,11 @@ def ratio(cell: Cell, other: Cell, column: str = "steady_s") -> Estimate:
     return ratio_of_rounds(cell.rounds(column), other.rounds(column))
 
 
+def unpaired(cell: Cell, other: Cell) -> Estimate:
+    """Returns the steady time of `cell` over that of `other`, a cell of another run. Both have times."""
+    return statistics.ratio(cell.values("steady_s"), other.values("steady_s"))
+
+
 def ratio_of_rounds(above: dict[int, float], below: dict[int, float]) -> Estimate:
     """Returns the same of times by round."""
     both = sorted(above.keys() & below.keys())

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from harness.errors import UserError
-from reports.compare import compare
+from reports.compare import compare, drift
 from reports.compare import text as compare_text
 
 TIMES = (1.0, 1.01, 1.02, 1.03, 1.04)  # s, of five processes
+STILL = "still"  # a variant that is the same in both runs, and tells that the machine did not drift
 PICTURE = np.linspace(0, 1, 48).reshape(4, 4, 3)
 
 
@@ -28,21 +29,27 @@ def cell(record):
 
 
 @pytest.fixture
-def compared(make_run):
-    """A function that compares runs of two lists of records; facts of each run may be given."""
+def compared(make_run, cell):
+    """A function that compares runs of two lists of records; facts of each run may be given.
+
+    All renderers of the second run are new versions. still: seconds a frame that a variant which has not changed takes
+    in the first and in the second run.
+    """
 
     fresh = itertools.count()
 
-    def make(records_a, records_b, facts_a=None, facts_b=None):
-        number = next(fresh)
-        a = make_run(records_a, f"a{number}", **(facts_a or {}))
-        return compare.compare(a, make_run(records_b, f"b{number}", **(facts_b or {})))
+    def make(records_a, records_b, facts_a=None, facts_b=None, still=(1.0, 1.0)):
+        number, records_b = next(fresh), [record | {"renderer_version": "w"} for record in records_b]
+        first, second = ([*cell(STILL, (time,) * 5)] if time else [] for time in still)
+        a = make_run(records_a + first, f"a{number}", **(facts_a or {}))
+        return compare.compare(a, make_run(records_b + second, f"b{number}", **(facts_b or {})))
 
     return make
 
 
 def verdicts(comparison):
-    return {row.name.split(",")[0]: row.verdict for row in comparison.rows}
+    found = {row.name.split(",")[0]: row.verdict for row in comparison.rows}
+    return {variant: verdict for variant, verdict in found.items() if variant != STILL}
 
 
 def paired(cell, apart, factor=1.0):
@@ -61,7 +68,7 @@ def test_faster_slower_not_resolved(compared, cell):
     slower = found.rows[0]
     assert (slower.a.value, slower.b.value) == (1.02, pytest.approx(1.2 * 1.02))
     assert slower.ratio.value == pytest.approx(1.2) and 1.1 < slower.ratio.low < 1.2 < slower.ratio.high < 1.3
-    assert found.counts == {"slower": 1, "faster": 1, "not resolved": 1, "only in A": 1, "only in B": 1}
+    assert found.counts == {"slower": 1, "faster": 1, "not resolved": 2, "only in A": 1, "only in B": 1}
 
 
 @pytest.mark.parametrize("noisy", ["a", "b"])
@@ -76,14 +83,14 @@ def test_the_larger_noise_floor_counts(compared, cell, noisy):
     )  # fmt: skip
     assert verdicts(found) == {"cpp": "not resolved", "numba": "slower"}
     assert found.floor == pytest.approx(0.3)
-    assert "30 %" in compare_text.heading(found)[-1] and "the larger one is used" in compare_text.heading(found)[-1]
+    assert "30 %" in compare_text.heading(found)[-2] and "the larger one is used" in compare_text.heading(found)[-2]
 
 
 def test_without_a_noise_floor_the_interval_decides_and_says_so(compared, cell):
     facts = {"pair": {"unavailable": "its noise floor needs 5 processes"}}
     found = compared(cell("cpp"), cell("cpp", factor=1.02), facts, {})
     assert found.floor is None
-    line = compare_text.heading(found)[-1]
+    line = compare_text.heading(found)[-2]
     assert "A unavailable: its noise floor needs 5 processes; B unavailable: " in line
     assert "only the intervals decide" in line
     found = compared(cell("cpp") + paired(cell, 1.1)[0], cell("cpp", factor=1.2), paired(cell, 1.1)[1])
@@ -109,11 +116,13 @@ def test_a_faster_renderer_with_another_picture_is_no_win(make_run, cell):
     other[0, 2, 2] -= 0.125
     other[3, 3, 0] -= 0.001
     mask_a[0, 0] = mask_b[0, 1] = True
-    a = make_run(cell("cpp", **masked("a")), "a", {"pictures/a.npy": PICTURE, "pictures/a.mask.npy": mask_a})
-    b = make_run(cell("cpp", factor=0.5, **masked("b")), "b", {"pictures/b.npy": other, "pictures/b.mask.npy": mask_b})
+    still, files = cell(STILL, (1.0,) * 5), {"pictures/b.npy": other, "pictures/b.mask.npy": mask_b}
+    a = make_run([*cell("cpp", **masked("a")), *still], "a", {"pictures/a.npy": PICTURE, "pictures/a.mask.npy": mask_a})
+    b = make_run([*cell("cpp", factor=0.5, renderer_version="w", **masked("b")), *still], "b", files)
     found = compare.compare(a, b)
-    (row,) = found.rows
-    assert (row.verdict, row.time) == ("picture changed", "faster") and found.counts == {"picture changed": 1}
+    row = found.rows[0]
+    assert (row.verdict, row.time) == ("picture changed", "faster")
+    assert found.counts == {"picture changed": 1, "not resolved": 1}
     assert (row.picture.pixels, row.picture.differing, row.picture.beyond, row.picture.beyond_outside) == (16, 4, 3, 1)
     assert row.picture.largest == pytest.approx(0.5)
     assert row.picture.rmse == pytest.approx(math.sqrt((0.25 + 0.0625 + 0.015625 + 1e-6) / 48))
@@ -123,7 +132,7 @@ def test_a_faster_renderer_with_another_picture_is_no_win(make_run, cell):
         "picture: 4 of 16 pixels differ, by 0.5 at most (RMSE 0.083), 3 by more than 1/255 (outside both masks: 1)"
     )
     (b / "pictures" / "b.mask.npy").unlink()
-    (row,) = compare.compare(a, b).rows
+    row = compare.compare(a, b).rows[0]
     assert row.verdict == "picture changed" and row.picture.largest is None
     assert "the difference is unavailable: " in compare_text.line_of(row)
 
@@ -146,7 +155,7 @@ def test_what_is_not_comparable_and_why(compared, cell, bad):
         assert (rows[name].verdict, rows[name].reason) == ("not comparable", reason), name
         assert reason in compare_text.line_of(rows[name])
     assert rows["few"].ratio.value == pytest.approx(1.015 / 1.02) and rows["few"].ratio.low is None
-    assert found.counts == {"not resolved": 1, "not comparable": 5}
+    assert found.counts == {"not resolved": 2, "not comparable": 5}
 
 
 def test_one_frame_has_no_steady_time_but_a_picture(compared, record):
@@ -166,7 +175,7 @@ def test_a_picture_is_another_where_the_judge_would_say_so(make_run, cell, off, 
     a = make_run(cell("cpp", **masked("a")), "a", {"pictures/a.npy": PICTURE, "pictures/a.mask.npy": mask})
     b = make_run(cell("cpp", factor=0.5, **masked("b")), "b", {"pictures/b.npy": other, "pictures/b.mask.npy": mask})
     (row,) = compare.compare(a, b).rows
-    assert row.verdict == ("picture changed" if changed else "faster") and not row.picture.same
+    assert row.verdict == ("picture changed" if changed else "not resolved") and not row.picture.same
     assert "1 of 16 pixels differ" in compare_text.line_of(row)
 
 
@@ -198,19 +207,71 @@ def test_what_differs_between_the_runs(make_run, cell):
 
 
 def test_the_command_line(make_run, cell, tmp_path):
-    a = make_run(cell("cpp") + cell("numba"), "a")
-    b = make_run(cell("cpp", factor=1.2) + cell("numba", factor=0.5), "b")
+    still, new = cell(STILL, (1.0,) * 5), {"renderer_version": "w"}
+    a = make_run(cell("cpp") + cell("numba") + still, "a")
+    b = make_run(cell("cpp", factor=1.2, **new) + cell("numba", factor=0.5, **new) + still, "b")
     done = command_line.rayrace("compare", a, b)
     lines = done.stdout.splitlines()
-    assert lines[-3].startswith("slower: cpp, comparison: 1.02 s -> 1.22 s, B / A = 1.2")
-    assert lines[-2].startswith("faster: numba, comparison: ") and lines[-1] == "1 slower, 1 faster"
+    assert lines[-4].startswith("slower: cpp, comparison: 1.02 s -> 1.22 s, B / A = 1.2")
+    assert lines[-3].startswith("faster: numba, comparison: ") and lines[-1] == "1 slower, 1 faster, 1 not resolved"
     told = json.loads(command_line.rayrace("compare", a, b, "--json").stdout)
     assert told["counts"]["slower"] == 1 and told["cells"][0]["ratio"]["value"] == pytest.approx(1.2)
-    assert told["cells"][0]["verdict"] == "slower" and told["floor"] is None
+    assert told["cells"][0]["verdict"] == "slower" and told["floor"] is None and told["drift"]["value"] == 0
     done = command_line.rayrace("compare", a, b, "--fail-slower", "10", code=1)
     assert done.stderr == "significantly slower, by more than 10 %: cpp, comparison\n"
     assert not command_line.rayrace("compare", a, b, "--fail-slower", "25").stderr
     assert not command_line.rayrace("compare", b, b, "--fail-slower", "0").stderr
+
+
+def test_a_cell_that_did_not_change_is_neither_faster_nor_slower(make_run, cell):
+    """The same renderer takes 20 % longer: that is the machine, whatever the intervals are."""
+    a, b = make_run(cell("cpp"), "a"), make_run(cell("cpp", factor=1.2), "b")
+    found = compare.compare(a, b)
+    assert verdicts(found) == {"cpp": "not resolved"} and found.rows[0].ratio.low > 1.1
+    assert found.drift.value > 0.2 and found.drift.told.endswith("by 1 cell that did not change")
+    assert not command_line.rayrace("compare", a, b, "--fail-slower", "0", code=0).stderr
+
+
+@pytest.mark.parametrize(
+    "drift, verdict", [(1.0, "slower"), (1.05, "slower"), (1.2, "not resolved"), (0.8, "not resolved")]
+)
+def test_a_change_counts_beyond_the_drift(compared, cell, drift, verdict):
+    """The interval of the cell that changed is from 1.15 to 1.25, or so."""
+    found = compared(cell("cpp"), cell("cpp", factor=1.2), still=(1.0, drift))
+    assert verdicts(found) == {"cpp": verdict}
+    assert found.drift.value == pytest.approx(max(drift, 1 / drift) - 1)
+    if verdict == "slower":
+        low = found.rows[0].ratio.low / (1 + found.drift.value)
+        assert found.slower(100 * (low - 1) - 0.1) and not found.slower(100 * (low - 1) + 0.1)
+
+
+def test_without_a_drift_nothing_is_resolved_and_no_gate_passes(make_run, cell):
+    a, b = make_run(cell("cpp"), "a"), make_run(cell("cpp", factor=1.5, renderer_version="w"), "b")
+    found = compare.compare(a, b)
+    assert verdicts(found) == {"cpp": "not resolved"} and found.drift.value is None
+    assert "rayrace run EXPERIMENT --against COMMIT" in compare_text.heading(found)[-1]
+    assert "--against" in command_line.rayrace("compare", a, b, "--fail-slower", "5", code=2).stderr
+
+
+def test_another_machine_has_no_drift(make_run, cell):
+    environment = json.loads((make_run(cell("cpp"), "a") / "run.json").read_text())["environment"]
+    b = make_run(cell("cpp", factor=2.0), "b", environment=environment | {"packages": {"numpy": "3"}})
+    found = compare.compare(b.parent / "a", b)
+    assert verdicts(found) == {"cpp": "not resolved"} and not found.rows[0].unchanged
+    assert found.drift.told == "unknown: machine or software changed (packages.numpy: 2 -> 3)"
+
+
+@pytest.mark.parametrize("count, told", [(drift.LEAST_RUNS - 2, None), (drift.LEAST_RUNS - 1, 0.1)])
+def test_the_drift_of_earlier_runs(make_run, cell, count, told):
+    """Runs of the version of A lie beside it, up to 10 % apart; one of another renderer does not count."""
+    for number in range(count):
+        make_run(cell("cpp", (1 + 0.1 * number / (count - 1),) * 5), f"earlier{number}")
+    make_run(cell("cpp", (9.0,) * 5, renderer_version="x"), "other")
+    a = make_run(cell("cpp", (1.05,) * 5), "a")
+    b = make_run(cell("cpp", (1.05 * 1.15,) * 5, renderer_version="w"), "b")
+    found = compare.compare(a, b)
+    assert found.drift.value == (told and pytest.approx(told))
+    assert verdicts(found) == {"cpp": "slower" if told else "not resolved"}
 
 
 def test_wrong_use(make_run, cell, tmp_path):
