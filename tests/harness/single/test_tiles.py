@@ -204,7 +204,8 @@ def start(environment, *words):
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_the_same_command_goes_on(how, rayrace, scene, environment, tmp_path):
     out = tmp_path / "a.tif"
-    picture = "render", scene, "-r", "python", "--width", 51, "--height", 40, "--samples", 2
+    # so many samples that a second or more is left when the signal is sent
+    picture = "render", scene, "-r", "python", "--width", 51, "--height", 40, "--samples", 3
     words = *picture, "-o", out, "--tiles", 9
     harness = start(environment, *words)
     until = time.monotonic() + 60
