@@ -15,7 +15,8 @@ SAME_MARK = 10**6  # bytes: two readings of one high-water mark, of which the la
 AT_MOST = "wait4 (at most)"  # the peak is below what wait4 can tell; at_least_bytes is the other bound
 PHASE_TOLERANCE = 0.02  # of the wall time that no phase covers
 
-EXHIBIT = "exhibit: "
+EXHIBIT = "exhibit: "  # of a fault: a wrong picture is what it is for
+OF_COST = "exhibit of a cost: "  # its picture must be right
 STRESSED = EXHIBIT + "put under stress, to see where it breaks"
 SIMULATED = "ran in the CUDA simulator: its times say nothing about a GPU"
 
@@ -23,7 +24,7 @@ SIMULATED = "ran in the CUDA simulator: its times say nothing about a GPU"
 def unranked(entry: Entry, said: events.Said) -> str | None:
     """None, or why the row takes no part in any comparison, whatever its times are (contradiction.py)."""
     if entry.variant.exhibit:
-        return EXHIBIT + entry.variant.exhibit
+        return (OF_COST if entry.variant.exhibit_of == "cost" else EXHIBIT) + entry.variant.exhibit
     return SIMULATED if simulated(entry, said) else None
 
 
@@ -37,7 +38,7 @@ def is_processor(device: dict | None) -> bool:
 
 
 def is_as_meant(record: dict) -> bool:
-    """Is it an exhibit's picture that is wrong, as it was made to be?"""
+    """Is it the wrong picture of an exhibit of a fault?"""
     return record["status"] == "wrong picture" and (record["unranked"] or "").startswith(EXHIBIT)
 
 

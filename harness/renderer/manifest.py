@@ -47,7 +47,7 @@ class Variant(Strict):
     """requires: beside the renderer's own. methods: in place of the renderer's, if given.
 
     exhibit: why it is there, though made to be wrong or slow: to be looked at. It is run and judged like any other, and
-    ranked with none.
+    ranked with none. exhibit_of: a fault, whose picture is meant to be wrong, or a cost, whose picture must be right.
     """
 
     name: str = Field(pattern=r"^[a-z][a-z0-9-]*$")
@@ -58,6 +58,7 @@ class Variant(Strict):
     requires: Requires = Requires()
     methods: dict[str, tuple[str, ...]] | None = None
     exhibit: str | None = Field(None, min_length=1)
+    exhibit_of: Literal["fault", "cost"] = "fault"
 
 
 class Manifest(Strict):

@@ -35,8 +35,8 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
     pass        timed; pair: the second process of the A/A pair, which only the noise floor uses; load: it repeats the
                 frame for the GPU's counters; cold: its cache of compiled code is empty, to measure the cost of
                 starting. Times are from timed passes alone
-    unranked    null, or why the row takes no part in any comparison: "exhibit: ..", it ran in a simulator, or
-                "its marks contradict ..": contradiction.py
+    unranked    null, or why the row takes no part in any comparison: "exhibit: .." (of a fault), "exhibit of a
+                cost: ..", it ran in a simulator, or "its marks contradict ..": contradiction.py
     status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
     reason      text; "" if ok
     started     ISO time

@@ -109,14 +109,19 @@ class Cell:
 
     @property
     def as_meant(self) -> bool:
-        """Is it apart, with the result that it was made to show? An exhibit's picture is meant to be wrong."""
+        """Is it apart, with the result that it was made to show? An exhibit of a fault is to have a wrong picture."""
         if self.contradicted:
             return False
-        return bool(self.apart) and (self.status == "ok" or (self.exhibit and self.status == "wrong picture"))
+        return bool(self.apart) and (self.status == "ok" or (self.faulty and self.status == "wrong picture"))
 
     @property
     def exhibit(self) -> bool:
         return self.apart.startswith("exhibit")
+
+    @property
+    def faulty(self) -> bool:
+        """Is it an exhibit of a fault, and not of a cost?"""
+        return self.apart.startswith("exhibit: ")
 
     @property
     def contradicted(self) -> bool:
@@ -168,7 +173,7 @@ class Cell:
     @property
     def verdict(self) -> str:
         """Status and reason, how many repetitions of an ok cell were not ok, and why it is apart."""
-        if self.status == "wrong picture" and self.exhibit:
+        if self.status == "wrong picture" and self.faulty:
             return f"{self.apart}; its picture is wrong, as meant: {self.reason}"
         text = f"ok{self.lost}" if self.status == "ok" else f"{self.status}: {self.reason}"
         return f"{text}; {self.apart}" if self.apart else text

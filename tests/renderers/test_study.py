@@ -86,7 +86,7 @@ def test_depth_is_not_limited_by_the_interpreter(bench):
 def test_an_exhibit_has_no_rank(bench, known):
     result = bench.result("study-python", COMPARISON, exact=True, width=2, height=2, depth=1)
     for name in (*INTERPRETED, *COMPILED):
-        assert row.unranked(known[name], result.said).startswith("exhibit: slow")
+        assert row.unranked(known[name], result.said).startswith("exhibit of a cost: slow")
 
 
 @pytest.mark.parametrize("change, reason", [({}, "transmission"), ({"precision": "float32"}, "precision")])

@@ -29,7 +29,7 @@ UNRANKED = "ran in the CUDA simulator: its times say nothing about a GPU"
 def folder(tmp_path):
     """folder("device", ..): these variants of bad_renderers/main.py, all of device cuda; `more` is added to each."""
 
-    def make(*variants, more=METHODS, head=""):
+    def make(*variants, more=METHODS, head="", cost=False):
         place = tmp_path / "renderer"
         place.mkdir(exist_ok=True)
         shutil.copy(MAIN, place)
@@ -38,6 +38,7 @@ def folder(tmp_path):
             tables += f'[[variant]]\nname = "{name}"\ncommand = ["{{python}}", "-S", "{{folder}}/main.py"]\n'
             tables += 'device = "cuda"\n' + more
             tables += 'exhibit = "a seam shows"\n' if name in ("device-exhibit", "device-broken") else ""
+            tables += 'exhibit = "it is slow"\nexhibit_of = "cost"\n' if name == "device-wrong" and cost else ""
         (place / "renderer.toml").write_text(HEAD + head + tables)
         return place
 
@@ -149,9 +150,9 @@ def test_list(rayrace, folder):
 def race(rayrace, experiment, folder, rows, tmp_path):
     """race(variants, env, code): the command that ended, and its rows by variant."""
 
-    def run(variants, env, code, more=""):
+    def run(variants, env, code, more="", **changes):
         file = experiment([*variants, "python"], more)
-        words = "run", file, "--out", tmp_path / "run", "--renderer", folder(*variants)
+        words = "run", file, "--out", tmp_path / "run", "--renderer", folder(*variants, **changes)
         return rayrace(*words, env=env, code=code), rows(tmp_path / "run")
 
     return run
@@ -204,6 +205,13 @@ def test_an_exhibit_that_does_not_run_is_a_failure(race):
     done, found = race(["device-broken"], SIMULATED, 1)
     assert found["device-broken"][0]["status"] == "failed"
     assert "device-broken: failed: exit 1: no scene today" in done.stdout
+
+
+def test_the_wrong_picture_of_an_exhibit_of_a_cost_is_a_failure(race):
+    done, found = race(["device-wrong"], SIMULATED, 1, cost=True)
+    (row,) = found["device-wrong"]
+    assert (row["status"], row["unranked"]) == ("wrong picture", "exhibit of a cost: it is slow")
+    assert "device-wrong: wrong picture: 1 pixels off" in done.stdout
 
 
 def test_a_wrong_picture_in_the_simulator_is_a_failure(race):

@@ -75,6 +75,12 @@ def test_an_exhibit_that_fails_is_a_failure(load, exhibit, bad):
     assert "Not ranked:" in summary.write(load([broken], name="again"))
 
 
+def test_the_wrong_picture_of_an_exhibit_of_a_cost_is_a_failure(load, exhibit):
+    (cell,) = load([exhibit("study-python", unranked="exhibit of a cost: slow")]).cells
+    assert cell.exhibit and not cell.as_meant
+    assert cell.verdict == "wrong picture: 7 pixels differ; exhibit of a cost: slow"
+
+
 def test_parts_of_a_frame_leave_out_the_first(load, gpu_record):
     (cell,) = load([gpu_record(kernel_s=(9, 0.1, 0.3))]).cells
     assert cell.median("kernel_s", "").value == pytest.approx(0.2)
