@@ -61,7 +61,7 @@ def main(arguments):
         x0, y0, x1, y1 = job.region
         picture, rays = np.zeros((y1 - y0, x1 - x0, 3)), np.zeros((y1 - y0, x1 - x0, 2))
         scene = tables(job, np)
-        render = trace.define(*target.decorators(job.variant), by_table)
+        render = trace.define(*target.decorators(job.variant), by_table, "tuples" in job.variant)
 
     def frame():
         picture[:], rays[:] = 0.0, 0.0

@@ -19,15 +19,16 @@ DIRECTION, FACTOR, COLUMNS = 3, 6, 7
 REFLECTED, SHADOW = 0, 1
 
 
-def define(jit, jit_loop, rows_of, by_table):
+def define(jit, jit_loop, rows_of, by_table, as_tuples):
     """Returns `render(picture, rays, spheres, surfaces, lights, colours, camera, frame)`.
 
     It fills `picture` and `rays`. jit, jit_loop, rows_of: of target.py. by_table: with `ray_data`, without recursion.
+    as_tuples: vectors are tuples, not arrays.
     picture: (rows, columns, 3). rays: (rows, columns, 2), reflected rays and feelers. spheres: centre, radius. lights:
     position, colour. colours: ambient light, background. camera: C, u, v, e. frame: width, height, x0, y0, sample_x,
     sample_y, depth, shadows, epsilon.
     """
-    add, subtract, scale, multiply, dot, unit = vectors(jit)
+    vector, add, subtract, scale, multiply, dot, unit = vectors(jit, as_tuples)
 
     @jit
     def sphere_intersection(sphere, origin, direction):
@@ -86,9 +87,10 @@ def define(jit, jit_loop, rows_of, by_table):
                     continue
             mirrored = subtract(to_light, scale(normal, 2.0 * facing))
             shine = dot(mirrored, direction)
-            specular = np.zeros(3)
+            white = 0.0
             if shine > 0.0 and surface[K_S] > 0.0:
-                specular += surface[K_S] * min(shine, 1.0) ** surface[EXPONENT]
+                white = surface[K_S] * min(shine, 1.0) ** surface[EXPONENT]
+            specular = vector(white, white, white)
             colour = add(colour, multiply(add(scale(diffuse, facing), specular), lights[k, 3:]))
         return colour
 
@@ -130,7 +132,7 @@ def define(jit, jit_loop, rows_of, by_table):
         """The colour of a ray: its own, and that of the ray that it spawns (2.7.4)."""
         i, t = intersection(spheres, origin, direction)
         if i < 0:  # REF-6
-            return colours[1].copy()
+            return scale(colours[1], 1.0)
         surface = surfaces[i]
         point, normal, off = surface_point(spheres[i], origin, direction, t, frame[8])
         colour = local_illumination(spheres, surface, lights, colours, frame, point, normal, direction, off, rays)
@@ -151,7 +153,7 @@ def define(jit, jit_loop, rows_of, by_table):
         ray_data[0, :DIRECTION] = origin
         ray_data[0, DIRECTION:FACTOR] = direction
         ray_data[0, FACTOR] = 1.0
-        colour = np.zeros(3)
+        colour = vector(0.0, 0.0, 0.0)
         for row in range(ray_data.shape[0]):
             weight = ray_data[row, FACTOR]
             if weight == 0.0:
