@@ -47,6 +47,9 @@ mutants: .venv/installed  ## changes the code in 135 random places and runs CI's
 	$(BIN)/pip install -q -c constraints.txt --no-deps universalmutator
 	$(BIN)/python tests/support/mutants.py $(addprefix --seed=,$(SEED)) $(MORE)
 
+ladder: .venv/installed  ## from the study's code to ours, one change at a time
+	$(BIN)/rayrace run experiments/ladder.toml --report
+
 gallery: .venv/installed  ## the study's figures, with scenes of our own
 	$(BIN)/rayrace run experiments/gallery.toml --report
 
@@ -74,4 +77,4 @@ format: .venv/installed
 clean:  ## removes the environment; keeps results
 	rm -rf .venv .pytest_cache build/site build/figures dist *.egg-info
 
-.PHONY: study test quick cudasim nightly night-shared night-alone night-hostile night-simulator mutants figures docs gallery stability smoke format clean
+.PHONY: study test quick cudasim nightly night-shared night-alone night-hostile night-simulator mutants figures docs gallery ladder stability smoke format clean

@@ -224,13 +224,12 @@ class _Lines:
         counts: dict[Place, int] = {}
         for number, line in enumerate(lines, 1):
             if heading := _HEADING.match(line):
-                table = _parts(heading[2])
+                table = ()
+                for step in _parts(heading[2]):  # a table lies in the last one of each array of tables above it
+                    table = (*table, counts[table], step) if table in counts else (*table, step)
                 if heading[1]:
                     counts[table] = counts.get(table, -1) + 1
                     table = (*table, counts[table])
-                else:  # a table below the last of an array of tables
-                    table = next(((*table[:n], counts[table[:n]], *table[n:]) for n in range(len(table), 0, -1)
-                                  if table[:n] in counts), table)  # fmt: skip
                 self.known.setdefault(table, number)
             elif key := _KEY.match(line):
                 self.known.setdefault((*table, *_parts(key[1])), number)
@@ -245,7 +244,7 @@ class _Lines:
 
     def of(self, place: Place | str) -> int | None:
         """The line of a place or dotted key, or of the closest table around it; None if there is none."""
-        steps = _parts(place) if isinstance(place, str) else place
+        steps = tuple(int(s) if s.isdigit() else s for s in _parts(place)) if isinstance(place, str) else place
         return next((self._all[steps[:n]] for n in range(len(steps), 0, -1) if steps[:n] in self._all), None)
 
 

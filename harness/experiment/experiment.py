@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Field, ValidationError, create_model, mode
 from harness.duration import Seconds, duration
 from harness.experiment import cluster, where
 from harness.experiment.image import Count, Image
+from harness.experiment.ladder import Ladder
 from harness.renderer import registry
 from harness.renderer.limits import Limits
 from harness.scene.generate.generated import COUNTS
@@ -18,6 +19,7 @@ from harness.setting import put
 from harness.toml import Place, Strict, read_toml, validated
 
 POINTS = 10**5  # of a sweep: as many rows as a run can be expected to have
+SIZE = ("width", "height", "region", "scale", "rays")  # what a time is of
 Processes = Annotated[int, Field(ge=1, le=10**4)]
 
 # One picture of its own: a scene, and what differs from [image].
@@ -144,6 +146,9 @@ class Experiment(Strict):
         side = 512
         region = [[0, 0, 32, 32]]
 
+    ladder: cells in an order, each with one change, in place of a sweep: the points are those of the rungs, and a
+    renderer has cells only where it has a rung.
+
     where: expressions that must be true of a cell, or it is left out and counted:
     "renderer != 'python' or side <= 128".
     They name the keys of [image], side, objects, lights, size, processes, frames, and renderer, scene, case, stress
@@ -176,6 +181,7 @@ class Experiment(Strict):
     stress: tuple[Stress, ...] = ()
     sweep: Table | tuple[Table, ...] = {}
     points: tuple[dict[str, Any], ...] = ()
+    ladder: tuple[Ladder, ...] = ()
     measure: Measure = Measure()
     limits: Limits = Limits()
     reference: Reference | None = None
@@ -187,7 +193,7 @@ class Experiment(Strict):
     @model_validator(mode="after")
     def _consistent(self):
         """Every fault at once."""
-        if faults := [*self._sweep_faults(), *self._where_faults(), *self._name_faults()]:
+        if faults := [*self._sweep_faults(), *self._where_faults(), *self._name_faults(), *self._ladder_faults()]:
             raise ValueError("\n".join(faults))
         return self
 
@@ -215,6 +221,27 @@ class Experiment(Strict):
                 where.parse(text)
             except ValueError as fault:
                 yield f'where "{text}": {fault}'
+
+    def _ladder_faults(self) -> Iterator[str]:
+        if self.ladder and (self.sweep or self.points or self.stress):
+            yield "ladder: its rungs are the points of the run; leave out [sweep], [[points]] and [[stress]]"
+        if len({ladder.name for ladder in self.ladder}) != len(self.ladder):
+            yield "ladder: each needs a name of its own"
+        for number, ladder in enumerate(self.ladder):
+            for step, rung in enumerate(ladder.rung):
+                place = f"ladder.{number}.rung.{step}"
+                if self.renderers and rung.renderer not in self.renderers:
+                    yield f"{place}.renderer: {rung.renderer} is not among the experiment's renderers"
+                for key, value in rung.image.items():
+                    if key in SIZE:
+                        yield f"{place}.image: {key}: of [image] alone, as the rungs of a ladder have one picture"
+                    elif key not in Image.model_fields:
+                        near = get_close_matches(key, Image.model_fields, n=1)
+                        yield f"{place}.image: no such parameter: {key}" + (
+                            f'; did you mean "{near[0]}"?' if near else ""
+                        )
+                    else:
+                        yield from (f"{place}.image: {key}: {fault}" for fault in _value_faults(key, (value,)))
 
     @model_validator(mode="after")
     def _in_bounds(self):

@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Mapping
 from typing import Any
 
+from harness.experiment import ladder
 from harness.experiment.experiment import Experiment
 
 
@@ -14,11 +15,25 @@ def points(experiment: Experiment) -> list[tuple[dict, int]]:
     else:
         axes = [_zipped(table) for table in experiment.sweep]
     tables = [(list(_product(table)), number) for number, table in enumerate(experiment.points)] or [([{}], 0)]
+    if experiment.ladder:
+        tables = [([point], number) for number, point in enumerate(rungs(experiment))]
     return [
         ({key: value for part in (own, *parts) for key, value in part.items()}, number)
         for some, number in tables
         for own, *parts in itertools.product(some, *axes)
     ]
+
+
+def rungs(experiment: Experiment) -> list[dict]:
+    """The swept values of every point of the ladders."""
+    return ladder.points(experiment.ladder, experiment.image.model_dump())
+
+
+def climbers(experiment: Experiment, table: int) -> set[str] | None:
+    """The variants that have cells at the points of a table; None for all."""
+    if not experiment.ladder:
+        return None
+    return ladder.climbers(experiment.ladder, experiment.image.model_dump(), rungs(experiment)[table])
 
 
 def _zipped(table: dict) -> list[dict]:
@@ -31,9 +46,10 @@ def _product(table: dict):
 
 
 def filled(point: dict, experiment: Experiment, values: Mapping[str, Any]) -> dict:
-    """`point` with all that any [[points]] table sweeps, taken from `values` where its own table does not.
+    """`point` with all that any [[points]] table or rung sweeps, taken from `values` where its own table does not.
 
     All points of an experiment then say the same things, and one that two tables hold is one.
     """
-    keys = dict.fromkeys(key for table in experiment.points for key in table)
+    tables = rungs(experiment) if experiment.ladder else experiment.points
+    keys = dict.fromkeys(key for table in tables for key in table)
     return {**{key: values[key] for key in keys if values.get(key) is not None}, **point}

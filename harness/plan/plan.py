@@ -228,7 +228,10 @@ class _Picture:
     table: int
 
     def cells(self, experiment: Experiment, chosen: list[Entry], constraints: Constraints) -> Iterator[Cell]:
+        climbers = sweep.climbers(experiment, self.table)
         for entry in chosen:
+            if climbers is not None and entry.variant.name not in climbers:
+                continue
             override = experiment.override.get(entry.variant.name)
             frames = experiment.frames if override is None or override.frames is None else override.frames
             threads = entry.threads() if self.image.threads == "default" else self.image.threads

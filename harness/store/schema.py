@@ -106,6 +106,7 @@ Row = _some(
     | None,
 )
 Pair = _some("Pair", cell=str, label=str, unavailable=str) | None
+Rung = _some("Rung", **dict.fromkeys(("name", "renderer", "changes"), Required[str]), image=dict[str, Any])
 Batch = _some("Batch", cells=Required[list[Named]], pair=Required[Named | None])
 Facts = _some(
     "Facts",
@@ -128,6 +129,7 @@ Facts = _some(
         image=dict[str, Any],
         measure=dict[str, Any],
         case=list[dict[str, Any]],
+        ladder=list[_some("Ladder", name=Required[str], study=Text, rung=Required[list[Rung]])],
         generate=dict[str, Any] | list[dict[str, Any]] | None,
         reference=dict[str, Any] | None,
     ),

@@ -148,3 +148,35 @@ def test_launch_experiments_in_the_simulator(file, rayrace, rows, known, tmp_pat
         mine = [row for row in found if row["variant"].startswith(name)]
         assert any(row["status"] == "ok" for row in mine) and not any(row["status"] == "unavailable" for row in mine)
         assert name == "opencl" or all(row["unranked"] for row in mine)
+
+
+LADDER = BASE + (
+    '[[ladder]]\nname = "a"\n[[ladder.rung]]\nname = "1"\nrenderer = "python"\nchanges = "-"\n'
+    '[[ladder.rung]]\nname = "2"\nrenderer = "python"\nchanges = "a loop"\nimage = { walk = "chain" }\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ('"2"\nrenderer = "python"', '"2"\nrenderer = "cpp"', 12, "cpp is not among the experiment's renderers"),
+        ("walk = ", "wall = ", 14, 'image: no such parameter: wall; did you mean "walk"?'),
+        ('"chain"', '"rope"', 14, "image: walk: 'rope': Input should be 'least'"),
+        ("walk = ", "width = 9, walk = ", 14, "width: of [image] alone, as the rungs of a ladder have one picture"),
+        ('changes = "a loop"\n', "", 10, "Field required"),
+        ("renderers = ", "sweep = { depth = [1, 2] }\nrenderers = ", 5, "leave out [sweep], [[points]] and [[stress]]"),
+    ],
+)
+def test_faults_of_a_ladder_have_their_lines(old, new, line, message, write):
+    assert LADDER.count(old) == 1
+    file = write("e.toml", LADDER.replace(old, new))
+    with pytest.raises(UserError) as fault:
+        experiment.load(file)
+    (told,) = str(fault.value).splitlines()
+    assert told.startswith(f"{file}:{line}: ") and message in told
+
+
+def test_a_ladder_of_one_rung_is_refused(write):
+    file = write("e.toml", LADDER[: LADDER.rindex("[[ladder.rung]]")])
+    with pytest.raises(UserError, match=r"e\.toml:4: ladder\.0\.rung: .*at least 2"):
+        experiment.load(file)

@@ -287,3 +287,20 @@ def test_label(make):
     cell = make().cells[0]
     cell = replace(cell, entry=SimpleNamespace(name="cpp"), scene="scenes/a.txt", point={"depth": 3, "region": "all"})
     assert cell.label == "cpp, a, depth 3, region all"
+
+
+def test_the_cells_of_ladders_are_their_rungs(make):
+    """Each once, though two ladders share a rung, and one rung spells a default."""
+
+    def rung(renderer, image):
+        return f'[[ladder.rung]]\nname = "r"\nrenderer = "{renderer}"\nchanges = "c"\nimage = {image}\n'
+
+    shared = rung("python", '{ walk = "least", accel = "none" }')
+    first = rung("numpy", "{}") + shared + rung("python", '{ walk = "chain" }')
+    made = make(f'[[ladder]]\nname = "a"\n{first}[[ladder]]\nname = "b"\n{shared}{rung("numpy", "{ }")}')
+    told = [(cell.entry.name, cell.point) for cell in made.cells]
+    assert told == [
+        ("numpy", {"accel": "auto", "walk": "least"}),
+        ("python", {"accel": "none", "walk": "least"}),
+        ("python", {"accel": "auto", "walk": "chain"}),
+    ]
