@@ -79,11 +79,12 @@ def needs(
     from harness.picture import picture
     from harness.process import repetition
     from harness.process.session import Sessions
+    from harness.reduction import leave_out
     from harness.renderer import registry
     from harness.renderer.builder import cache_folder
     from harness.scene import load, warnings
     from harness.scene.needs import needs as needs_of
-    from harness.single import leave_out, single, smallest, worth
+    from harness.single import single, smallest, worth
     from rayrace import bundled
     from rayrace.choice import error_limit
 

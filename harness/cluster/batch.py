@@ -23,7 +23,7 @@ class Batch:
 
     def of(self, plan: Plan) -> Plan:
         """`plan` with this batch's cells alone; its truths are those of the whole plan."""
-        versions = {cell.scene_version for cell in self.cells}
+        versions = {mine.scene_version for cell in self.cells for mine in (cell, cell.whole or cell)}
         arrays = {version: arrays for version, arrays in plan.arrays.items() if version in versions}
         return replace(plan, cells=self.cells, arrays=arrays, pair=self.pair, pair_reason=self.reason)
 
@@ -48,12 +48,13 @@ def restored(record: dict, plan: Plan) -> Batch:
 def make(plan: Plan, wanted: str, most: int, time: float, predictor: Predictor) -> list[Batch]:
     """The batches of a plan, each with at most `most` cells and a predicted duration of at most FILL * `time` (s).
 
-    Exception: cells of one scene at one point are compared with each other, and always stay together. wanted:
-    measure.pair of the experiment.
+    Exception: cells of one scene at one point, whole or without something, are compared with each other, and always
+    stay together. wanted: measure.pair of the experiment.
     """
     places: dict[tuple, list[Cell]] = {}
     for cell in plan.cells:
-        places.setdefault((cell.scene, json.dumps(cell.point, sort_keys=True)), []).append(cell)
+        point = {key: value for key, value in cell.point.items() if key != "without"}
+        places.setdefault((cell.scene, json.dumps(point, sort_keys=True)), []).append(cell)
     groups: list[list[Cell]] = []
     filled = math.inf
     for cells in places.values():

@@ -6,12 +6,21 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError, create_model, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationError,
+    WithJsonSchema,
+    create_model,
+    model_validator,
+)
 
 from harness.duration import Seconds, duration
 from harness.experiment import cluster, where
 from harness.experiment.image import Count, Image
 from harness.experiment.ladder import Ladder
+from harness.reduction.leave_out import KINDS
 from harness.renderer import registry
 from harness.renderer.limits import Limits
 from harness.scene.generate.generated import COUNTS
@@ -106,6 +115,30 @@ class Stress(Strict):
     sweep: dict[str, tuple[Any, ...]] = {}
 
 
+def _kind(value: str) -> str:
+    if value in KINDS:
+        return value
+    near = get_close_matches(value, KINDS, n=1)
+    hint = f'did you mean "{near[0]}"?' if near else f"known: {', '.join(KINDS)}"
+    raise ValueError(f'no kind of thing is called "{value}"; {hint}')
+
+
+Kind = Annotated[str, AfterValidator(_kind), WithJsonSchema({"enum": KINDS})]
+
+
+class LeaveOut(Strict):
+    """Each scene is also rendered with one thing left out, or made cheaper, in turn (harness/reduction).
+
+    what: kinds of things, "all" for everything that a scene and its job have. The errors of the smaller models are
+    distances from the truth of the whole scene, and their pictures agree with references of their own.
+    """
+
+    what: Literal["all"] | Annotated[tuple[Kind, ...], Field(min_length=1)] = "all"
+
+    def kinds(self) -> tuple[str, ...]:
+        return KINDS if self.what == "all" else self.what
+
+
 class Override(Strict):
     """Other repetitions, for a renderer much slower than the rest."""
 
@@ -152,10 +185,14 @@ class Experiment(Strict):
     where: expressions that must be true of a cell, or it is left out and counted:
     "renderer != 'python' or side <= 128".
     They name the keys of [image], side, objects, lights, size, processes, frames, and renderer, scene, case, stress
-    (the row) and level as labels show them; and have and, or, not, in, comparisons, arithmetic, min, max and abs.
+    (the row) and level as labels show them, and without, "nothing" for a whole scene; and have and, or, not, in,
+    comparisons, arithmetic, min, max and abs.
 
     reference: without it, the truth is made where that takes one picture: of scenes without samples, at each picture's
     own depth.
+
+    leave_out: what each scene can do without is measured too, as points of their own: `without`, "nothing" for the
+    whole scene.
 
     theory: the slope of error against samples that is to be expected, by scene or case and sampler:
     theory.edge.jittered = -0.75. The samplers are those of [image], and feelers, lens, glossy.
@@ -185,6 +222,7 @@ class Experiment(Strict):
     measure: Measure = Measure()
     limits: Limits = Limits()
     reference: Reference | None = None
+    leave_out: LeaveOut | None = None
     theory: dict[str, dict[str, float]] = {}
     override: dict[str, Override] = {}
     slurm: cluster.Slurm = cluster.Slurm()
@@ -212,6 +250,8 @@ class Experiment(Strict):
             yield f"points: {', '.join(sorted(swept & points))} is swept too"
         for table in self.points:
             yield from self._unknown("points", table)
+        if self.leave_out and ("rays" in swept | points or self.image.rays or any(case.rays for case in self.case)):
+            yield "leave_out: not with rays, whose first hits are no picture"
         if "side" in swept | points and {"width", "height"} & (swept | points):
             yield "sweep: side is width and height at once; sweep the one or the others"
 
@@ -280,6 +320,8 @@ class Experiment(Strict):
     def _name_faults(self) -> Iterator[str]:
         if [bool(self.scenes), bool(self.case), bool(self.generate), bool(self.stress)].count(True) != 1:
             yield "scenes, [[case]], [generate] or [[stress]]: expected one of the four, with at least one scene"
+        if self.leave_out and self.stress:
+            yield "leave_out: not with [[stress]], whose truths are of their inputs as they are"
         for stress in self.stress:
             yield from self._unknown(f"stress.{stress.row}.sweep", stress.sweep)
         if len({case.name for case in self.case}) != len(self.case):

@@ -15,7 +15,7 @@ FUNCTIONS = {"min": min, "max": max, "abs": abs}
 # What an expression of `where` can name.
 NAMES = (
     *("renderer", "scene", "case", "stress", "level", "objects", "lights", "size", "side"),
-    *("processes", "frames", *Image.model_fields),
+    *("without", "processes", "frames", *Image.model_fields),
 )
 
 

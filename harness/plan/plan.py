@@ -21,6 +21,7 @@ from harness.judge import truth
 from harness.judge.hits import Aimed
 from harness.plan.sources import Sources
 from harness.process.repetition import unsupported
+from harness.reduction.leave_out import LeaveOut, leave_outs
 from harness.renderer import registry, versions
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
@@ -33,6 +34,7 @@ from harness.stress.row import ROUNDOFF
 
 PAIRED = ("cpp", "numba", "cpp-threads", "numpy")  # variants for the A/A pair, in order of preference
 PROCESSES = 10**6  # of a run, at most
+WHOLE = "nothing"  # what a whole scene is without, where others are without something
 
 
 class NoCells(UserError):
@@ -41,7 +43,10 @@ class NoCells(UserError):
 
 @dataclass(frozen=True)
 class Cell:
-    """A variant at one point of the sweep. key: a hash of renderer, scene content and parameters."""
+    """A variant at one point of the sweep. key: a hash of renderer, scene content and parameters.
+
+    without: what is left out of its scene or its job. whole: the cell with nothing left out, of which its truth is.
+    """
 
     key: str
     entry: Entry
@@ -56,6 +61,8 @@ class Cell:
     lights: int
     stressed: Stressed | None = None  # of a [[stress]] experiment
     limits: Limits = DEFAULT
+    without: LeaveOut | None = None
+    whole: "Cell | None" = None
 
     @property
     def label(self) -> str:
@@ -66,7 +73,8 @@ class Cell:
     @property
     def refused(self) -> str | None:
         """Why its variant cannot run here, or cannot do the job; None if it can."""
-        return self.entry.unavailable or unsupported(self.entry, self.parameters, self.needs)
+        smaller = self.without.unavailable if self.without else ""
+        return self.entry.unavailable or smaller or unsupported(self.entry, self.parameters, self.needs)
 
     @property
     def work(self) -> int:
@@ -89,6 +97,7 @@ class Cell:
             "point": self.point,
             "parameters": self.parameters.values(),
             "needs": list(self.needs),
+            **({"without": {"kind": self.without.kind, "proof": self.without.proof}} if self.without else {}),
         }
 
 
@@ -175,8 +184,10 @@ def make(
             other, table = seen.setdefault(cell.key, (cell, picture.table))
             if other is not cell and table == picture.table:
                 raise UserError(f'{file}: "{other.label}" and "{cell.label}" are the same cell; leave one out')
-            sources.setdefault(cell.scene_version, picture.source)
-            arrays.setdefault(cell.scene_version, picture.source.flat(picture.image.arithmetic)[1])
+            for mine, source in ((cell, picture.source), (cell.whole, picture.whole and picture.whole.source)):
+                if mine:
+                    sources.setdefault(mine.scene_version, source)
+                    arrays.setdefault(mine.scene_version, source.flat(picture.image.arithmetic)[1])
     cells = tuple(cell for cell, _ in seen.values())
     if not cells:
         raise NoCells("every cell is left out by where", file=file)
@@ -204,28 +215,32 @@ class Truths:
 
     def of(self, cell: Cell) -> truth.Job:
         """The truth job of a cell."""
-        version = cell.scene_version
+        whole = cell.whole or cell
+        version = whole.scene_version
         if version not in self.jobs:
-            shown = [other.parameters for other in self.cells if other.scene_version == version]
+            wholes = {mine.key: mine for mine in (other.whole or other for other in self.cells)}
+            shown = [other.parameters for other in wholes.values() if other.scene_version == version]
             self.jobs[version] = truth.jobs(shown, self.wanted, self.sources[version].needs)
-        return self.jobs[version][truth.view(cell.parameters, self.wanted)]
+        return self.jobs[version][truth.view(whole.parameters, self.wanted)]
 
     def name(self, cell: Cell) -> tuple | None:
         """What cells with the same truth have in common; None for a cell without a truth."""
         if cell.key not in self.names:
-            without = cell.stressed or cell.parameters.kind == "rays"
-            self.names[cell.key] = None if without else (cell.scene_version, truth.view(cell.parameters, self.wanted))
+            none, whole = cell.stressed or cell.parameters.kind == "rays", cell.whole or cell
+            self.names[cell.key] = None if none else (whole.scene_version, truth.view(whole.parameters, self.wanted))
         return self.names[cell.key]
 
 
 @dataclass(frozen=True)
 class _Picture:
-    """A point of the sweep for all variants. table: number of its [[points]] table."""
+    """A point of the sweep for all variants. table: number of its [[points]] table. without, whole: as of a Cell."""
 
     source: Source | Aimed | Stressed
     image: Image
     point: dict
     table: int
+    without: LeaveOut | None = None
+    whole: "_Picture | None" = None
 
     def cells(self, experiment: Experiment, chosen: list[Entry], constraints: Constraints) -> Iterator[Cell]:
         climbers = sweep.climbers(experiment, self.table)
@@ -238,24 +253,30 @@ class _Picture:
             processes = (override and override.processes) or experiment.processes
             if experiment.where and not constraints.keep(self._names(entry, threads, frames, processes)):
                 continue
-            parameters = self.source.parameters(self.image, threads, frames, experiment.measure.least_frame)
-            version, _ = self.source.flat(self.image.arithmetic)
-            objects, lights = self.source.counts
-            yield Cell(
-                key=_key(entry, version, parameters),
-                entry=entry,
-                scene=self.source.name,
-                scene_version=version,
-                parameters=parameters,
-                needs=self.source.needs(parameters),
-                processes=processes,
-                timeout=(override and override.timeout) or experiment.timeout,
-                point=self.point,
-                objects=objects,
-                lights=lights,
-                stressed=self.source if isinstance(self.source, Stressed) else None,
-                limits=experiment.limits,
-            )
+            timeout = (override and override.timeout) or experiment.timeout
+            yield self._cell(experiment, entry, threads, frames, processes, timeout)
+
+    def _cell(self, experiment, entry: Entry, threads: int, frames: int, processes: int, timeout: float) -> Cell:
+        parameters = self.source.parameters(self.image, threads, frames, experiment.measure.least_frame)
+        version, _ = self.source.flat(self.image.arithmetic)
+        objects, lights = self.source.counts
+        return Cell(
+            key=_key(entry, version, parameters, *([self.without.name] if self.without else [])),
+            entry=entry,
+            scene=self.source.name,
+            scene_version=version,
+            parameters=parameters,
+            needs=self.source.needs(parameters),
+            processes=processes,
+            timeout=timeout,
+            point=self.point,
+            objects=objects,
+            lights=lights,
+            stressed=self.source if isinstance(self.source, Stressed) else None,
+            limits=experiment.limits,
+            without=self.without,
+            whole=self.whole and self.whole._cell(experiment, entry, threads, frames, processes, timeout),
+        )
 
     def _names(self, entry: Entry, threads: int, frames: int, processes: int) -> dict:
         """The values of where.NAMES for one variant."""
@@ -270,6 +291,7 @@ class _Picture:
             "case": self.point.get("case", ""),
             "stress": self.point.get("stress", ""),
             "level": self.point.get("level"),
+            "without": self.point.get("without", WHOLE),
             "objects": objects,
             "lights": lights,
             "size": self.source.size,
@@ -306,7 +328,14 @@ def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
                 chosen |= {"width": swept["side"], "height": swept["side"]}
             where = [f'case "{case["case"]}"'] if case else []
             found = _image(chosen, file, [*where, *([f"sweep {swept}"] if swept else [])])
-            yield _Picture(sources.aimed(source, found), found, point, table)
+            if experiment.leave_out is None:
+                yield _Picture(sources.aimed(source, found), found, point, table)
+                continue
+            whole = _Picture(source, found, {**point, "without": WHOLE}, table)
+            yield whole
+            kinds, job = experiment.leave_out.kinds(), source.parameters(found, threads=1, frames=0)
+            for one in leave_outs(source.scene, job, kinds):
+                yield _Picture(sources.without(source, one), found, {**point, "without": one.name}, table, one, whole)
         if not seen:
             raise UserError(f"generate: every point sweeps a count that {Path(name).stem} does not have", file=file)
 
@@ -372,6 +401,7 @@ def _comparable(cell: Cell) -> bool:
     return not (cell.entry.variant.exhibit or cell.entry.simulated or cell.refused)
 
 
-def _key(entry: Entry, scene_version: str, parameters: Parameters) -> str:
-    text = repr((entry.name, entry.renderer.version, scene_version, parameters))
+def _key(entry: Entry, scene_version: str, parameters: Parameters, *without: str) -> str:
+    """without: the name of what is left out, if something is: without it the job may be another cell's."""
+    text = repr((entry.name, entry.renderer.version, scene_version, parameters, *without))
     return hashlib.sha256(text.encode()).hexdigest()[:12]

@@ -8,6 +8,8 @@ from harness.errors import UserError
 from harness.experiment.experiment import Experiment, Generate
 from harness.experiment.image import Image
 from harness.judge.hits import Aimed
+from harness.reduction.leave_out import LeaveOut
+from harness.reduction.reduced import Reduced
 from harness.scene import load
 from harness.scene.generate.generated import COUNTS, count, generated
 from harness.scene.source import Source
@@ -52,6 +54,10 @@ class Sources:
             return source
         key = f"{id(source)}, {image.rays} rays, seed {image.seed}"
         return self.known.setdefault(key, Aimed(source, image.rays, image.seed))
+
+    def without(self, source: Source, one: LeaveOut) -> Reduced:
+        """The source with one thing left out; what has one name is the same at every point of a sweep."""
+        return self.known.setdefault(f"{id(source)} without {one.name}", Reduced(source, one))
 
     def _generated(self, name: str, scene: str, counts: dict) -> Source:
         try:

@@ -58,7 +58,9 @@ class Bench:
         job_of_cell = cell.entry, arrays, cell.parameters, cell.needs
         held = {"timeout": cell.timeout, "limits": cell.limits, "cache": None if kind == "cold" else cache}
         held["log"] = self.store.folder / "logs" / stem
-        if cell.stressed:
+        if cell.without and cell.without.unavailable:
+            result = repetition.Result(*cell.without.unavailable.split(": ", 1))
+        elif cell.stressed:
             result = self.untimed.run(*job_of_cell, **held)
         else:
             result = self.host.run(*job_of_cell, **held, series=series, interval=self.interval)

@@ -55,6 +55,9 @@ class Judging:
             verdict, wrong = self._verdict(cell, result, found, limit)
             agreement, mask = {"reference": found.maker, **files, **verdict.record()}, found.mask
             wrong = wrong or broken
+        if cell.whole:  # whose errors are distances from the truth of a larger scene
+            whole, _ = self._reference(cell.whole)
+            mask = None if isinstance(whole, NoReference) else whole.mask
         return agreement, self._error(cell, result.array, picture, mask, broken), bounded, wrong
 
     def _hits(self, cell: Cell, result: repetition.Result):
@@ -151,8 +154,9 @@ class Judging:
             except LookupError as error:
                 return NoReference(str(error))
 
-        arrays = self.plan.arrays[cell.scene_version]
-        key = truth.key(told.shown, self.wanted, maker, cell.scene_version)
+        version = (cell.whole or cell).scene_version
+        arrays = self.plan.arrays[version]
+        key = truth.key(told.shown, self.wanted, maker, version)
         found, files = self._once(key, make, Truth.stored, Truth.restored, lambda kept: kept.serves(told))
         if isinstance(found, Truth):
             files = {"truth_file": files["truth_file"], "standard_error_file": files.get("standard_error_file")}
@@ -175,7 +179,8 @@ class Judging:
         mask = None if sampled else mask
 
         def make():
-            arrays, cache = self.plan.arrays[cell.scene_version], self.caches / f"{maker.name}.reference"
+            arrays = self.plan.arrays[(cell.whole or cell).scene_version]
+            cache = self.caches / f"{maker.name}.reference"
             picture, parameters = found.picture, truth.few(told, found) if sampled else told.parameters
             if sampled:
                 result = self.untimed.run(maker, arrays, parameters, told.needs, cache=cache)

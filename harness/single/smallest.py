@@ -11,8 +11,8 @@ from itertools import combinations
 from harness.errors import UserError
 from harness.judge import judge
 from harness.judge.truth import Truth
+from harness.reduction.leave_out import LeaveOut, apply
 from harness.renderer.registry import Entry
-from harness.single.leave_out import LeaveOut, apply
 from harness.single.worth import Model, Study, Worth, interleaved
 from harness.statistics import statistics
 

@@ -18,13 +18,13 @@ from harness.picture.perception import perceive
 from harness.process import repetition
 from harness.process.repetition import Result
 from harness.race import row
+from harness.reduction.leave_out import LeaveOut, apply
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.scene.flatten import flatten
 from harness.scene.model import Scene
 from harness.scene.needs import needs
-from harness.single.leave_out import LeaveOut, apply
 from harness.single.single import kernels
 from harness.statistics import statistics
 

@@ -53,6 +53,7 @@ _CELL = {
     "parameters": _some("Parameters", **{**_ALL, "region": _REGION}),
     "needs": list[str],
     "lines": Count | None,
+    "without": _some("Without", kind=Required[str], proof=Required[str]) | None,
 }
 Cell = _some("Cell", **_CELL)
 Row = _some(

@@ -30,6 +30,8 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
     host        that ran it, as fingerprint.py names it; `hosts` of run.json, once read, has its environment
     cell, repetition, variant, renderer, renderer_version, technology, scene, scene_version, point, parameters, needs
     lines       of source code of the renderer
+    without     {kind, proof}: of what is left out of its scene or job, which `point` names; proof: why no picture can
+                change by it, or "". Cells of whole scenes lack it
     shapes      {sphere, box, polygon, ellipsoid, triangle, csg}: number of shapes that a ray is tested against
     lights      number of lights
     pass        timed; pair: the second process of the A/A pair, which only the noise floor uses; load: it repeats the

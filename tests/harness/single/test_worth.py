@@ -14,6 +14,7 @@ from harness.judge.cache import Kept
 from harness.judge.truth import Truth
 from harness.process import repetition
 from harness.process.session import Sessions
+from harness.reduction.leave_out import apply, leave_outs
 from harness.renderer.parameters import Parameters
 from harness.scene import load
 from harness.scene.model import Csg, Mesh, Operator
@@ -21,7 +22,6 @@ from harness.scene.needs import needs
 from harness.scene.text import read
 from harness.scene.written import write
 from harness.single import smallest, worth
-from harness.single.leave_out import apply, leave_outs
 
 # The second light and the last sphere are behind the wall, the third light is black, and what the mirror reflects
 # reflects nothing itself, so that depth 1 is enough.

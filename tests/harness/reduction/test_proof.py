@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import seeds
 
+from harness.reduction.proof import Proof
 from harness.renderer.parameters import Parameters
 from harness.scene.model import Camera, Light, Material, Polygon, Scene, Sphere
 from harness.scene.text import read
-from harness.single.proof import Proof
 
 JOB = Parameters(width=40, height=30, depth=4, shadows=True)
 MATTE, MIRROR = "0 10 (0,0,0) 1e6 1", "0.8 10 (0,0,0) 1e6 1"

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from harness.reduction.proof import Proof
 from harness.renderer.parameters import Parameters
 from harness.scene import surface
 from harness.scene.media import media, solid
 from harness.scene.mesh import with_area
 from harness.scene.model import Air, Csg, Light, Material, Mesh, Object, Operator, Scene
 from harness.scene.needs import BLACK, CLEAR, OPAQUE, SHAPES, needs
-from harness.single.proof import Proof
 
 DEPTHS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 CUTOFFS = (-10, -8, -6)  # powers of 2: weights of rays (CUT-1)
@@ -27,30 +27,36 @@ ANGLES = 4096  # of incidence, over which a Fresnel share is averaged
 
 Change = Callable[[Scene, Parameters], tuple[Scene, Parameters]]
 
+# Kinds of leave-outs, as [leave_out] of an experiment names them. Names of leave-outs begin likewise, and add which.
+KINDS = (
+    *("shadows", "soft shadows", "feelers", "glossy reflection", "glossy rays", "lens", "supersampling", "samples"),
+    *("depth", "cut-off", "float64", "single rays", "ambient light", "attenuation", "lights", "radii of lights"),
+    *("specular shares", "transmission", "fresnel", "media", "objects", "parts", "triangles"),
+)
+
 
 @dataclass(frozen=True)
 class LeaveOut:
-    """What is left out, in words, and the change that leaves it out.
+    """What is left out, one of KINDS and in words, and the change that leaves it out.
 
     proof: why no picture can change by it, from the rules of SPEC.md; "" where that must be measured. unavailable: ""
     or why it cannot be made here.
     """
 
+    kind: str
     name: str
     change: Change
     proof: str = ""
     unavailable: str = ""
 
 
-def leave_outs(scene: Scene, job: Parameters) -> list[LeaveOut]:
-    """Everything that can be left out of a scene and its job alone: of the job, then lights, materials and objects."""
-    proof = Proof(scene, job)
-    return [
-        *_of_job(scene, job, proof),
-        *_of_lights(scene, job, proof),
-        *_of_materials(scene, job),
-        *_of_objects(scene, proof),
-    ]
+def leave_outs(scene: Scene, job: Parameters, kinds: Iterable[str] = KINDS) -> list[LeaveOut]:
+    """Everything of these kinds that can be left out of a scene and its job alone: of the job, then lights, materials
+    and objects."""
+    proof, wanted = Proof(scene, job), set(kinds)
+    found = [*_of_job(scene, job, proof), *_of_lights(scene, job, proof), *_of_materials(scene, job)]
+    found += _of_objects(scene, proof, "triangles" in wanted)
+    return [one for one in found if one.kind in wanted]
 
 
 def apply(listed: Iterable[LeaveOut], scene: Scene, job: Parameters) -> tuple[Scene, Parameters]:
@@ -77,52 +83,54 @@ def _fewer(**values) -> Change:
 def _of_job(scene: Scene, job: Parameters, proof: Proof) -> list[LeaveOut]:
     used, found = needs(scene, job), []
     if "shadows" in used:
-        found.append(LeaveOut("shadows", _job(shadows=False)))
+        found.append(LeaveOut("shadows", "shadows", _job(shadows=False)))
     if job.shadows and job.feelers > 0:
         hard = "" if "soft" in used else "no feeler goes to a light without a radius (SOF-1)"
-        found.append(LeaveOut("soft shadows", _fewer(feelers=0), hard))
+        found.append(LeaveOut("soft shadows", "soft shadows", _fewer(feelers=0), hard))
         if job.feelers > 1 and not hard:
-            found.append(LeaveOut(f"feelers {job.feelers} to 1", _fewer(feelers=1)))
+            found.append(LeaveOut("feelers", f"feelers {job.feelers} to 1", _fewer(feelers=1)))
     if job.glossy_rays > 0:
         sharp = "" if "glossy" in used else "no ray is reflected"
-        found.append(LeaveOut("glossy reflection", _fewer(glossy_rays=0), sharp))
+        found.append(LeaveOut("glossy reflection", "glossy reflection", _fewer(glossy_rays=0), sharp))
         if job.glossy_rays > 1 and not sharp:
-            found.append(LeaveOut(f"glossy rays {job.glossy_rays} to 1", _fewer(glossy_rays=1)))
+            found.append(LeaveOut("glossy rays", f"glossy rays {job.glossy_rays} to 1", _fewer(glossy_rays=1)))
     if "lens" in used:
-        found.append(LeaveOut("lens", _job(lens_radius=0.0)))
+        found.append(LeaveOut("lens", "lens", _job(lens_radius=0.0)))
     found += _of_samples(job)
     for depth in DEPTHS:
         if depth < job.depth:
             enough = proof.depth(depth)
-            found.append(LeaveOut(f"depth {job.depth} to {depth}", _fewer(depth=depth), enough))
+            found.append(LeaveOut("depth", f"depth {job.depth} to {depth}", _fewer(depth=depth), enough))
             if enough:  # so is every greater one
                 break
     # Adaptive samples know no cut-off (CUT-4).
     if "reflection" in used and job.sampler != "adaptive":
         names = {f"rays of a weight up to 2^{power}": 2.0**power for power in CUTOFFS}
-        found += [LeaveOut(name, _cut(cutoff)) for name, cutoff in names.items() if cutoff > job.cutoff]
+        found += [LeaveOut("cut-off", name, _cut(cutoff)) for name, cutoff in names.items() if cutoff > job.cutoff]
     if job.precision == "float64":
-        found.append(LeaveOut("float64 to float32", _job(precision="float32")))
+        found.append(LeaveOut("float64", "float64 to float32", _job(precision="float32")))
     if job.vector == "off":
-        found.append(LeaveOut("one ray at a time, to lanes", _job(vector="on")))
+        found.append(LeaveOut("single rays", "one ray at a time, to lanes", _job(vector="on")))
     if scene.ambient != BLACK:
-        found.append(LeaveOut("ambient light", lambda scene, job: (replace(scene, ambient=BLACK), job)))
+        found.append(
+            LeaveOut("ambient light", "ambient light", lambda scene, job: (replace(scene, ambient=BLACK), job))
+        )
     if scene.air.attenuation != CLEAR:
-        found.append(LeaveOut("attenuation of the air", _clear_air))
+        found.append(LeaveOut("attenuation", "attenuation of the air", _clear_air))
     return found
 
 
 def _of_samples(job: Parameters) -> list[LeaveOut]:
     if job.sampler == "one":
         return []
-    found = [LeaveOut("supersampling", _job(sampler="one", samples=1))]
+    found = [LeaveOut("supersampling", "supersampling", _job(sampler="one", samples=1))]
     if job.sampler == "adaptive" and job.adaptive_depth > 1:
         name = f"halvings of a pixel {job.adaptive_depth} to 1"
-        found.append(LeaveOut(name, _fewer(adaptive_depth=1)))
+        found.append(LeaveOut("samples", name, _fewer(adaptive_depth=1)))
     elif job.sampler != "adaptive" and job.samples > 2:
         half = job.samples // 2
         name = f"samples {job.samples} x {job.samples} to {half} x {half}"
-        found.append(LeaveOut(name, _fewer(samples=half)))
+        found.append(LeaveOut("samples", name, _fewer(samples=half)))
     return found
 
 
@@ -138,9 +146,9 @@ def _clear_air(scene: Scene, job: Parameters) -> tuple[Scene, Parameters]:
 def _of_lights(scene: Scene, job: Parameters, proof: Proof) -> list[LeaveOut]:
     found, soft = [], "soft" in needs(scene, job)
     for place, light in enumerate(scene.lights):
-        found.append(LeaveOut(f"light {place + 1}", _light(place, lambda light: None), proof.light(place)))
+        found.append(LeaveOut("lights", f"light {place + 1}", _light(place, lambda light: None), proof.light(place)))
         if light.radius > 0 and soft and len(scene.lights) > 1:
-            found.append(LeaveOut(f"radius of light {place + 1}", _light(place, _hard)))
+            found.append(LeaveOut("radii of lights", f"radius of light {place + 1}", _light(place, _hard)))
     return found
 
 
@@ -177,24 +185,26 @@ def _of_materials(scene: Scene, job: Parameters) -> list[LeaveOut]:
         first = _called(scene, scene.objects[places[0]])
         whose = f"of the material of {first}" + f" and {len(places) - 1} more" * (len(places) > 1)
         if material.k_s > 0 and {"phong", "reflection"} & set(used):
-            found.append(LeaveOut(f"specular share {whose}", _material(places, lambda m: replace(m, k_s=0.0))))
+            found.append(
+                LeaveOut("specular shares", f"specular share {whose}", _material(places, lambda m: replace(m, k_s=0.0)))
+            )
         if material.k_s == 0 or "reflection" not in used:
             continue
         clear = material.attenuation != OPAQUE
         solids = any(solid(scene.objects[place]) for place in places)
         if clear:
-            found.append(LeaveOut(f"transmission {whose}", _material(places, _opaque)))
+            found.append(LeaveOut("transmission", f"transmission {whose}", _material(places, _opaque)))
         if clear and material.attenuation != CLEAR and solids:
-            found.append(LeaveOut(f"attenuation {whose}", _material(places, _clear)))
+            found.append(LeaveOut("attenuation", f"attenuation {whose}", _material(places, _clear)))
         air = scene.air
         same = (material.eps_r, material.mu_r) == (air.eps_r, air.mu_r)
         lone = same and not ranked
         why = "its eps_r and mu_r are those of the air, the one medium it borders, so R = 0 (REF-2)" if lone else ""
         what = "constant Fresnel share, no refraction," if clear and solids else "constant Fresnel share"
         if not same or lone:
-            found.append(LeaveOut(f"{what} {whose}", _material(places, _constant(air)), why))
+            found.append(LeaveOut("fresnel", f"{what} {whose}", _material(places, _constant(air)), why))
         if clear and not same:
-            found.append(LeaveOut(f"medium of the air in place {whose}", _material(places, _like(air))))
+            found.append(LeaveOut("media", f"medium of the air in place {whose}", _material(places, _like(air))))
     return found
 
 
@@ -244,18 +254,19 @@ def _material(places: list[int], new: Callable[[Material], Material]) -> Change:
     return _objects(places, lambda thing: replace(thing, material=new(thing.material)))
 
 
-def _of_objects(scene: Scene, proof: Proof) -> list[LeaveOut]:
+def _of_objects(scene: Scene, proof: Proof, coarser: bool) -> list[LeaveOut]:
+    """coarser: meshes too, which takes time."""
     found = []
     for place, thing in enumerate(scene.objects):
         name = _called(scene, thing)
-        found.append(LeaveOut(name, _objects([place], lambda thing: None), proof.thing(place)))
-        if isinstance(thing, Mesh):
+        found.append(LeaveOut("objects", name, _objects([place], lambda thing: None), proof.thing(place)))
+        if coarser and isinstance(thing, Mesh):
             found += _of_mesh(place, thing, name)
         if isinstance(thing, Csg):
             for number, part in enumerate(thing.parts(), 1):
                 if _without_part(thing, part) is not None:
                     less = _objects([place], lambda solid, part=part: _without_part(solid, part) or solid)
-                    found.append(LeaveOut(f"part {number} ({SHAPES[type(part)]}) of {name}", less))
+                    found.append(LeaveOut("parts", f"part {number} ({SHAPES[type(part)]}) of {name}", less))
     return found
 
 
@@ -267,10 +278,12 @@ def _of_mesh(place: int, mesh: Mesh, name: str) -> Iterator[LeaveOut]:
             return
         coarse, why = _decimated(mesh, wanted)
         if coarse is None:
-            yield LeaveOut(f"triangles {full:,} to {wanted:,} of {name}", _job(), unavailable=why)
+            yield LeaveOut("triangles", f"triangles {full:,} to {wanted:,} of {name}", _job(), unavailable=why)
         elif len(coarse.triangles) < least:
             least = len(coarse.triangles)
-            yield LeaveOut(f"triangles {full:,} to {least:,} of {name}", _objects([place], _coarser(coarse)))
+            yield LeaveOut(
+                "triangles", f"triangles {full:,} to {least:,} of {name}", _objects([place], _coarser(coarse))
+            )
 
 
 def _coarser(coarse: Mesh) -> Callable[[Mesh], Mesh]:
