@@ -131,14 +131,14 @@ def needs(
     told = _smallest(found, best, limit, reduced, entry.name) if found else {}
     _tell(study, worths, entry.name, told, as_json)
     if out:
-        from reports.times import worth_figure
+        from reports.worth import figure
 
-        worth_figure.write(out, [one.record() for one in worths], study.error["rmse"])
+        figure.write(out, [one.record() for one in worths], study.error["rmse"])
     if sheet:
-        from reports.pictures import leave_out_sheet
+        from reports.worth import sheet as sheets
 
-        changed = [(one.name, one.error["rmse"], one.picture) for one in worths if one.seen > 0]
-        leave_out_sheet.write(sheet, study.full.picture, changed)
+        changed = [(one.name, one.error["rmse"], one.picture) for one in worths if one.change and one.change.pixels > 0]
+        sheets.write(sheet, study.full.picture, changed)
     if any(one.unavailable and not one.unavailable.startswith("unsupported") for one in study.worths):
         raise typer.Exit(1)
 
@@ -253,4 +253,11 @@ def _cells(one) -> list[str]:
         time = f"~{time}"
     memory = "unavailable" if one.memory is None else f"{one.memory:.2f}"
     rmse = f"{one.error['rmse']:.3g}"
-    return [f"{one.seen:.2%}", f"{one.largest:.2g}", rmse, f"{one.flip:.2g}", time.replace("[", "\\["), memory]
+    return [
+        f"{one.change.pixels:.2%}",
+        f"{one.change.largest:.2g}",
+        rmse,
+        f"{one.flip:.2g}",
+        time.replace("[", "\\["),
+        memory,
+    ]

@@ -29,12 +29,12 @@ from harness.renderer.registry import Entry
 from harness.scene import warnings
 from harness.scene.source import Source
 from harness.statistics.statistics import LEAST
+from harness.store.record import WHOLE
 from harness.stress.job import Stressed
 from harness.stress.row import ROUNDOFF
 
 PAIRED = ("cpp", "numba", "cpp-threads", "numpy")  # variants for the A/A pair, in order of preference
 PROCESSES = 10**6  # of a run, at most
-WHOLE = "nothing"  # what a whole scene is without, where others are without something
 
 
 class NoCells(UserError):

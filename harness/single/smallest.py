@@ -72,7 +72,7 @@ def harmless(study: Study, listed: list[LeaveOut], limit: float) -> list[LeaveOu
 
     def gain(pair: tuple[LeaveOut, Worth]) -> float:
         worth = pair[1]
-        return (1 - worth.time.value) / max(worth.added[0], TINY)
+        return (1 - worth.time.value) / max(worth.change.added, TINY)
 
     pairs = [
         (one, worth)
@@ -130,7 +130,7 @@ class Search:
         """Renders and times all combinations of what changes the picture, always without what changes no pixel, and
         compares the quickest with the greedy search's. UserError if they are too many."""
         pairs = zip(self.listed, self.study.worths, strict=True)
-        changing = [one for one, worth in pairs if one in self.candidates and worth.seen > 0]
+        changing = [one for one, worth in pairs if one in self.candidates and worth.change.pixels > 0]
         if len(changing) > MOST:
             many = f"{len(changing)} changes are harmless alone, all combinations of which are too many"
             raise UserError(many, remedy=f"leave --exhaustive out; it is for {MOST} or fewer")

@@ -26,9 +26,8 @@ from harness.scene.flatten import flatten
 from harness.scene.model import Scene
 from harness.scene.needs import needs
 from harness.single.single import kernels
-from harness.statistics import statistics
-
-SURE = 2  # standard errors that a change of the error must exceed
+from harness.statistics import change, statistics
+from harness.statistics.change import Change
 
 
 @dataclass
@@ -87,20 +86,16 @@ def _broken(result: Result) -> str:
 class Worth:
     """What a leave-out changes, against the full model.
 
-    seen: share of the pixels that it changes by more than agreement in float64 allows. largest: of its changes, linear
-    RGB. error: judge.errors of the reduced picture. added: the change of the mean squared error, and its standard
-    error. flip: between the two pictures. time: ratio of frames, reduced over full; faster: statistics.verdict of it.
-    memory: ratio of median peaks; None if the system does not tell. unavailable: "" or why there is nothing of this.
-    picture: the reduced one.
+    error: judge.errors of the reduced picture. flip: between the two pictures. time: ratio of frames, reduced over
+    full; faster: statistics.verdict of it. memory: ratio of median peaks; None if the system does not tell.
+    unavailable: "" or why there is nothing of this. picture: the reduced one.
     """
 
     name: str
     proof: str
     unavailable: str = ""
-    seen: float = 0.0
-    largest: float = 0.0
+    change: Change | None = None
     error: dict = field(default_factory=dict)
-    added: tuple[float, float] = (0.0, 0.0)
     flip: float = 0.0
     time: statistics.Estimate | None = None
     faster: str = ""
@@ -112,14 +107,7 @@ class Worth:
         """Whether the picture needs it: what was proved is told apart from what was measured."""
         if self.unavailable:
             return f"unavailable: {self.unavailable}"
-        if self.proof:
-            return f"needs none of it (proved): {self.proof}"
-        if self.seen == 0:
-            return "changes no pixel (measured)"
-        gap, doubt = self.added
-        if abs(gap) <= SURE * doubt:
-            return "error: not resolved"
-        return "error grows" if gap > 0 else "error shrinks"
+        return self.change.verdict(self.proof)
 
     def record(self) -> dict:
         """For JSON."""
@@ -128,9 +116,8 @@ class Worth:
             return {**told, "unavailable": self.unavailable}
         time = {"ratio": self.time.value, "low": self.time.low, "high": self.time.high, "verdict": self.faster}
         memory = {"unavailable": "the peak is not known"} if self.memory is None else self.memory
-        gap, doubt = self.added
-        changes = {"pixels": self.seen, "largest": self.largest, "flip": self.flip}
-        squared = {"mean_squared_error_added": gap, "standard_error": doubt}
+        changes = {"pixels": self.change.pixels, "largest": self.change.largest, "flip": self.flip}
+        squared = {"mean_squared_error_added": self.change.added, "standard_error": self.change.doubt}
         return {**told, **changes, "error": self.error, **squared, "time": time, "memory_ratio": memory}
 
 
@@ -205,30 +192,15 @@ def interleaved(models: list[Model], entry: Entry, rounds: int, timeout: float) 
 def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statistics.Floor) -> Worth:
     if model.broken:
         return Worth(one.name, one.proof, model.broken)
-    change = np.abs(model.picture - full.picture)
     ratio = statistics.ratio(model.seconds, full.seconds, paired=True)
     return Worth(
         one.name,
         one.proof,
-        seen=float(np.mean(change.max(axis=-1) > judge.TOLERANCE["float64"])),
-        largest=float(change.max()),
+        change=change.between(model.picture, full.picture, true.picture, true.standard_error, true.change),
         error=judge.errors(model.picture, true.picture, true.standard_error, None),
-        added=added(model.picture, full.picture, true),
         flip=perceive(model.picture, full.picture).flip,
         time=ratio,
         faster=statistics.verdict(ratio, floor.value),
         memory=model.memory_over(full),
         picture=model.picture,
     )
-
-
-def added(reduced: np.ndarray, full: np.ndarray, true: Truth) -> tuple[float, float]:
-    """By how much the mean squared error of a reduced picture exceeds that of the full one, and how well it is known.
-
-    With a truth t + n, (r - t - n)^2 - (f - t - n)^2 has the noise 2 n (f - r) alone: that of both squares cancels. A
-    change c of the truth with depth, known as an RMS, adds at most 2 c times the RMS of f - r (Cauchy and Schwarz).
-    """
-    gap = float(np.mean((reduced - true.picture) ** 2 - (full - true.picture) ** 2))
-    apart = full - reduced
-    noise = 0.0 if true.standard_error is None else 2 * np.sqrt(np.sum((apart * true.standard_error) ** 2)) / apart.size
-    return gap, float(np.hypot(noise, 2 * (true.change or 0.0) * np.sqrt(np.mean(apart**2))))

@@ -8,6 +8,7 @@ MEASURED = (
     *("used", "versions", "device", "measurer", "series"),
 )
 JUDGED = "picture", "agreement", "error", "bound", "stability"
+WHOLE = "nothing"  # what a whole scene is `without`, where others are without something
 MASK = 0.01  # share of ill-conditioned pixels from which on it is told
 CONTRADICTED = (
     "its marks contradict "  # begins why a row is unranked whose times cannot be (harness/race/contradiction.py)

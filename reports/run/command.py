@@ -8,6 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from harness.renderer import parameters
+from reports.run import reduced
 from reports.run.cell import Cell, Missing
 from reports.run.results import Results
 
@@ -22,6 +23,9 @@ def of(results: Results, cell: Cell) -> str | Missing:
 
     For a generated scene a first command writes the scene. Missing if no command can make the picture.
     """
+    whole = reduced.wholes(results).get(cell)
+    if whole and _version(results, whole) != _version(results, cell):
+        return Missing(f"no file has the scene without {reduced.without(cell)}; rayrace needs --within writes some")
     found = _scene(results, cell)
     if isinstance(found, Missing):
         return found
@@ -125,6 +129,10 @@ def _asked_for(results: Results, cell: Cell, key: str):
     experiment = results.facts["experiment"]
     case = next((case for case in experiment.get("case", ()) if case["name"] == cell.swept.get("case")), {})
     return cell.swept.get(key) or case.get(key) or experiment.get("image", {}).get(key)
+
+
+def _version(results: Results, cell: Cell) -> str | None:
+    return (results.record(cell) or {}).get("scene_version")
 
 
 def _scene(results: Results, cell: Cell) -> tuple[str, list[str]] | Missing:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from reports.run import command, launch, view
+from reports.run import command, launch, reduced, view
 from reports.run.cell import Cell
 from reports.run.results import Results, grouped
 from reports.run.view import View
@@ -55,17 +55,19 @@ def truth(results: Results) -> Truth:
 def views(results: Results) -> list[View]:
     """Returns views: cells that approximate one truth by different methods, in the order of the run; no first hits.
 
-    As in harness/judge/truth.py: all pictures of a scene with one size, region and lens, with shadows or without, have
+    Models without something stand beside their whole scene, whose truth they have. As in harness/judge/truth.py: all
+    pictures of a scene with one size, region and lens, with shadows or without, have
     one truth. Where errors are held against the centres of pixels, a picture of one sample a pixel has another truth
     than others, and so has one with feelers or glossy rays; where against a truth of each picture's own depth, one of
     another depth.
     """
     held = truth(results)
-    free = {*DIALS, *CHOICES, "epsilon", *(OF_SCENE if held.against == "scene" else ())}
+    free = {*DIALS, *CHOICES, "epsilon", reduced.KEY, *(OF_SCENE if held.against == "scene" else ())}
     free -= {"depth"} if held.depth == "own" else set()
     found = []
     pictures = [cell for cell in results.cells if cell.parameters.get("kind") != "rays"]
-    for seen in view.views(pictures, tuple(free)):
+    wholes = reduced.wholes(results)
+    for seen in view.views(pictures, tuple(free), lambda cell: wholes.get(cell, cell)):
         parts = grouped(seen.cells, _kind if held.against == "centres" else lambda _: ("",) * 3)
         differ = [len({kind[place] for kind in parts}) > 1 for place in range(3)]
         for kind, cells in parts.items():
@@ -98,7 +100,8 @@ def of(cell: Cell) -> dict:
         idle.add("samples")
     if sampler != "adaptive":
         idle |= {"adaptive_depth", "adaptive_threshold"}
-    return {key: value for key, value in found.items() if key not in idle}
+    model = {reduced.KEY: reduced.without(cell)} if reduced.without(cell) else {}
+    return {key: value for key, value in found.items() if key not in idle} | model
 
 
 def sampled(error: dict) -> bool:
@@ -120,6 +123,7 @@ def unbiased(results: Results, cell: Cell) -> bool:
         and (get("precision"), get("floating_point", "strict")) == ("float64", "strict")
         and not get("cutoff")
         and not (get("glossy_rays") and get("glossy_weight") != "plain")
+        and not reduced.without(cell)
         and _deep(results, cell, error)
         and not (against == "scene" and _leaves_out(results, cell))
     )
@@ -215,6 +219,7 @@ class Names:
             *(other(key, f"{key.replace('_', ' ')} {told.get(key)}") for key in launch.UNSEEN),
             _threads(told.get("threads")) if cell.variant in self.threaded else "",
             other("seed", f"seed {told.get('seed')}"),
+            f"without {told[reduced.KEY]}" if reduced.KEY in told else "",
             f"epsilon {cell.swept['epsilon']}" if "epsilon" in cell.swept else "",  # else it follows from the precision
         ]  # fmt: skip
         return [word for word in words if word]

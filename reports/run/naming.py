@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from reports.run import method, view
+from reports.run import method, reduced, view
 from reports.run.cell import Cell
 from reports.run.method import Names
 from reports.run.results import Results, grouped, place_label
 from reports.run.words import spoken
 
-_FREE = *method.DIALS, *method.CHOICES, *method.OF_SCENE, *view.UNSEEN, "epsilon"
+_FREE = *method.DIALS, *method.CHOICES, *method.OF_SCENE, *view.UNSEEN, "epsilon", reduced.KEY
 METHOD = tuple(name for name in _FREE if name != "depth")  # parameters of a method; depth is work too
 
 

@@ -24,11 +24,14 @@ class View:
     cells: list[Cell]
 
 
-def views(cells: list[Cell], free: tuple[str, ...]) -> list[View]:
-    """Returns views of cells that differ only in the variant and in the parameters `free` and UNSEEN; no exhibits."""
+def views(cells: list[Cell], free: tuple[str, ...], stands: Callable[[Cell], Cell] = lambda cell: cell) -> list[View]:
+    """Returns views of cells that differ only in the variant and in the parameters `free` and UNSEEN; no exhibits.
+
+    stands: returns the cell whose point and parameters decide in which view a cell is.
+    """
     found = grouped(
         (cell for cell in cells if not cell.apart),
-        lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, (*free, *UNSEEN))),
+        lambda cell: (cell.scene, launch.counts(stands(cell)), launch.rest(stands(cell), (*free, *UNSEEN))),
     )
     return [
         View(_label(mine, free, point_label), _label(mine, free, words.of_point), _names(mine), mine)

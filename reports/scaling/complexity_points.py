@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from harness.statistics import fit
-from reports.run import launch
+from reports.run import launch, reduced
 from reports.run.cell import Cell
 from reports.run.results import Results, grouped, point_label
 
@@ -39,9 +39,9 @@ class Series:
 
 def series(results: Results) -> list[Series]:
     """Returns the series of a run, in its order; none if it does not vary two factors over LEAST cells of a variant."""
-    # A picture of its own, a case, is no point of a sweep.
+    # A picture of its own, a case, is no point of a sweep, and neither is a smaller model of a scene.
     found = grouped(
-        (cell for cell in results.cells if not cell.apart and "case" not in cell.swept),
+        (cell for cell in results.cells if not (cell.apart or "case" in cell.swept or reduced.without(cell))),
         lambda cell: (cell.variant, launch.rest(cell, FREE)),
     )
     series = [one for cells in found.values() if _is_meant(results, cells) for one in _by_method(results, cells)]

@@ -9,7 +9,7 @@ from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
 from reports.accuracy import pareto
 from reports.accuracy.pareto import BUDGETS, VISIBLE, Chart
-from reports.run import launch, method, naming, ranking
+from reports.run import launch, method, naming, ranking, reduced
 from reports.run.cell import Cell, Missing
 from reports.run.method import Names
 from reports.run.results import Results, grouped
@@ -109,7 +109,11 @@ def _bar(cell: Cell, words: dict[Cell, tuple[str, ...]], compared: bool = True) 
 
 
 def _task(cells: list[Cell]) -> list[Cell]:
-    """Returns the cells of the task with the most variants, of these with the most methods, of these the slowest."""
+    """Returns the cells of the task with the most variants, of these with the most methods, of these the slowest.
+
+    Of whole scenes, if there are any.
+    """
+    cells = [cell for cell in cells if not reduced.without(cell)] or cells
     tasks = grouped(cells, lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, naming.METHOD))).values()
 
     def worth(mine: list[Cell]) -> tuple:
