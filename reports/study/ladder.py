@@ -71,9 +71,11 @@ class Climb:
     @cached_property
     def published(self) -> Estimate | Missing:
         """The study's time of this picture, s: its time of 512 x 512 pixels by the number of pixels, an estimate."""
-        first = self.timed[0].cell if self.timed else None
-        if self.study is None or first is None:
-            return Missing("the ladder begins with no program of the study" if first else "no rung has a time")
+        if self.study is None:
+            return Missing("the ladder begins with no program of the study")
+        if not self.steps[0].timed:
+            return Missing("the first rung has no time")
+        first = self.steps[0].cell
         alike = ("depth", "shadows", "precision")
         if Path(first.scene).stem != "comparison" or any(first.parameters[k] != study.VARIABLES[k] for k in alike):
             return Missing("the study has another scene or other variables")
@@ -86,7 +88,7 @@ class Climb:
         """The study's time over that of the first rung: what of it is left to the machine and whatever else."""
         if isinstance(self.published, Missing):
             return self.published
-        return self.published.value / self.timed[0].time.value
+        return self.published.value / self.steps[0].time.value
 
 
 def climbs(results: Results) -> list[Climb]:

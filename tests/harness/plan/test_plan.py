@@ -297,9 +297,11 @@ def test_the_cells_of_ladders_are_their_rungs(make):
 
     shared = rung("python", '{ walk = "least", accel = "none" }')
     first = rung("numpy", "{}") + shared + rung("python", '{ walk = "chain" }')
-    made = make(f'[[ladder]]\nname = "a"\n{first}[[ladder]]\nname = "b"\n{shared}{rung("numpy", "{ }")}')
+    last = rung("python", '{ accel = "auto" }')
+    made = make(f'[[ladder]]\nname = "a"\n{first}[[ladder]]\nname = "b"\n{shared}{last}')
     told = [(cell.entry.name, cell.point) for cell in made.cells]
     assert told == [
+        ("python", {"accel": "auto", "walk": "least"}),
         ("numpy", {"accel": "auto", "walk": "least"}),
         ("python", {"accel": "none", "walk": "least"}),
         ("python", {"accel": "auto", "walk": "chain"}),

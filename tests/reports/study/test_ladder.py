@@ -72,7 +72,17 @@ def test_the_studys_time_by_the_number_of_pixels(climb):
     assert found.published.value == pytest.approx(14800 * 16 / 512**2)
     assert found.rest == pytest.approx(14800 * 16 / 512**2 / 8)
     assert "This is an estimate" in ladder_table.account(found)
-    assert isinstance(climb(study=None).published, Missing)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"study": None}, "unavailable: the ladder begins with no program of the study"),
+        ({"without": ("study-python",)}, "unavailable: the first rung has no time"),
+    ],
+)
+def test_there_is_no_rest_without_both_times(climb, changes, reason):
+    assert str(climb(**changes).rest) == reason
 
 
 def test_the_section(make_run, report_text, rows, drawn, tmp_path):
