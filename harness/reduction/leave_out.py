@@ -25,6 +25,15 @@ LEAST = 4  # triangles of a closed mesh
 MOST = 1 - 1e-9  # of a constant Fresnel share: at 1 the permeability would be infinite
 ANGLES = 4096  # of incidence, over which a Fresnel share is averaged
 
+# Kinds that are also left out of all that has them, at once.
+TOGETHER = {
+    "specular shares": "specular share of all materials",
+    "transmission": "transmission of all materials",
+    "attenuation": "all attenuation",
+    "fresnel": "constant Fresnel share of all materials",
+    "media": "medium of the air in place of all materials",
+}
+
 Change = Callable[[Scene, Parameters], tuple[Scene, Parameters]]
 
 # Kinds of leave-outs, as [leave_out] of an experiment names them. Names of leave-outs begin likewise, and add which.
@@ -55,6 +64,7 @@ def leave_outs(scene: Scene, job: Parameters, kinds: Iterable[str] = KINDS) -> l
     and objects."""
     proof, wanted = Proof(scene, job), set(kinds)
     found = [*_of_job(scene, job, proof), *_of_lights(scene, job, proof), *_of_materials(scene, job)]
+    found += _together(found)
     found += _of_objects(scene, proof, "triangles" in wanted)
     return [one for one in found if one.kind in wanted]
 
@@ -65,6 +75,23 @@ def apply(listed: Iterable[LeaveOut], scene: Scene, job: Parameters) -> tuple[Sc
         scene, job = one.change(scene, job)
     objects = tuple(thing for thing in scene.objects if thing is not None)
     return replace(scene, objects=objects, lights=tuple(light for light in scene.lights if light is not None)), job
+
+
+def _together(listed: list[LeaveOut]) -> Iterator[LeaveOut]:
+    """One leave-out of each kind of TOGETHER of which there are several."""
+    for kind, name in TOGETHER.items():
+        mine = [one.change for one in listed if one.kind == kind]
+        if len(mine) > 1:
+            yield LeaveOut(kind, name, _all(mine))
+
+
+def _all(changes: list[Change]) -> Change:
+    def change(scene: Scene, job: Parameters):
+        for one in changes:
+            scene, job = one(scene, job)
+        return scene, job
+
+    return change
 
 
 def _job(**values) -> Change:

@@ -187,6 +187,16 @@ SPHERE (0,3,-1) 1 (0.1,0.2,0.3) 0.8 20 (1,1,1) 1.2 1.1
 """
 
 
+def test_what_several_materials_have_is_also_left_out_of_all():
+    scene, job = read(GLASS), Parameters()
+    listed = {one.name: one for one in leave_outs(scene, job)}
+    alone = [one for name, one in listed.items() if name.startswith("constant") and "all" not in name]
+    assert len(alone) > 1 and {one.kind for one in alone} == {"fresnel"}
+    every = apply([listed["constant Fresnel share of all materials"]], scene, job)
+    assert every == apply(alone, scene, job) and every not in [apply([one], scene, job) for one in alone]
+    assert "constant Fresnel share of all materials" not in names(read(KNOWN))
+
+
 def test_leave_outs_are_made_together_in_any_order():
     (seed, *_) = seeds.numbers("leave-outs")
     print("seed", seed)
@@ -203,7 +213,7 @@ def test_leave_outs_are_made_together_in_any_order():
 def test_a_constant_fresnel_share_is_that_of_all_angles():
     """REF-2 with N = 1 does not depend on the angle, and is the mean over a sphere from afar."""
     scene = read(GLASS)
-    mine = [one for one in leave_outs(scene, Parameters()) if "constant" in one.name]
+    mine = [one for one in leave_outs(scene, Parameters()) if "constant" in one.name and "all" not in one.name]
     same = [one for one in mine if one.proof]
     assert len(mine) == 3 and len(same) == 1 and "of line 7" in same[0].name
     for one, thing in zip(mine[:2], scene.objects, strict=False):
