@@ -1,5 +1,6 @@
 """[leave_out] of an experiment: which cells there are, what they are judged by, and that they run like any other."""
 
+import contextlib
 import sys
 
 import numpy as np
@@ -105,12 +106,15 @@ def quick(known):
 
 
 class Here(ThisHost):
-    """Keeps references in a folder of the test."""
+    """Keeps references in a folder of the test, and waits for no other run: no time is asserted."""
 
     references = None
 
     def __init__(self, folder):
         self.references = folder
+
+    def exclusive(self):
+        return contextlib.nullcontext()
 
 
 def test_a_run_judges_smaller_models_by_twins_and_by_the_truth_of_the_whole(make, quick, tmp_path):

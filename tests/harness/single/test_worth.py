@@ -95,6 +95,18 @@ def test_what_a_renderer_cannot_do_is_unavailable(study):
     assert lanes.verdict.startswith("unavailable: unsupported: ") and "time" not in lanes.record()
 
 
+def test_pictures_share_one_program_where_it_is_built_first(full, known):
+    asked = []
+
+    def run(entry, arrays, job, needs, **more):
+        asked.append((entry.name, job.kernel))
+        return repetition.Result("failed", "not asked to render")
+
+    for name in ("cpp", "numpy"):
+        worth.Model(full.scene, full.job).shoot(known[name], run, 1.0)
+    assert asked == [("cpp", "general"), ("numpy", "needed")]
+
+
 @pytest.fixture(scope="module")
 def search(known, study, listed):
     with Sessions() as sessions:
