@@ -44,7 +44,8 @@ class Spots(Strict):
 
 
 class Variant(Strict):
-    """requires: beside the renderer's own. methods: in place of the renderer's, if given.
+    """requires: beside the renderer's own. methods: in place of the renderer's, if given. simulator: of device cuda, if
+    it has one.
 
     exhibit: why it is there, though made to be wrong or slow: to be looked at. It is run and judged like any other, and
     ranked with none. exhibit_of: a fault, whose picture is meant to be wrong, or a cost, whose picture must be right.
@@ -55,6 +56,7 @@ class Variant(Strict):
     changes: str = ""
     threads: Literal[1, "all"] = 1
     device: Literal["cpu", "cuda", "opencl"] = "cpu"
+    simulator: bool = True
     requires: Requires = Requires()
     methods: dict[str, tuple[str, ...]] | None = None
     exhibit: str | None = Field(None, min_length=1)

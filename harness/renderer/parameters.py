@@ -85,7 +85,7 @@ class Parameters:
     block_height: int = 16
     total_threads: int = 0  # 0: one for each pixel
     max_registers: int = 0  # of a thread; 0: as many as the compiler likes
-    device: str = ""  # of OpenCL: its number, or a part of its name; "": the renderer chooses
+    device: str = ""  # of a GPU: its number, or a part of its name; "": the renderer chooses
 
     def bounds(self) -> tuple[int, int, int, int]:
         return self.region or (0, 0, self.width, self.height)

@@ -22,7 +22,7 @@ NOT_SOURCES = {"__pycache__", "NOTES.md", "README.md"}
 MADE = re.compile(r"\..*|#.*#|.*(~|\.pyc|\.o)")  # hidden, an editor's copy, or compiled
 EXTRAS = {  # of rayrace, that bring the modules which bundled renderers require
     "numba_cuda": "cuda", "embreex": "peers", "jax": "peers", "taichi": "peers", "Cython": "peers", "mypy": "peers",
-    "setuptools": "peers", "pyopencl": "opencl",
+    "setuptools": "peers", "pyopencl": "opencl", "cuda.bindings": "cuda",
 }  # fmt: skip
 RUN, REPORT = ("run.json", "repetitions.jsonl"), ".rayrace-report"  # what a run and a report of one hold
 CACHE = "CACHEDIR.TAG"  # in a folder that can be made again, as cargo's target/ (bford.info/cachedir)
@@ -166,7 +166,7 @@ class Entry:
     def unavailable(self) -> str | None:
         """None, or why it cannot run here and what to do about it."""
         if self.variant.device == "cuda" and not self.missing and not (self.simulated or cuda.devices()):
-            return cuda.MISSING
+            return cuda.MISSING if self.variant.simulator else cuda.NO_DEVICE
         if self.variant.device == "opencl" and not self.missing and not opencl.drivers():
             return opencl.MISSING
         return self.missing
@@ -179,7 +179,7 @@ class Entry:
     @property
     def simulated(self) -> bool:
         """Does it run in a simulator of its device, so that its times say nothing?"""
-        return self.variant.device == "cuda" and cuda.simulated()
+        return self.variant.device == "cuda" and self.variant.simulator and cuda.simulated()
 
     @property
     def methods(self) -> dict[str, tuple[str, ...]]:

@@ -4,7 +4,8 @@ import functools
 import os
 
 SIMULATOR = "RAYRACE_CUDASIM"
-MISSING = f"no CUDA device (simulator: {SIMULATOR}=1)"
+NO_DEVICE = "no CUDA device"
+MISSING = f"{NO_DEVICE} (simulator: {SIMULATOR}=1)"
 DRIVERS = ("libcuda.so.1", "libcuda.so", "nvcuda.dll")
 
 

@@ -1,4 +1,4 @@
-"""Reads a job, refuses what is not here, and renders it on an OpenCL device."""
+"""Reads a job, refuses what is not here, and renders it on a device of OpenCL or of CUDA."""
 
 import os
 import sys
@@ -11,7 +11,8 @@ threads = {}  # of a processor, for as long as the process lives
 
 def main(arguments):
     job = worker.Job(arguments)
-    if threads.setdefault("all", job.threads) != job.threads:
+    by_cuda = job.variant.startswith("cuda")
+    if not by_cuda and threads.setdefault("all", job.threads) != job.threads:
         raise worker.Apart("PoCL has its threads from the start")
     # What the libraries keep of compiled kernels belongs into the job's cache, or nowhere.
     folder = job.cache or tempfile.gettempdir()
@@ -22,10 +23,14 @@ def main(arguments):
 
         method.check(job)
         try:
-            from .run import run
+            if by_cuda:
+                from .cuda.session import Session
+            else:
+                from .session import Session
         except ImportError as error:
-            worker.refuse(f"{error} (pip install 'rayrace[opencl]')")
-    run(job)
+            worker.refuse(f"{error} (pip install 'rayrace[{'cuda' if by_cuda else 'opencl'}]')")
+        from .run import run
+    run(job, Session)
 
 
 if __name__ == "__main__":

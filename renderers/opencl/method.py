@@ -27,7 +27,7 @@ METHODS = {
     "glossy_weight": ("plain", "study"),
     "scene_memory": ("auto", "global", "constant", "shared"),
 }
-FAULTS = {"opencl-index-fault": "FAULT_INDEX", "opencl-barrier-fault": "FAULT_BARRIER"}
+FAULTS = {"index-fault": "FAULT_INDEX", "barrier-fault": "FAULT_BARRIER"}  # of exhibits, by the end of their names
 LEAST_ROW = 64  # bytes of a row of any kernel
 TABLE_LIMIT = 2**31  # bytes of a pixel in work (WLK-2)
 MANY = 64  # spheres from which on `auto` takes the hierarchy, or a quarter as many of other shapes
@@ -73,14 +73,19 @@ def walk_of(job, materials):
     return Walk(name, rows, base)
 
 
+def fault_of(job):
+    """The name of the fault that an exhibit is compiled with; None of any other variant."""
+    return next((fault for ending, fault in FAULTS.items() if job.variant.endswith(ending)), None)
+
+
 def takes_tree(job, work):
     """Whether rays search in the hierarchy (HIT-6). work: of trying all shapes, in spheres."""
-    return job.accel == "bvh" or (job.accel == "auto" and work >= MANY and job.variant not in FAULTS)
+    return job.accel == "bvh" or (job.accel == "auto" and work >= MANY and not fault_of(job))
 
 
 def memory_of(job, tree, size):
     """Where the kernel reads the scene. size: of the scene, in bytes."""
-    if job.variant in FAULTS:
+    if fault_of(job):
         return "shared"
     if job.scene_memory != "auto":
         return job.scene_memory

@@ -22,6 +22,8 @@ def names(job, **sizes):
     for method in FORMS:
         found[f"{method}_{getattr(job, method)}".upper().replace("-", "_")] = 1
     found[f"PRECISION_{job.precision.upper()}"] = 1
+    if job.max_registers:
+        found["MAX_REGISTERS"] = job.max_registers  # of CUDA
     return found | {"GROUP_WIDTH": job.block_width, "GROUP_HEIGHT": job.block_height} | sizes
 
 

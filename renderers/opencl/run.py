@@ -1,51 +1,43 @@
-"""Renders a job on an OpenCL device: loads and uploads the scene, builds the kernel, renders, saves the picture."""
+"""Renders a job on a device: loads and uploads the scene, builds the kernel, renders, saves the picture."""
 
 import time
 from collections import Counter
 
 import numpy as np
-import pyopencl as cl
 
 from renderers import worker
 
-from . import device as devices
 from . import method, program
+from .launch import Launch
 from .load import Scene
-from .session import COUNTS, Launch, Session
 
-sessions = {}  # of this process, by the device that a job asks for
+sessions = {}  # of this process, by their type and the device that a job asks for
 REAL, COUNT = {"float64": np.float64, "float32": np.float32}, np.uint64
+COUNTS = 5  # numbers that a kernel of a picture counts, for each group
 
 
-def run(job):
+def run(job, Session):
+    """Session: of session.py or cuda/session.py."""
     real = REAL[job.precision]
     with worker.phase("load"):
-        if job.device not in sessions:
-            sessions[job.device] = Session(devices.find(job.device))
-        session = sessions[job.device]
-        devices.check(session.device, job)
-        walk = method.walk_of(job, np.load(job.array("materials")))
-        scene = Scene(job, real)
-        tree = method.takes_tree(job, max(scene.work(), scene.part_work()))
+        if (Session, job.device) not in sessions:
+            sessions[Session, job.device] = Session(job.device)
+        session = sessions[Session, job.device]
+        session.check(job)
+        walk, scene, tree = read(job)
     if tree:
         with worker.phase("build"):
             scene.build()
     with worker.phase("upload"):
-        worker.say_device(**devices.describe(session.device))
+        worker.say_device(**session.describe())
         numbers, integers = scene.numbers.joined(), scene.integers.joined()
         size = numbers.nbytes + integers.nbytes
         memory = method.memory_of(job, tree, size)
-        check_memory(session.device, job, memory, size)
+        check_memory(session, job, memory, size)
         given = session.upload(numbers), session.upload(integers)
     with worker.phase("compile"):
-        defined = program.names(
-            job,
-            **{f"MEMORY_{memory.upper()}": 1, f"WALK_{walk.name.upper()}": 1, "TREE": int(tree)},
-            **{"CROSSINGS": next_power_of_two(scene.crossings), "PARTS": next_power_of_two(scene.parts)},
-            **({method.FAULTS[job.variant]: 1} if job.variant in method.FAULTS else {}),
-            **({"NUMBERS": numbers.size, "INTEGERS": integers.size} if memory == "shared" else {}),
-        )
-        built = session.program(program.source(defined), job)
+        built = session.program(program.source(names(job, walk, scene, tree, memory, session.SIZED)), job)
+        given = session.place(built, memory, given)
         scene.layout |= {"rows": walk.rows, "table_base": walk.base}
         layout = scene.packed_layout()
         thread_bytes, row_bytes = sizes(session, built, job, layout)
@@ -55,13 +47,14 @@ def run(job):
         shared += [numbers.nbytes, integers.nbytes] if memory == "shared" else []
         make = Rays if job.kind == "rays" else Picture
         work = make(session, job, built, given, layout, thread_bytes, shared)
+        answer = session.host(work.shape, real)
 
     spent = Counter()
 
     def frame():
         spent["kernel"] += work.render()
         before = time.monotonic()
-        frame.answer = session.download(work.made, work.shape, real)
+        session.download(work.made, answer)
         spent["download"] += time.monotonic() - before
 
     def parts():
@@ -75,7 +68,7 @@ def run(job):
         counts, dropped = work.counts(), work.dropped()
     with worker.phase("save"):
         name = "hits.npy" if job.kind == "rays" else "image.npy"
-        np.save(job.output(name), frame.answer.astype(np.float64) if job.kind == "rays" else frame.answer)
+        np.save(job.output(name), answer.astype(np.float64) if job.kind == "rays" else answer)
         cut = {}
         if dropped is not None:
             cut["dropped"] = "dropped.npy"
@@ -87,20 +80,38 @@ def run(job):
     rows = {"walk_rows": walk.rows, "walk_bytes": row_bytes} if walk.rows else {}
     methods = {
         **method.used(job, walk, tree),
-        **({"threads": job.threads} if devices.is_processor(session.device) else {}),
+        **session.methods(job),
         **rows,
         "scene_memory": memory,
         "constant_bytes": size if memory == "constant" else 0,
         **work.launches[-1].resources(),
     }
     worker.say("used", features=job.needs, methods=methods)
-    worker.say_python_versions(pyopencl=cl.VERSION_TEXT, numpy=np.__version__, opencl=session.device.version.strip())
+    worker.say_python_versions(numpy=np.__version__, **session.versions())
 
 
-def check_memory(device, job, memory, size):
+def read(job):
+    """Returns the Walk of a job, its Scene, and whether rays search in a hierarchy."""
+    walk = method.walk_of(job, np.load(job.array("materials")))
+    scene = Scene(job, REAL[job.precision])
+    return walk, scene, method.takes_tree(job, max(scene.work(), scene.part_work()))
+
+
+def names(job, walk, scene, tree, memory, sized):
+    """Returns what is defined before the kernel's source. sized: memories for which the sizes of the tables are."""
+    found = {f"MEMORY_{memory.upper()}": 1, f"WALK_{walk.name.upper()}": 1, "TREE": int(tree)}
+    found |= {"CROSSINGS": next_power_of_two(scene.crossings), "PARTS": next_power_of_two(scene.parts)}
+    if method.fault_of(job):
+        found[method.fault_of(job)] = 1
+    if memory in sized:
+        found |= {"NUMBERS": scene.numbers.joined().size, "INTEGERS": scene.integers.joined().size}
+    return program.names(job, **found)
+
+
+def check_memory(session, job, memory, size):
     """Refuses a scene that a memory has no room for. size: of the scene, in bytes."""
-    scratch = COUNT(0).nbytes * job.block_width * job.block_height
-    limits = {"constant": device.max_constant_buffer_size, "shared": device.local_mem_size - scratch}
+    limits = session.room_of_memories()
+    limits["shared"] -= COUNT(0).nbytes * job.block_width * job.block_height
     if size > limits.get(memory, size):
         worker.refuse(f"scene_memory {memory}: the scene takes {size} bytes, more than {limits[memory]}; use global")
 
@@ -112,12 +123,10 @@ def next_power_of_two(count):
 
 def sizes(session, built, job, layout):
     """Bytes of memory that a thread needs, and of them the rows of its walk."""
-    room, group = session.room(2 * COUNT(0).nbytes), (job.block_width, job.block_height)
-    kernel = built.sizes
-    kernel.set_arg(0, layout.tobytes())
-    kernel.set_arg(1, room)
-    cl.enqueue_nd_range_kernel(session.queue, kernel, group, group)
-    return map(int, session.download(room, 2, COUNT))
+    room, kernel = session.room(2 * COUNT(0).nbytes), session.kernel(built, "sizes")
+    kept = session.take(kernel, (layout, room), ())
+    session.start(kernel, kept, (1, 1), (job.block_width, job.block_height))
+    return map(int, session.download(room, np.zeros(2, COUNT)))
 
 
 class Picture:
@@ -132,31 +141,30 @@ class Picture:
         self.made = session.room(int(np.prod(self.shape)) * real(0).nbytes)
         self.left_out = session.room(int(np.prod(pixels)) * real(0).nbytes if "cutoff" in job.needs else 0)
         self.corners = session.room(of_corners * real(0).nbytes)
-        asked = [(built.render_pixels, pixels, (self.corners, self.made, self.left_out))]
+        asked = [("render_pixels", pixels, (self.corners, self.made, self.left_out))]
         if of_corners:
-            asked.insert(0, (built.render_corners, corners, (self.corners,)))
+            asked.insert(0, ("render_corners", corners, (self.corners,)))
         self.launches, self.totals = [], []
         nothing = layout.copy()
         nothing[4:6] = nothing[2:4]  # an empty region
-        for kernel, shape, more in asked:
-            launch = Launch(session, job, kernel, shape, memory, shared)
+        for name, shape, more in asked:
+            launch = Launch(session, job, session.kernel(built, name), shape, memory, shared)
             total = session.room(launch.groups * COUNTS * COUNT(0).nbytes)
-            launch.check_group()
             # Some devices compile a kernel when it is first launched.
             launch.take(*given, nothing, launch.memory, *more, total)
-            launch.start((1, 1)).wait()
+            session.seconds([launch.start((1, 1))])
             launch.take(*given, layout, launch.memory, *more, total)
             self.launches.append(launch)
             self.totals.append(total)
 
     def render(self):
         """Returns the seconds that it took by the device's clock."""
-        return seconds([launch.start() for launch in self.launches])
+        return self.session.seconds([launch.start() for launch in self.launches])
 
     def counts(self):
         """Primary, reflected, transmitted, shadow and non-finite (CNT-1, CNT-2)."""
         of_groups = [
-            self.session.download(total, (launch.groups, COUNTS), COUNT)
+            self.session.download(total, np.zeros((launch.groups, COUNTS), COUNT))
             for launch, total in zip(self.launches, self.totals, strict=True)
         ]
         return np.concatenate(of_groups).sum(axis=0)
@@ -165,38 +173,32 @@ class Picture:
         """CUT-2; None without a cut-off."""
         if "cutoff" not in self.job.needs or self.job.cutoff == 0:
             return None
-        return self.session.download(self.left_out, self.shape[:2], REAL[self.job.precision])
+        return self.session.download(self.left_out, np.zeros(self.shape[:2], REAL[self.job.precision]))
 
 
 class Rays:
     """The kernel of a list of rays and the hits that it makes."""
 
     def __init__(self, session, job, built, given, layout, memory, shared):
-        rays = given_rays(job)
+        self.session, rays = session, given_rays(job)
         self.shape = len(rays), 8
         self.made = session.room(max(1, rays.size) * 8 // 6 * rays.itemsize + 8 * rays.itemsize)
         columns = -(-len(rays) // job.block_height)
-        launch = Launch(session, job, built.trace_rays, (job.block_height, columns), memory, shared)
-        launch.check_group()
+        launch = Launch(session, job, session.kernel(built, "trace_rays"), (job.block_height, columns), memory, shared)
         uploaded = session.upload(np.append(rays, rays.dtype.type(0)))  # never empty
         launch.take(*given, layout, launch.memory, uploaded, np.int32(0), self.made)
-        launch.start((1, 1)).wait()
+        session.seconds([launch.start((1, 1))])
         launch.take(*given, layout, launch.memory, uploaded, np.int32(len(rays)), self.made)
         self.launches = [launch]
 
     def render(self):
-        return seconds([launch.start() for launch in self.launches])
+        return self.session.seconds([launch.start() for launch in self.launches])
 
     def counts(self):
         return None
 
     def dropped(self):
         return None
-
-
-def seconds(events):
-    cl.wait_for_events(events)
-    return sum(event.profile.end - event.profile.start for event in events) / 1e9
 
 
 def given_rays(job):

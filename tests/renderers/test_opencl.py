@@ -150,10 +150,10 @@ def test_a_device_without_float64_or_with_small_groups(capsys):
 
 def test_a_compiler_that_fails(bench, capsys):
     bench.entry("opencl")
-    from renderers.opencl import device, session
+    from renderers.opencl import session
 
     job = SimpleNamespace(floating_point="strict", precision="float64")
-    here = session.Session(device.find(""))
+    here = session.Session("")
     told = refusal(capsys, lambda: here.program("__kernel void f(__global float *x) { x[0] = no_such_name; }", job))
     assert "the compiler of" in told and "error" in told
 

@@ -39,7 +39,11 @@ typedef double3 real3;
 #else
 
 #define DEVICE static __device__ __forceinline__
-#define KERNEL extern "C" __global__ __launch_bounds__(GROUP_WIDTH * GROUP_HEIGHT) void
+#ifdef MAX_REGISTERS  // a cap stands alone: CUDA takes no bounds beside it
+#define KERNEL extern "C" __global__ __maxnreg__(MAX_REGISTERS) void
+#else
+#define KERNEL extern "C" __global__ __launch_bounds__(GROUP_WIDTH * GROUP_HEIGHT, 1) void  // without the 1, ptxas spills
+#endif
 #define GLOBAL
 #define LOCAL __shared__
 #define SHARED  // of CUDA: a pointer goes anywhere

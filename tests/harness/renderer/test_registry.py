@@ -124,7 +124,7 @@ def test_what_is_required(requires, reason, write, tmp_path):
 def test_what_a_bundled_renderer_lacks_is_in_an_extra(monkeypatch):
     brought = [re.sub("[-_.]+", "-", line).lower() for line in importlib.metadata.requires("rayrace")]
     for module, extra in registry.EXTRAS.items():
-        name = module.replace("_", "-").lower()
+        name = re.sub("[._]", "-", module).lower()
         assert [line for line in brought if re.match(rf"{name}[>=]", line) and f"extra == '{extra}'" in line]
     monkeypatch.setattr(registry, "_is_installed", lambda module: module in ("numba", "numpy"))
     lacking = registry.entries()["numba-cuda"].unavailable

@@ -1,0 +1,1 @@
+"""The kernel as CUDA C++: compiled by NVRTC, launched by CUDA's driver."""
