@@ -56,6 +56,32 @@ gallery: .venv/installed  ## the study's figures, with scenes of our own
 figures: .venv/installed  ## regenerates every table and figure from the reference results; measures nothing
 	$(BIN)/rayrace report $(sort $(wildcard results/reference/*/*.tar.xz)) -o build/figures
 
+# Runs with the minutes that each may take, and 2 for each check: 24 in all.
+GPU_RUNS = gpu:6 launch-memory:3 launch-blocks:5 launch-threads:4 launch-faults:2
+MACHINE ?= $(shell hostname)
+GPU = build/gpu/$(MACHINE)
+PACKED ?= results/reference/$(MACHINE)
+
+gpu: .venv/installed  ## all that a GPU's owner should run, in 25 minutes; again: what is left; MACHINE: its name in results/reference
+	-$(BIN)/pip install -q -c constraints.txt -e '.[cuda,opencl]'
+	mkdir -p $(GPU) $(PACKED)
+	$(BIN)/rayrace doctor
+	for checked in opencl numba; do \
+	    test -f $(GPU)/checked-$$checked && continue; \
+	    timeout --foreground 2m $(BIN)/rayrace check renderers/$$checked && touch $(GPU)/checked-$$checked; \
+	    true; done
+	for run in $(GPU_RUNS); do \
+	    name=$${run%:*}; folder=$(GPU)/$$name; \
+	    if [ -d $$folder ]; then into=--resume; else into=--out; fi; \
+	    $(BIN)/rayrace run experiments/$$name.toml --max-minutes $${run#*:} $$into $$folder; \
+	    rm -f $(GPU)/$$name.tar.xz; \
+	    $(BIN)/rayrace export $$folder --format packed --no-pictures -o $(GPU)/$$name.tar.xz \
+	        && mv $(GPU)/$$name.tar.xz $(PACKED); \
+	    true; done
+	@for checked in opencl numba; do \
+	    test -f $(GPU)/checked-$$checked || echo "left: rayrace check renderers/$$checked"; done
+	@echo "packed in $(PACKED); a run that is not whole says above what is left, and make gpu goes on with it"
+
 docs: .venv/installed  ## the documentation as a site, in build/site, with reports of the reference results
 	$(BIN)/pip install -q -c constraints.txt -e '.[docs]'
 	$(BIN)/mkdocs build
@@ -77,4 +103,4 @@ format: .venv/installed
 clean:  ## removes the environment; keeps results
 	rm -rf .venv .pytest_cache build/site build/figures dist *.egg-info
 
-.PHONY: study test quick cudasim nightly night-shared night-alone night-hostile night-simulator mutants figures docs gallery ladder stability smoke format clean
+.PHONY: study test quick cudasim nightly night-shared night-alone night-hostile night-simulator mutants figures gpu docs gallery ladder stability smoke format clean
