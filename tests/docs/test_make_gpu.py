@@ -10,13 +10,13 @@ REPOSITORY = Path(__file__).parents[2]
 NOTING = """#!/bin/sh
 echo "$*" >> {log}
 case "$1 $2" in "check renderers/numba") exit 1 ;; esac
-while [ $# -gt 0 ]; do case "$1" in --out) mkdir -p "$2" ;; esac; shift; done
+while [ $# -gt 0 ]; do case "$1" in --out) mkdir -p "$2" ;; -o) : > "$2" ;; esac; shift; done
 """
 
 
 @pytest.fixture
 def make(tmp_path):
-    """make(): what rayrace is called with."""
+    """make(): what rayrace is called with, and the names of the packed runs."""
     log = tmp_path / "log"
     for name, text in {"rayrace": NOTING.format(log=log), "pip": "#!/bin/sh\n"}.items():
         (tmp_path / name).write_text(text)
@@ -28,17 +28,15 @@ def make(tmp_path):
         command = ["make", "--no-print-directory", "-o", ".venv/installed", "gpu", *words]
         done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
-        assert (
-            "left: rayrace check renderers/numba" in done.stdout
-            and "left: rayrace check renderers/op" not in done.stdout
-        )
-        return log.read_text().splitlines()
+        assert "left: rayrace check renderers/numba" in done.stdout
+        assert "left: rayrace check renderers/opencl" not in done.stdout
+        return log.read_text().splitlines(), {path.name for path in (tmp_path / "packed").iterdir()}
 
     return run
 
 
 def test_it_goes_on_where_it_ended_within_25_minutes(make):
-    calls = make()
+    calls, kept = make()
     assert calls[:3] == ["doctor", "check renderers/opencl", "check renderers/numba"]
     runs = [call for call in calls if call.startswith("run ")]
     files = [REPOSITORY / call.split()[1] for call in runs]
@@ -47,6 +45,7 @@ def test_it_goes_on_where_it_ended_within_25_minutes(make):
     assert sum(minutes) + 2 * 2 <= 25 and all("--out" in call for call in runs)
     packed = [call for call in calls if call.startswith("export ")]
     assert len(packed) == len(runs) and all("--format packed" in call for call in packed)
-    again = make()
+    assert kept == {f"{file.stem}.tar.xz" for file in files}
+    again, _ = make()
     assert "check renderers/opencl" not in again and "check renderers/numba" in again
     assert [call for call in again if call.startswith("run ")] == [call.replace("--out", "--resume") for call in runs]
