@@ -1,5 +1,6 @@
 """Draws what each leave-out is worth: the error without it beside the time of a frame."""
 
+import textwrap
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -11,6 +12,7 @@ from harness.statistics.statistics import NOT_RESOLVED
 from reports.paper import style
 
 ROW, LEAST = 0.24, 2.5  # inches: of a bar, and of the whole figure at least
+LETTERS = 40  # of a line of a name, of which there are two at most
 MOST = 44  # bars, for a figure of 12 inches
 BAR, PALE = "#0072B2", "#B8D4E8"
 KINDS = {"changes the picture": BAR, "changes no pixel (measured)": "#E69F00", "needs none of it (proved)": "#009E73"}
@@ -36,8 +38,9 @@ def draw(rows: list[dict], rmse: float) -> Figure:
         middle, half = one["error"]["rmse"], SURE * one["error"].get("rmse_standard_error", 0.0)
         errors.plot([max(0.0, middle - half), middle + half], [place, place], color="black", linewidth=1)
     errors.axvline(rmse, color="black", linewidth=1)
-    errors.set_xlabel(f"RMSE from the truth of the full scene, ± {SURE} standard errors\nline: full model")
-    errors.set_yticks(places, [one["left_out"] for one in rows])
+    errors.set_xlabel(f"RMSE, ± {SURE} standard errors\nline: full model")
+    names = [textwrap.fill(one["left_out"], LETTERS, max_lines=2, placeholder=" ..") for one in rows]
+    errors.set_yticks(places, names, fontsize=6.5)
     errors.set_ylim(len(rows) - 0.5, -0.5)
     for place, one in enumerate(rows):
         if "ratio" not in one["time"]:

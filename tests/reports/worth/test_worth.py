@@ -2,10 +2,13 @@
 
 import csv
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from figure_lint import faults
 
 from reports.accuracy import pareto
+from reports.paper import style
 from reports.run import command, naming, reduced
 from reports.run.cell import Missing
 from reports.times import headline
@@ -16,7 +19,7 @@ THINGS = {
     "nothing": (0.01, 1.0, "", 0.0),
     "shadows": (0.05, 0.5, "", 0.1),
     "light 2": (0.01, 0.9, "its colour is black", 0.0),
-    "the sphere of line 9": (0.01, 0.8, "", 0.0),
+    "the sphere of line 9": (0.01, 1.2, "", 0.0),
 }
 
 
@@ -111,6 +114,20 @@ def test_proved_is_told_apart_from_measured_in_the_chart(loaded):
     errors = [bar.get_facecolor() for bar in drawn.axes[0].patches]
     assert len(set(errors)) == 3
     assert [text.get_text() for text in drawn.legends[0].get_texts()] == list(figure.KINDS)
+
+
+@pytest.mark.parametrize("count", [1, 9, 60])
+def test_long_names_fit(count):
+    name = "constant Fresnel share, no refraction, of the material of the ellipsoid of line 123 and 45 more"
+    time = {"ratio": 0.9, "low": 0.8, "high": 1.0, "verdict": "faster"}
+    told = {"left_out": name, "proof": "", "pixels": 0.1, "error": {"rmse": 0.0123}, "time": time}
+    with style.styled():
+        drawn = figure.draw([told] * count, 0.01)
+        try:
+            assert not faults(drawn)
+            assert drawn.axes[0].get_position().width > 0.3
+        finally:
+            plt.close(drawn)
 
 
 def test_models_and_methods_are_on_one_front(load, rows):
