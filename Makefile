@@ -57,7 +57,7 @@ figures: .venv/installed  ## regenerates every table and figure from the referen
 	$(BIN)/rayrace report $(sort $(wildcard results/reference/*/*.tar.xz)) -o build/figures
 
 # Runs with the minutes that each may take, and 2 for each check: 24 in all.
-GPU_RUNS = gpu:6 launch-memory:3 launch-blocks:5 launch-threads:4 launch-faults:2
+GPU_RUNS = gpu:6 launch-memory:3 launch-blocks:5 launch-threads:4 launch-faults:1 gpu-wait:1
 MACHINE ?= $(shell hostname)
 GPU = build/gpu/$(MACHINE)
 PACKED ?= results/reference/$(MACHINE)

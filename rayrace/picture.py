@@ -84,7 +84,8 @@ def render(
     block_height: Annotated[int, typer.Option(min=1, max=1024)] = 16,
     total_threads: Annotated[int, typer.Option(min=0, help="Of a GPU; 0: one for each pixel.")] = 0,
     max_registers: Annotated[int, typer.Option(min=0, max=255, help="Of a GPU's thread; 0: no cap.")] = 0,
-    device: Annotated[str, typer.Option(help="Of OpenCL: its number, or a part of its name.")] = "",
+    gpu_wait: Annotated[str, typer.Option(help="Until a GPU is done: auto, spin, yield or block.")] = "auto",
+    device: Annotated[str, typer.Option(help="Of a GPU: its number, or a part of its name.")] = "",
     max_error: Annotated[
         str,
         typer.Option(
@@ -129,7 +130,8 @@ def render(
         renormalise=renormalise, kernel=kernel, vector=vector, floating_point=floating_point, cutoff=cutoff,
         arithmetic=arithmetic, sample_x=sample_x, sample_y=sample_y, region=region, precision=precision,
         threads=threads or "default", scene_memory=scene_memory, block_width=block_width,
-        block_height=block_height, total_threads=total_threads, max_registers=max_registers, device=device,
+        block_height=block_height, total_threads=total_threads, max_registers=max_registers, gpu_wait=gpu_wait,
+        device=device,
     )  # fmt: skip
     if tiles:
         from harness.single import mosaic

@@ -69,6 +69,7 @@ class Job:
         self.block_width = int(flags.get("block_width", 16))
         self.block_height = int(flags.get("block_height", 16))
         self.total_threads = int(flags.get("total_threads", 0))
+        self.gpu_wait = flags.get("gpu_wait", "auto")
         self.max_registers = int(flags.get("max_registers", 0))
         self.needs = tuple(name for name in flags.get("needs", "").split(",") if name)
         kernel = flags.get("kernel", "needed")

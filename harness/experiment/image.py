@@ -96,6 +96,7 @@ class Image(Strict):
     block_height: Annotated[int, Field(ge=1, le=BLOCK)] = 16
     total_threads: Annotated[int, Field(ge=0, lt=2**31)] = 0  # 0: one for each pixel
     max_registers: Annotated[int, Field(ge=0, le=255)] = 0  # of a thread; 0: no cap
+    gpu_wait: Literal["auto", "spin", "yield", "block"] = "auto"  # what the program does until a GPU is done
     device: str = ""  # of OpenCL: its number, or a part of its name
 
     @model_validator(mode="after")

@@ -23,7 +23,7 @@ UNSUPPORTED = 3  # exit status
 HEAVIEST = 1e100  # dropped weight of a pixel; of more, what is worked out from it leaves float64
 # Parameters that a manifest names the values of.
 METHODS = (
-    *("precision", "walk", "accel", "kernel", "vector", "scene_memory", "floating_point"),
+    *("precision", "walk", "accel", "kernel", "vector", "scene_memory", "gpu_wait", "floating_point"),
     *("sphere", "triangle", "slab", "merge", "offset", "fresnel", "phong", "renormalise", "glossy_weight"),
 )
 

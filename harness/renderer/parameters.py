@@ -26,7 +26,7 @@ FIXED_EPSILON = 1e-4  # OFF-1: the length that is so often seen in code
 
 NOT_IN_THE_PICTURE = (
     *("threads", "frames", "least_frame", "walk", "accel", "kernel"),
-    *("scene_memory", "block_width", "block_height", "total_threads", "max_registers", "device"),
+    *("scene_memory", "block_width", "block_height", "total_threads", "max_registers", "device", "gpu_wait"),
 )
 
 
@@ -86,6 +86,7 @@ class Parameters:
     total_threads: int = 0  # 0: one for each pixel
     max_registers: int = 0  # of a thread; 0: as many as the compiler likes
     device: str = ""  # of a GPU: its number, or a part of its name; "": the renderer chooses
+    gpu_wait: str = "auto"  # what the program does until a GPU is done
 
     def bounds(self) -> tuple[int, int, int, int]:
         return self.region or (0, 0, self.width, self.height)

@@ -26,6 +26,7 @@ METHODS = {
     "floating_point": ("strict", "contract", "fast"),
     "glossy_weight": ("plain", "study"),
     "scene_memory": ("auto", "global", "constant", "shared"),
+    "gpu_wait": ("auto", "spin", "yield", "block"),  # of CUDA
 }
 FAULTS = {"index-fault": "FAULT_INDEX", "barrier-fault": "FAULT_BARRIER"}  # of exhibits, by the end of their names
 LEAST_ROW = 64  # bytes of a row of any kernel

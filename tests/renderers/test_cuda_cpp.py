@@ -61,13 +61,14 @@ def host(tmp_path, monkeypatch, capsys):
         name = next(event["file"] for event in said if event["event"] == "output")
         return np.load(Path(job.out) / name), {event["event"]: event for event in said}
 
+    render.driver = driver
     return render
 
 
 @pytest.mark.parametrize(
     ("name", "more"),
     [
-        ("spheres", {"scene_memory": "constant"}),
+        ("spheres", {"scene_memory": "constant", "gpu_wait": "block"}),
         ("spheres", {"scene_memory": "shared", "total_threads": 24}),
         ("media", {"accel": "bvh"}),
         ("adaptive", {"scene_memory": "global"}),
@@ -84,6 +85,8 @@ def test_the_picture_on_the_processor(bench, host, tmp_path, name, more):
     used = said["used"]["methods"]
     assert used["scene_memory"] == more.get("scene_memory", used["scene_memory"]) and used["registers"] == 40
     assert said["frame"]["parts"]["kernel"] > 0 and said["device"]["compute_capability"] == [9, 0]
+    asleep = int(real.CUctx_flags.CU_CTX_SCHED_BLOCKING_SYNC)
+    assert host.driver.flags == (asleep if more.get("gpu_wait") == "block" else 0)
     if "total_threads" in more:
         assert used["total_threads"] == 24
 

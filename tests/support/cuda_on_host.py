@@ -57,6 +57,7 @@ class Driver:
 
     def __init__(self, real, device=DEVICE):
         self.real, self.device, self.memory, self.pinned = real, device, {}, set()
+        self.flags = 0  # of the context
         self.CUdevice_attribute, self.CUfunction_attribute = real.CUdevice_attribute, real.CUfunction_attribute
 
     def __getattr__(self, name):
@@ -97,6 +98,10 @@ class Calls:
 
     def DevicePrimaryCtxRetain(self, device):
         return self.real.CUcontext(1)
+
+    def DevicePrimaryCtxSetFlags(self, device, flags):
+        self.flags = flags
+        return ()
 
     def StreamCreate(self, flags):
         return self.real.CUstream(2)

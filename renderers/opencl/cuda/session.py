@@ -11,6 +11,12 @@ from . import compiler
 from . import device as devices
 from .calls import call
 
+WAITS = {  # CUctx_flags, by gpu_wait
+    "auto": driver.CUctx_flags.CU_CTX_SCHED_AUTO,
+    "spin": driver.CUctx_flags.CU_CTX_SCHED_SPIN,
+    "yield": driver.CUctx_flags.CU_CTX_SCHED_YIELD,
+    "block": driver.CUctx_flags.CU_CTX_SCHED_BLOCKING_SYNC,
+}
 CONSTANTS = b"constant_numbers", b"constant_integers"  # of kernel/render.h
 
 
@@ -29,7 +35,7 @@ class Session:
     SIZED = ("constant", "shared")  # memories whose kernels have the sizes of the scene in them
 
     def __init__(self, wanted):
-        self.device = devices.find(wanted)
+        self.device, self.wait = devices.find(wanted), "auto"
         call(driver.cuCtxSetCurrent, call(driver.cuDevicePrimaryCtxRetain, self.device))
         self.stream = call(driver.cuStreamCreate, 0)
         self.target = "sm_{}{}".format(*devices.capability(self.device))
@@ -37,6 +43,9 @@ class Session:
 
     def check(self, job):
         devices.check(self.device, job)
+        if job.gpu_wait != self.wait:
+            call(driver.cuDevicePrimaryCtxSetFlags, self.device, int(WAITS[job.gpu_wait]))
+            self.wait = job.gpu_wait
 
     def describe(self):
         return devices.describe(self.device)
@@ -141,7 +150,7 @@ class Session:
 
     def methods(self, job):
         """What the device adds to `used.methods`."""
-        return {"max_registers": job.max_registers, "compile_cache": "off"}
+        return {"gpu_wait": job.gpu_wait, "max_registers": job.max_registers, "compile_cache": "off"}
 
     def versions(self):
         from cuda.bindings import __version__
