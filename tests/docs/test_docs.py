@@ -3,19 +3,12 @@
 import json
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
+from pages import DOCS, blocks
 
 from harness.store import packed, record, store
 from reports.run import results
-
-DOCS = Path(__file__).parents[2] / "docs"
-
-
-def blocks(page, language=""):
-    """The blocks of code of a page in this language."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", (DOCS / page).read_text("utf-8"), re.DOTALL | re.MULTILINE)
 
 
 @pytest.mark.slow
