@@ -1,4 +1,4 @@
-"""Parses durations and sizes, from files and the command line: "50 ms", "10 min", "2 GB", "64 MiB"."""
+"""Parses durations, sizes and shares, from files and the command line: "50 ms", "10 min", "2 GB", "64 MiB", "2 %"."""
 
 import re
 from typing import Annotated, Any
@@ -34,5 +34,16 @@ def size(value: Any) -> Any:
     return round(number) if isinstance(number, float) and number.is_integer() else number
 
 
+def share(value: Any) -> Any:
+    """A share from "2 %" or "2%"; a number alone is refused, as it may be of either."""
+    match = re.fullmatch(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%\s*", value) if isinstance(value, str) else None
+    if match:
+        return float(match[1]) / 100
+    if value is None:
+        return value
+    raise ValueError(f'expected per cent such as "2 %", found {value!r}')
+
+
 Seconds = Annotated[float, BeforeValidator(duration), Field(gt=0, allow_inf_nan=False)]
+Share = Annotated[float, BeforeValidator(share), Field(gt=0, lt=1)]
 Bytes = Annotated[int, BeforeValidator(size), Field(gt=0, lt=2**63)]

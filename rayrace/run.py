@@ -92,6 +92,8 @@ def run(
         raise UserError(f"--executor {name}: known: {', '.join(executors.NAMES)}")
     if name == "local" and detach:
         raise UserError("--detach: only of jobs on a cluster, with --executor")
+    if name != "local" and asked.measure.until is not None:
+        raise UserError("measure.until: of a run here; the jobs of a cluster do not know of each other's rounds")
     if name != "local" and against:
         raise UserError("--against: of a run here; jobs on several hosts are not compared")
     if detach and report:
@@ -162,7 +164,7 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float, agai
     """Run it in this process; its rows, and how many repetitions are left. again: the command that goes on with it."""
     from harness.errors import UserError, of_system
     from harness.plan import predict
-    from harness.race import race, stopping
+    from harness.race import enough, race, stopping
     from rayrace.progress import progress
 
     stopping.heed()
@@ -185,7 +187,9 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float, agai
             stopping.end(error)
         raise
     done = {(record["cell"], record["repetition"], record["pass"]) for record in records}
-    return records, sum((cell.key, *turn) not in done for cell, *turn in order)
+    last = enough.rounds(asked.measure.until, planned, records)
+    due = [turn for turn in order if last is None or turn.number < last]
+    return records, sum((turn.cell.key, turn.number, turn.kind) not in done for turn in due)
 
 
 def _leave(folder: Path, resumed: bool, count: int, again: str) -> str:

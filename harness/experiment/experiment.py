@@ -16,7 +16,7 @@ from pydantic import (
     model_validator,
 )
 
-from harness.duration import Seconds, duration
+from harness.duration import Seconds, Share, duration
 from harness.experiment import cluster, where
 from harness.experiment.image import Count, Image
 from harness.experiment.ladder import Ladder
@@ -76,6 +76,8 @@ class Measure(Strict):
     takes the fastest there is. cold: every cell is run once more in every round, with no code of an earlier process
     to load; for what starting costs, and in no other time. peaks: before every timed repetition of a cell that can run,
     what the machine can do at most is measured (calibration.py), some 0.2 s, twice that where threads are used.
+    until: "2 %": the run ends, after `processes` rounds at most, when the interval of every ratio is within so much of
+    it (harness/race/enough.py).
     """
 
     interval: Seconds = 0.05
@@ -84,6 +86,7 @@ class Measure(Strict):
     pair: str = "auto"
     cold: bool = False
     peaks: bool = False
+    until: Share | None = None
 
 
 class Reference(Strict):
@@ -231,6 +234,8 @@ class Experiment(Strict):
     @model_validator(mode="after")
     def _consistent(self):
         """Every fault at once."""
+        if self.measure.until is not None and self.order == "sequential":
+            raise ValueError("measure.until: not with order sequential, whose rounds are not whole before the end")
         if faults := [*self._sweep_faults(), *self._where_faults(), *self._name_faults(), *self._ladder_faults()]:
             raise ValueError("\n".join(faults))
         return self

@@ -16,7 +16,7 @@ from harness.plan.plan import Cell, Plan, Turn
 from harness.plan.predict import Predictor
 from harness.process.repetition import METHODS
 from harness.process.scratch import scratch
-from harness.race import load_pass, stopping
+from harness.race import enough, load_pass, stopping
 from harness.race.bench import Bench, timestamp
 from harness.race.host import Host, ThisHost
 from harness.renderer.registry import Entry, usable_cores
@@ -94,9 +94,11 @@ def _run(experiment, plan, known, folder, heard, resumed, budget, host, earlier,
         run_store.describe(**facts)
         with scratch() as caches, host.untimed() as untimed:
             bench = Bench(plan, known, run_store, caches, experiment.measure.interval, host, untimed)
-            _Loop(experiment, plan, bench, records, told, host.clock() + budget, earlier, elsewhere).run()
+            loop = _Loop(experiment, plan, bench, records, told, host.clock() + budget, earlier, elsewhere)
+            loop.run()
         state = environment.capture()
-        run_store.describe(**facts, ended={"at": timestamp(), **{name: state[name] for name in STATE}})
+        ended = {"at": timestamp(), **{name: state[name] for name in STATE}}
+        run_store.describe(**facts, enough=loop.enough, ended=ended)
     finally:
         run_store.close()
     return records
@@ -119,7 +121,7 @@ class _Loop:
         self.plan, self.bench, self.records, self.end = plan, bench, records, end
         self.tell, self.begins = heard
         self.clock = bench.host.clock
-        self.gpu_load = experiment.measure.gpu_load
+        self.gpu_load, self.until = experiment.measure.gpu_load, experiment.measure.until
         self.elsewhere = elsewhere
         self.there = {(record["cell"], record["repetition"], record["pass"]) for record in [*elsewhere, *records]}
         self.due = [
@@ -133,6 +135,7 @@ class _Loop:
         self.idle = {cell.key for cell in plan.cells if cell.refused}
         self.predictor = Predictor([*earlier, *elsewhere, *records])
         self.left_s, self.looked = None, -math.inf
+        self.enough: int | None = None  # rounds after which all ratios were known well enough
         for record in records:
             if record["picture"]:
                 bench.pictures.setdefault(record["cell"], record["picture"]["sha256"])
@@ -140,7 +143,11 @@ class _Loop:
     def run(self) -> None:
         """Each turn, stored as it ends; then the load pass, if the budget has let all have their turn."""
         _build([turn.cell for turn in self.due if turn.cell.stressed and turn.cell.refused is None])
+        last, looks = None, set(enough.looks(max((turn.number for turn in self.due), default=0)))
         for turn in self.due:
+            if turn.number != last and turn.number in looks and self._is_enough():
+                break
+            last = turn.number
             if not self._fits(turn):
                 return
             self._take(turn)
@@ -153,6 +160,14 @@ class _Loop:
             if self.clock() >= self.end:
                 return
             self._take(Turn(cell, 0, "load"))
+
+    def _is_enough(self) -> bool:
+        """Are all ratios known well enough? What is left is then not due."""
+        self.enough = enough.rounds(self.until, self.plan, [*self.elsewhere, *self.records])
+        if self.enough is not None:
+            self.left.clear()
+            self.total = len(self.records)
+        return self.enough is not None
 
     def _fits(self, turn: Turn) -> bool:
         """Is there time for it? A first repetition is begun as long as there is any."""
@@ -229,7 +244,7 @@ def _go_on(now: dict, before: dict, records: list[dict]) -> tuple[dict, list[dic
     known = {cell["cell"] for cell in before["cells"]}
     again = {name: now[name] for name in ("started", "command", "experiment", "order", "pair", "left_out")}
     return {
-        **{name: value for name, value in before.items() if name not in ("format", "hosts", "ended")},
+        **{name: value for name, value in before.items() if name not in ("format", "hosts", "enough", "ended")},
         "stability": {**now["stability"], **before.get("stability", {})},
         "against": now["against"] or before.get("against", []),
         "cells": [*before["cells"], *(cell for cell in now["cells"] if cell["cell"] not in known)],

@@ -137,6 +137,7 @@ Facts = _some(
     pair=Pair,
     cells=list[Cell],
     ended=_some("Ended", at=Required[str]),
+    enough=Count | None,
     against=list[_some("Against", variant=Required[str], other=Required[str])],
     warnings=list[str],
     left_out=list[_some("LeftOut", constraint=Required[str], cells=Required[Count])],

@@ -14,7 +14,8 @@ LARGE_MASK = 0.1  # of a picture: a larger mask is said
 
 def write(results: Results, _: Path | None = None) -> str:
     """Returns the section of the report."""
-    parts = ["## Summary", _floor(results), *_against(results), markdown.bullets(_rankings(results)), *_masks(results)]
+    parts = ["## Summary", _floor(results), *_enough(results), *_against(results)]
+    parts += [markdown.bullets(_rankings(results)), *_masks(results)]
     unranked = _reasons(results, [cell for cell in results.cells if cell.unranked and not cell.as_meant])
     apart = _reasons(results, [cell for cell in results.cells if cell.as_meant])
     if unranked:
@@ -36,6 +37,16 @@ def _floor(results: Results) -> str:
         text += f" {twice} {quantity.text(floor.ratio)}."
     end = "No smaller difference is resolved." if known else "What is resolved is decided by the intervals alone."
     return markdown.escape(f"{text} {end}")
+
+
+def _enough(results: Results) -> list[str]:
+    """Says, in a paragraph, after how many rounds a run ended whose ratios were to be so precise."""
+    until, rounds = results.facts["experiment"]["measure"].get("until"), results.facts.get("enough")
+    if until is None:
+        return []
+    if rounds is None:
+        return [f"Not every ratio's interval is within {100 * until:g} % of it, as was asked (until)."]
+    return [f"It ended after {rounds} rounds: every ratio's interval is within {100 * until:g} % of it (until)."]
 
 
 def _against(results: Results) -> list[str]:
