@@ -151,6 +151,9 @@ def line(cell, record: dict, done: int, total: int, left_s: float | None) -> str
     """Returns what is said of a repetition that has ended."""
     left = _left(done, total, left_s)
     place = f"[{done}/{total}{left and ', '}{left}] {cell.label}"
+    if record["pass"] == "count":
+        told = record["reason"] if record["counts"] is None else _counted(record["counts"])
+        return f"{place}, count: {told}"
     if record["status"] != "ok":
         return f"{place}: {verdict(record)}: {record['reason']}"
     if record["stability"]:
@@ -161,3 +164,8 @@ def line(cell, record: dict, done: int, total: int, left_s: float | None) -> str
     unranked = ", unranked" if record["unranked"] else ""
     turn = {"load": ", load pass", "pair": ", for the noise floor", "cold": ", cold"}.get(record["pass"], "")
     return f"{place}{turn}: first {quantity.seconds(frames[0])}, {steady}, {told}{unranked}"
+
+
+def _counted(counts: dict) -> str:
+    per_ray = f", {counts['instructions'] / counts['rays']:.3g} a ray" if counts["rays"] else ""
+    return f"{counts['instructions']:.4g} instructions a frame{per_ray}, by {counts['tool']}"

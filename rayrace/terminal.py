@@ -51,6 +51,8 @@ def show_plan(forecast, budget: float, as_json: bool, jobs=None) -> None:
     print(f"{processes}; {known}" if forecast.due else "nothing is due")
     for variant, count in forecast.unknown.items():
         print(f"unknown for {count} cells: too few finished repetitions of {variant} on this machine")
+    for variant, count in forecast.uncounted.items():
+        print(f"unknown for the counts of {count} cells: no instructions of {variant} were counted on this machine yet")
     for constraint, count in plan.left_out:
         print(f'left out by where "{constraint}": {count} cells')
     pair = f"twice in every round, for the noise floor: {plan.pair.label}" if plan.pair else plan.pair_reason

@@ -58,7 +58,7 @@ def make(plan: Plan, wanted: str, most: int, time: float, predictor: Predictor) 
     groups: list[list[Cell]] = []
     filled = math.inf
     for cells in places.values():
-        seconds = sum(_seconds(cell, predictor, plan.cold) or 0.0 for cell in cells)
+        seconds = sum(_seconds(cell, predictor, plan) or 0.0 for cell in cells)
         seconds += len(plan.truths_of(cells)) * predictor.truth
         if not groups or len(groups[-1]) + len(cells) > most or filled + seconds > FILL * time:
             groups.append([])
@@ -70,16 +70,17 @@ def make(plan: Plan, wanted: str, most: int, time: float, predictor: Predictor) 
 
 def _batch(cells: tuple[Cell, ...], wanted: str, predictor: Predictor, plan: Plan) -> Batch:
     pair, reason = pair_of(cells, wanted)
-    known = [_seconds(cell, predictor, plan.cold) for cell in cells]
+    known = [_seconds(cell, predictor, plan) for cell in cells]
     truths = len(plan.truths_of(cells)) * predictor.truth
     return Batch(cells, pair, reason, None if None in known else sum(known) + truths)
 
 
-def _seconds(cell: Cell, predictor: Predictor, cold: bool) -> float | None:
+def _seconds(cell: Cell, predictor: Predictor, plan: Plan) -> float | None:
     """The predicted duration of all repetitions of a cell; a cold one is assumed to last as long as the first."""
     later = predictor.seconds(cell)
     if later is None:
         return None
     first = predictor.seconds(cell, first=True) or later
-    again = cell.processes * first.seconds if cold else 0.0
-    return first.seconds + (cell.processes - 1) * later.seconds + again
+    again = cell.processes * first.seconds if plan.cold else 0.0
+    counting = (predictor.count(cell) or 0.0) if plan.count else 0.0
+    return first.seconds + (cell.processes - 1) * later.seconds + again + counting

@@ -78,6 +78,7 @@ class Measure(Strict):
     what the machine can do at most is measured (calibration.py), some 0.2 s, twice that where threads are used.
     until: "2 %": the run ends, after `processes` rounds at most, when the interval of every ratio is within so much of
     it (harness/race/enough.py).
+    count: after all timed repetitions the instructions of a frame of every cell are counted (counting.py).
     """
 
     interval: Seconds = 0.05
@@ -87,6 +88,7 @@ class Measure(Strict):
     cold: bool = False
     peaks: bool = False
     until: Share | None = None
+    count: bool = False
 
 
 class Reference(Strict):

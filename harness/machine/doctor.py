@@ -8,7 +8,7 @@ import psutil
 
 from harness.machine import environment, fitness_cores, fitness_gpu
 from harness.renderer import builder
-from harness.system import cgroup
+from harness.system import cgroup, counters
 from harness.system.finding import UNAVAILABLE, Finding, judged, read, unknown
 
 ROOT = Path("/")
@@ -25,6 +25,7 @@ def examine(left: dict[Path, str] | None = None) -> list[Finding]:
         descendants(),
         randomisation(facts["address_randomisation"]),
         compiler(facts["compilers"]["c++"]),
+        *counts(),
         *fitness_gpu.findings(),
         temporary(left or {}),
     ]
@@ -76,6 +77,17 @@ def temporary(left: dict[Path, str]) -> Finding:
     found = "; ".join(f"{place}: {why}" for place, why in left.items())
     remedy = "rayrace removes only what it can prove to be its own; remove these yourself if they are not needed"
     return judged(not left, "temporary folders", found or "none left by rayrace", remedy)
+
+
+def counts() -> list[Finding]:
+    """What can count instructions (`count` of an experiment's [measure]); nothing that times depend on."""
+    what = "counts of instructions"
+    tools = counters.perf(), counters.valgrind()
+    found = next((tool for tool in tools if isinstance(tool, counters.Tool)), None)
+    if found is None:
+        return [unknown(what, "; ".join(map(str, tools)))]
+    why = f"; {tools[0]}" if found is tools[1] else ""
+    return [Finding("good", what, f"by {found.name} {found.version}{why}")]
 
 
 def compiler(value: str) -> Finding:

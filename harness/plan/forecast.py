@@ -18,9 +18,9 @@ from harness.store import store
 class Line:
     """The prediction for a cell.
 
-    left: number of due processes, including those of the pair. begun: its first repetition is done. skipped: None, or
-    why it will not run. first: for its first repetition, with all that is made once; later: for each other. Both are
-    None if unknown.
+    left: number of due processes, including those of the pair, without counts. begun: its first repetition is done.
+    skipped: None, or why it will not run. first: for its first repetition, with all that is made once; later: for each
+    other. Both are None if unknown. counting: for its count (s), 0 if none is due; None if unknown.
     """
 
     cell: Cell
@@ -29,10 +29,11 @@ class Line:
     skipped: str | None
     first: Prediction | None
     later: Prediction | None
+    counting: float | None = 0.0
 
     @property
     def seconds(self) -> float | None:
-        """The predicted duration of all due repetitions (s); None if unknown."""
+        """The predicted duration of all due repetitions without counts (s); None if unknown."""
         if self.skipped or not self.left:
             return 0.0
         if self.later is None:
@@ -47,21 +48,24 @@ class Forecast:
         self.plan, self.predictor = plan, predictor
         self.order = plan.order(experiment.seed, experiment.order)
         self.due = [turn for turn in self.order if (turn.cell.key, turn.number, turn.kind) not in done]
-        left = Counter(turn.cell.key for turn in self.due)
+        left = Counter(turn.cell.key for turn in self.due if turn.kind != "count")
+        counted = {turn.cell.key for turn in self.due if turn.kind == "count" and not turn.cell.refused}
         self.lines = []
         for cell in plan.cells:
             skipped = cell.refused
             later = None if skipped else predictor.seconds(cell)
             first = later and (predictor.seconds(cell, first=True) or later)
             begun = (cell.key, 0, "timed") in done
-            self.lines.append(Line(cell, left[cell.key], begun, skipped, first, later))
+            counting = predictor.count(cell) if cell.key in counted else 0.0
+            self.lines.append(Line(cell, left[cell.key], begun, skipped, first, later, counting))
         asking = [line.cell for line in self.lines if line.left and not line.skipped]
         self.truths = plan.truths_of(asking) - plan.truths_of(line.cell for line in self.lines if line.begun)
 
     @cached_property
     def seconds(self) -> float:
         """The predicted duration (s) of all due repetitions that can be predicted, with the truths that they need."""
-        return sum(line.seconds or 0.0 for line in self.lines) + len(self.truths) * self.predictor.truth
+        processes = sum((line.seconds or 0.0) + (line.counting or 0.0) for line in self.lines)
+        return processes + len(self.truths) * self.predictor.truth
 
     @property
     def sources(self) -> dict[str, int]:
@@ -73,25 +77,31 @@ class Forecast:
         """The number of cells without a prediction, by variant."""
         return Counter(line.cell.entry.name for line in self.lines if line.seconds is None)
 
+    @property
+    def uncounted(self) -> dict[str, int]:
+        """The number of cells whose count has no prediction, by variant."""
+        return Counter(line.cell.entry.name for line in self.lines if line.counting is None)
+
     def cut(self, budget: float) -> tuple[int, int] | None:
         """How many processes fit in `budget` (s), and how many whole rounds of the plan these are.
 
         As in race.py, a first process begins as long as there is time, another only if it is predicted to end in time.
         None if a cell has no prediction.
         """
-        if self.unknown:
+        if self.unknown or self.uncounted:
             return None
         lines = {line.cell.key: line for line in self.lines}
         clock, fitting, truths = 0.0, 0, set(self.truths)
         for cell, number, kind in self.due:
             line, first = lines[cell.key], number == 0 and kind == "timed"
-            one = 0.0 if line.skipped else (line.first if first else line.later).seconds
-            if clock + (one if number else 0.0) >= budget:
+            known = line.first if first else line.later
+            one = 0.0 if line.skipped else line.counting if kind == "count" else known.seconds
+            if clock + (one if number or kind == "count" else 0.0) >= budget:
                 break
             asked = truths & self.plan.truths_of([cell])
             clock, fitting, truths = clock + one + len(asked) * self.predictor.truth, fitting + 1, truths - asked
         missing = self.due[fitting:]
-        return fitting, min((turn.number for turn in missing), default=self.rounds)
+        return fitting, min((turn.number for turn in missing if turn.kind != "count"), default=self.rounds)
 
     @property
     def rounds(self) -> int:
@@ -104,9 +114,10 @@ class Forecast:
         return {
             "cells": [_record(line) for line in self.lines],
             "repetitions": len(self.due),
-            "seconds": None if self.unknown else self.seconds,
+            "seconds": None if self.unknown or self.uncounted else self.seconds,
             "sources": self.sources,
             "unknown": self.unknown,
+            "uncounted": self.uncounted,
             "left_out": [{"constraint": constraint, "cells": count} for constraint, count in plan.left_out],
             "warnings": list(plan.warnings),
             "pair": pair_facts(plan.pair, plan.pair_reason),

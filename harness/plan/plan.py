@@ -102,7 +102,9 @@ class Cell:
 
 
 class Turn(NamedTuple):
-    """One process of a cell. kind: timed; pair: the second process of the A/A pair in a round; cold: with no cache."""
+    """One process of a cell. kind: timed; pair: the second process of the A/A pair in a round; cold: with no cache;
+    count: several processes, in which instructions are counted and nothing is timed.
+    """
 
     cell: Cell
     number: int
@@ -117,7 +119,7 @@ class Plan:
     for the given pair_reason. left_out: expressions of `where`, and how many cells each left out. cold: every cell
     also runs without a cache, once a round. peaks: the machine is calibrated before every timed repetition.
     warnings: about its scenes, and what is held against an equal version. against: names of variants, and of those of
-    another version that they are held against.
+    another version that they are held against. count: instructions of every cell are counted when all has been timed.
     """
 
     cells: tuple[Cell, ...]
@@ -130,6 +132,7 @@ class Plan:
     peaks: bool = False
     warnings: tuple[str, ...] = ()
     against: tuple[tuple[str, str], ...] = ()
+    count: bool = False
 
     def truths_of(self, cells: Iterable[Cell]) -> set[tuple]:
         """The names of the truths that these cells need."""
@@ -140,19 +143,21 @@ class Plan:
 
         interleaved: in rounds with every cell once, so that a run that is cut off is a thinner study of everything. A
         round is shuffled, and the next is its reverse: a linear drift of the machine then adds the same to every cell's
-        mean over the two. sequential: all processes of a cell before the next cell, in the order of the file.
+        mean over the two. sequential: all processes of a cell before the next cell, in the order of the file. Counts
+        come last in both, as they would disturb what is timed.
         """
+        last = [Turn(cell, 0, "count") for cell in self.cells if self.count and not cell.stressed]
         members = []
         for cell in self.cells:
             more = [("pair", cell is self.pair), ("cold", self.cold)]
             members += [(cell, "timed"), *((cell, kind) for kind, wanted in more if wanted)]
         if how == "sequential":
-            return [Turn(cell, number, kind) for cell, kind in members for number in range(cell.processes)]
+            return [Turn(cell, number, kind) for cell, kind in members for number in range(cell.processes)] + last
         rng, turns = random.Random(seed), []
         for number in range(max((cell.processes for cell in self.cells), default=0)):
             members = members[::-1] if number % 2 else rng.sample(members, len(members))
             turns += [Turn(cell, number, kind) for cell, kind in members if number < cell.processes]
-        return turns
+        return turns + last
 
 
 def make(
@@ -201,7 +206,7 @@ def make(
     doubts = tuple(dict.fromkeys(text for scene in shown for text in warnings(scene)))
     doubts += tuple(f"{name} has the same sources as {others[name].name}" for name in equal)
     held = tuple((name, other.name) for name, other in others.items())
-    return Plan(cells, arrays, pair, reason, left_out, truths, cold, peaks, doubts, held)
+    return Plan(cells, arrays, pair, reason, left_out, truths, cold, peaks, doubts, held, experiment.measure.count)
 
 
 class Truths:

@@ -36,13 +36,19 @@ class Predictor:
         self._own: dict[tuple[str, str], list[float]] = defaultdict(list)
         self._fits: dict[tuple[str, str], _Fit] = defaultdict(_Fit)
         self._truths: list[float] = []
+        self._counts: dict[str, list[float]] = defaultdict(list)  # by cell and by variant
         for record in records:
             self.add(record)
 
     def add(self, record: dict) -> None:
-        """Learns from a row (store.py). Rows of the passes load and cold, which last longer, are ignored."""
+        """Learns from a row (store.py). Rows of the passes load and cold, which last longer, are ignored; `count` alone
+        learns from those of counts."""
         took, kind = record.get("took_s") or record.get("wall_s"), record.get("pass", "timed")
         if not took or kind in ("load", "cold"):
+            return
+        if kind == "count":
+            for name in (record["cell"], record["variant"]):
+                self._counts[name].append(took)
             return
         made = record.get("truth_s")
         if made is not None:
@@ -63,6 +69,11 @@ class Predictor:
     def truth(self) -> float:
         """Predicts how long (s) a truth takes: as long as those so far on average; 0 if none was ever made."""
         return statistics.mean(self._truths) if self._truths else 0.0
+
+    def count(self, cell: Cell) -> float | None:
+        """Predicts how long (s) the count of a cell takes: the median of its own, else of its variant's, if any."""
+        known = self._counts.get(cell.key) or self._counts.get(cell.entry.name)
+        return statistics.median(known) if known else None
 
     def seconds(self, cell: Cell, first: bool = False) -> Prediction | None:
         """Predicts a later repetition of a cell, or its first: the median of its own rows, else a fit over its variant.

@@ -10,12 +10,13 @@ from harness.judge import judge
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
 from harness.process.session import Sessions
-from harness.race import contradiction, gpu_use, row
+from harness.race import contradiction, counting, gpu_use, row
 from harness.race.host import Host
 from harness.race.judging import Judging
-from harness.renderer import job
+from harness.renderer import events, job
 from harness.renderer.builder import BuildError
 from harness.renderer.registry import Entry
+from harness.store import record as rows
 from harness.store import store
 from harness.system import ownership, trouble
 
@@ -44,6 +45,8 @@ class Bench:
 
     def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
         """Run one repetition of a cell, for one of the passes of a run; its record (store.py)."""
+        if kind == "count":
+            return self._count(cell, number)
         stem = f"{cell.key}-{number}" if kind == "timed" else f"{cell.key}-{kind}-{number}"
         series = self.store.folder / "series" / f"{stem}.csv"
         calibrated = self.plan.peaks and kind == "timed" and cell.refused is None
@@ -114,6 +117,22 @@ class Bench:
                 record["unranked"] = record["unranked"] or contradicted
         record["took_s"] = self.host.clock() - begun
         return record
+
+    def _count(self, cell: Cell, number: int) -> dict:
+        """The record of a count, without anything that a table of times could take."""
+        started, begun, arrays = timestamp(), self.host.clock(), self.plan.arrays[cell.scene_version]
+        # A cache of its own: it may compile for another processor.
+        told = counting.count(cell, arrays, self.host, self.caches / f"{cell.key}.count")
+        status, reason, counts = told
+        return {
+            **rows.blank(cell.facts(), number, "count", status, reason, started),
+            "host": self.store.host,
+            "shapes": job.count_shapes(arrays),
+            "lights": len(arrays["lights"]),
+            "unranked": row.unranked(cell.entry, events.Said()),
+            "counts": counts,
+            "took_s": self.host.clock() - begun,
+        }
 
     def _contradiction(
         self, cell: Cell, result: repetition.Result, series: Path, cache: Path, warm: bool, disturbed: dict

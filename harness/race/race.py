@@ -130,7 +130,8 @@ class _Loop:
         ]  # fmt: skip
         # Nothing is timed under stress: jobs that can share a process come one after the other.
         self.due.sort(key=lambda turn: _kernel(turn.cell) if turn.cell.stressed else ())
-        self.left = Counter(turn.cell.key for turn in self.due)
+        self.left = Counter(turn.cell.key for turn in self.due if turn.kind != "count")
+        self.uncounted = {turn.cell.key: turn.cell for turn in self.due if turn.kind == "count"}
         self.total = len(records) + len(self.due)
         self.idle = {cell.key for cell in plan.cells if cell.refused}
         self.predictor = Predictor([*earlier, *elsewhere, *records])
@@ -145,9 +146,12 @@ class _Loop:
         _build([turn.cell for turn in self.due if turn.cell.stressed and turn.cell.refused is None])
         last, looks = None, set(enough.looks(max((turn.number for turn in self.due), default=0)))
         for turn in self.due:
-            if turn.number != last and turn.number in looks and self._is_enough():
-                break
-            last = turn.number
+            if turn.kind != "count":
+                if turn.number != last and turn.number in looks and self.enough is None:
+                    self._look()
+                last = turn.number
+                if self.enough is not None:
+                    continue
             if not self._fits(turn):
                 return
             self._take(turn)
@@ -161,16 +165,17 @@ class _Loop:
                 return
             self._take(Turn(cell, 0, "load"))
 
-    def _is_enough(self) -> bool:
-        """Are all ratios known well enough? What is left is then not due."""
+    def _look(self) -> None:
+        """Are all ratios known well enough? What is left is then not due, but for counts."""
         self.enough = enough.rounds(self.until, self.plan, [*self.elsewhere, *self.records])
         if self.enough is not None:
             self.left.clear()
-            self.total = len(self.records)
-        return self.enough is not None
+            self.total = len(self.records) + len(self.uncounted)
 
     def _fits(self, turn: Turn) -> bool:
         """Is there time for it? A first repetition is begun as long as there is any."""
+        if turn.kind == "count":
+            return self.clock() + (self.predictor.count(turn.cell) or 0.0) < self.end
         if turn.number == 0 or math.isinf(self.end):
             return self.clock() < self.end
         expected = self.predictor.seconds(turn.cell)
@@ -185,7 +190,10 @@ class _Loop:
         self.bench.store.append(record)
         self.records.append(record)
         self.there.add((turn.cell.key, turn.number, turn.kind))
-        self.left[turn.cell.key] -= 1
+        if turn.kind == "count":
+            del self.uncounted[turn.cell.key]
+        else:
+            self.left[turn.cell.key] -= 1
         self.predictor.add(record)
         self.tell(turn.cell, record, len(self.records), self.total, self._time_left())
 
@@ -193,6 +201,8 @@ class _Loop:
         """Predicted seconds of what is due; None while a cell of it cannot be predicted. Worked out once a second."""
         if self.clock() - self.looked > 1:
             parts = [self._seconds(cell, count) for cell in self.plan.cells if (count := self.left[cell.key]) > 0]
+            counts = (cell for key, cell in self.uncounted.items() if key not in self.idle)
+            parts += [self.predictor.count(cell) for cell in counts]
             self.left_s = None if None in parts else sum(parts) + len(self._truths_left()) * self.predictor.truth
             self.looked = self.clock()
         return self.left_s

@@ -43,6 +43,16 @@ class Spots(Strict):
     command: tuple[str, ...] = Field(min_length=1)
 
 
+class Count(Strict):
+    """What counting in Valgrind needs, which does not know all instructions of a processor (harness/race/counting.py).
+
+    options: words at the end of the build command. environment: variables that the renderer starts with.
+    """
+
+    options: tuple[str, ...] = ()
+    environment: dict[str, str] = {}
+
+
 class Variant(Strict):
     """requires: beside the renderer's own. methods: in place of the renderer's, if given. simulator: of device cuda, if
     it has one.
@@ -68,6 +78,7 @@ class Manifest(Strict):
 
     external: it starts a program that is not ours, so its picture is judged to EXTERNAL_TOLERANCE and its rays are not.
     shares: files outside its folder that are part of it, from there. jobs: it takes a list of jobs (--jobs=FILE).
+    count: by the machine's name for its processors (uname -m), such as x86_64.
     """
 
     contract: Literal[1]
@@ -84,6 +95,7 @@ class Manifest(Strict):
     export: Export | None = None
     inspect: Inspect | None = None
     spots: Spots | None = None
+    count: dict[str, Count] = {}
     variant: tuple[Variant, ...] = Field(min_length=1)
 
 

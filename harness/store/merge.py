@@ -65,7 +65,8 @@ def turns(front: dict, batch: dict) -> list[tuple]:
 
     kinds = ("timed", "cold") if experiment["measure"].get("cold") else ("timed",)
     wanted = [(*name, kind) for name in batch["cells"] for kind in kinds] + ([(*pair, "pair")] if pair else [])
-    return [(*name, number, kind) for *name, kind in wanted for number in range(processes(name[0]))]
+    counts = [(*name, 0, "count") for name in batch["cells"] if experiment["measure"].get("count")]
+    return [(*name, number, kind) for *name, kind in wanted for number in range(processes(name[0]))] + counts
 
 
 def _lost(folder: Path, front: dict, last: dict[int, jobs.Job], rows: dict[tuple, dict]) -> list[dict]:

@@ -26,11 +26,16 @@ def key(record: dict) -> tuple:
     return *identity(record), record["repetition"], record["pass"]
 
 
-def lost(cell: dict, number: int, kind: str, status: str, reason: str, started: str) -> dict:
-    """The row of a repetition that no job ran. cell: its facts; kind: the pass; started: ISO time of its submission."""
+def blank(cell: dict, number: int, kind: str, status: str, reason: str, started: str) -> dict:
+    """A row without anything that was measured or judged. cell: its facts; kind: the pass; started: ISO time."""
     nothing = dict.fromkeys((*MEASURED, *JUDGED, *AROUND))
     told = {"repetition": number, "pass": kind, "status": status, "reason": reason, "started": started, "warnings": []}
-    return {**cell, **nothing, **told, "lost": True}
+    return {**cell, **nothing, **told}
+
+
+def lost(cell: dict, number: int, kind: str, status: str, reason: str, started: str) -> dict:
+    """The row of a repetition that no job ran. cell: its facts; kind: the pass; started: ISO time of its submission."""
+    return {**blank(cell, number, kind, status, reason, started), "lost": True}
 
 
 def largest(agreement: dict) -> float | None:

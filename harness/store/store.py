@@ -36,7 +36,7 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
     lights      number of lights
     pass        timed; pair: the second process of the A/A pair, which only the noise floor uses; load: it repeats the
                 frame for the GPU's counters; cold: its cache of compiled code is empty, to measure the cost of
-                starting. Times are from timed passes alone
+                starting; count: its instructions were counted, and it has no times. Times are from timed passes alone
     unranked    null, or why the row takes no part in any comparison: "exhibit: .." (of a fault), "exhibit of a
                 cost: ..", it ran in a simulator, or "its marks contradict ..": contradiction.py
     status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
@@ -56,6 +56,9 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
                 wait4_peak_bytes}: row.py explains method
     rays        {primary, reflected, transmitted, shadow, non_finite}; for first hits only primary
     used, versions, device   as the renderer reports them
+    counts      null, or of a steady frame {instructions, cycles, branches, branch_misses, cache_misses, rays, spread,
+                tool, version, width, height, smaller, options, environment}: counting.py; only rows of the pass count
+                have the key, and Valgrind has instructions alone
     gpu         null, or {utilisation_percent, power_w, energy_j, energy_s, joules_per_mray, process_memory_bytes,
                 temperature_c, throttled}, each a number (throttled: [reason, ..]) or {unavailable: reason}: gpu_use.py
     disturbed   {steal_s, other_cpu_s, waited_s, swapped_pages, held_back_s, throttled}: the system's counters during

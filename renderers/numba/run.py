@@ -33,7 +33,7 @@ def cache_folder(job):
     """
     sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py")))
     versions = sys.version, numba.__version__, llvmlite.__version__, np.__version__
-    processor = llvmlite.binding.get_host_cpu_name()
+    processor = numba.config.CPU_NAME or llvmlite.binding.get_host_cpu_name()
     key = repr((sources, versions, processor, job.kind, job.variant, job.precision, needs.constants()))
     return os.path.join(job.cache, "numba-" + hashlib.sha256(key.encode()).hexdigest()[:16])
 
