@@ -124,6 +124,14 @@ def compare(
             parser=percent, help="Exit 1 if a cell is significantly slower by more, or not ok now.", metavar="PERCENT"
         ),
     ] = None,
+    fail_more_instructions: Annotated[
+        float | None,
+        typer.Option(
+            parser=percent,
+            help="Exit 1 if a cell takes more instructions by more, or is not ok now.",
+            metavar="PERCENT",
+        ),
+    ] = None,
     host: HostOption = "",
     as_json: JsonOption = False,
 ) -> None:
@@ -139,14 +147,17 @@ def compare(
         print(compare_text.as_json(found))
     else:
         compare_text.show(found)
-    if fail_slower is None:
+    if fail_slower is None and fail_more_instructions is None:
         return
-    slower = found.slower(fail_slower)
+    slower = [] if fail_slower is None else found.slower(fail_slower)
+    more = [] if fail_more_instructions is None else found.more_instructions(fail_more_instructions)
     for row in slower:
         print(f"significantly slower, by more than {fail_slower:g} %: {row.name}", file=sys.stderr)
+    for row in more:
+        print(f"more instructions, by more than {fail_more_instructions:g} %: {row.name}", file=sys.stderr)
     for row in found.broken:
         print(f"no longer ok: {row.name}: {row.reason}", file=sys.stderr)
-    raise typer.Exit(1 if slower or found.broken else 0)
+    raise typer.Exit(1 if slower or more or found.broken else 0)
 
 
 def _must_have(host: str, *folders: Path) -> None:

@@ -15,8 +15,9 @@ from harness.errors import UserError
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate, Floor
 from harness.store import store
-from reports.compare import drift, pictures, runs
+from reports.compare import drift, instructions, pictures, runs
 from reports.compare.drift import Drift
+from reports.compare.instructions import Counts
 from reports.compare.pictures import Difference
 from reports.run import naming, ranking, results
 from reports.run.results import Cell, Results
@@ -32,7 +33,7 @@ class Row:
     time: faster, slower, not resolved, or not comparable, for `reason`; "" if it is in one run only. a, b: medians over
     processes of the steady times, s. ratio: b / a. picture: None without two pictures. only: the verdict on a cell of
     one run only, else "". broken: it was ok in A and is not in B. unchanged: renderer, scene, machine and software are
-    the same, so that any change of its time is drift.
+    the same, so that any change of its time is drift. counts: of instructions; None if none of the runs counted any.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Row:
     only: str = ""
     broken: bool = False
     unchanged: bool = False
+    counts: Counts | None = None
 
     @property
     def verdict(self) -> str:
@@ -99,6 +101,21 @@ class Comparison:
         least = (1 + percent / 100) * (1 + (self.drift.value or 0))
         return [row for row in self.rows if row.time == "slower" and row.ratio.low > least]
 
+    def more_instructions(self, percent: float) -> list[Row]:
+        """Returns the cells that take more instructions by more than `percent`.
+
+        UserError if no instructions were compared and no cell broke: a gate must not pass without a comparison.
+        """
+        compared = [row for row in self.rows if row.counts is not None and row.counts.ratio is not None]
+        if not self.broken and not compared:
+            reasons = dict.fromkeys(f"{row.name}: {row.counts.reason}" for row in self.rows if row.counts)
+            why = "; ".join(reasons) or "none of the runs counted any"
+            raise UserError(
+                f"{self.a}, {self.b}: instructions of no cell could be compared: {why}",
+                remedy="run both with --set measure.count=true, on machines where `rayrace doctor` names the same tool",
+            )
+        return [row for row in compared if row.counts.more(percent)]
+
 
 def compare(folder_a: Path, folder_b: Path, host: str = "") -> Comparison:
     """Compares run B with run A. host: the one to use of runs on several hosts.
@@ -142,15 +159,17 @@ def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, floor, m
         return Row(name, INCOMPARABLE, another)
     right = cell_a.status == cell_b.status == "ok"
     picture = pictures.compare(a, b, cell_a, cell_b) if right else None
+    counts = instructions.compare(a, b, cell_a, cell_b)
     unranked = [f"in {which}: {cell.unranked}" for which, cell in (("A", cell_a), ("B", cell_b)) if cell.unranked]
     if unranked:
         broken = cell_a.status == "ok" != cell_b.status
-        return Row(name, INCOMPARABLE, "; ".join(unranked), picture=picture, broken=broken)
+        return Row(name, INCOMPARABLE, "; ".join(unranked), picture=picture, broken=broken, counts=counts)
     ratio, unchanged = ranking.unpaired(cell_b, cell_a), same and drift.unchanged(a, b, cell_a, cell_b)
     time = INCOMPARABLE if ratio.low is None else statistics.verdict(ratio, floor)
     if time in ("slower", "faster") and (unchanged or moved.value is None or not _beyond(ratio, moved.value)):
         time = statistics.NOT_RESOLVED
-    return Row(name, time, ratio.note, cell_a.steady, cell_b.steady, ratio, picture, unchanged=unchanged)
+    medians = cell_a.steady, cell_b.steady
+    return Row(name, time, ratio.note, *medians, ratio, picture, unchanged=unchanged, counts=counts)
 
 
 def _beyond(ratio: Estimate, moved: float) -> bool:

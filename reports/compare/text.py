@@ -60,7 +60,8 @@ def _times(row: Row) -> str:
 
 def _notes(row: Row) -> list[str]:
     changed = row.picture is not None and not row.picture.same
-    return [note for note in (row.reason, f"picture: {row.picture}" if changed else "") if note]
+    counts = row.counts.text if row.counts else ""
+    return [note for note in (row.reason, f"picture: {row.picture}" if changed else "", counts) if note]
 
 
 def _show_table(comparison: Comparison) -> None:

@@ -30,6 +30,7 @@ from reports.stability import summary as stability_summary
 from reports.stability import window as stability_window
 from reports.study import ladder_table
 from reports.times import (
+    counts_table,
     cpu_figure,
     cpu_table,
     machine_table,
@@ -45,8 +46,9 @@ from reports.worth import worth
 PARTS = (
     glance, versions, summary, doubts, machine_table, ladder_table, times_table, times_figure, sweep_figure, speedup,
     accuracy_table, front_figure, pareto_figure, budget_table, startup_table, startup_figure, memory_table, peers,
-    pictures_figure, gallery_figure, worth, needs, cpu_table, cpu_figure, gpu_table, gpu_figure, roofline_figure,
-    limits, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, hierarchy, convergence_figure,
+    pictures_figure, gallery_figure, worth, needs, cpu_table, cpu_figure, counts_table, gpu_table, gpu_figure,
+    roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, hierarchy,
+    convergence_figure,
     cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
 # For a run that puts methods under stress, where nothing is ranked.

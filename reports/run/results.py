@@ -63,6 +63,19 @@ class Results:
         return self._by_place[place]
 
     @cached_property
+    def counted(self) -> dict[tuple[str, str, str], dict]:
+        """The records of the pass "count", by scene, swept values and variant; {} if nothing was to be counted."""
+        mine = (record for record in self.records if record.get("pass") == "count")
+        return {(record["scene"], point_label(record["point"]), record["variant"]): record for record in mine}
+
+    def counts(self, cell: Cell) -> dict | Missing:
+        """Returns `counts` of a cell (store.py), or why there are none."""
+        record = self.counted.get((cell.scene, point_label(cell.swept), cell.variant))
+        if record is None:
+            return Missing("the run ended before it was counted" if self.counted else "the run did not count")
+        return record.get("counts") or Missing(record["reason"])
+
+    @cached_property
     def _by_scene(self) -> dict[str, list[Cell]]:
         return grouped(self.cells, lambda cell: cell.scene)
 

@@ -300,3 +300,56 @@ def test_the_table_on_a_terminal(compared, cell, bad, monkeypatch, capsys, width
     assert "│ slower" in out and "│ only in A" in out and "│ 1.22" in out and "1.20 [" in out
     assert "numpy, comparison: in B: failed: exit 1: a [long] story of words" in out
     assert max(map(len, out.splitlines())) <= width
+
+
+VALGRIND = {
+    "tool": "valgrind", "version": "3.19.0", "width": 64, "height": 48, "rays": 4000, "instructions": 8e6,
+    "spread": 1e-4, "smaller": "Valgrind is slow", "options": ["-mno-avx512f"], "environment": {},
+}  # fmt: skip
+
+
+@pytest.fixture
+def counted(cell, bad):
+    """A function that makes the records of a cell, and of its count, which differs from VALGRIND in some values."""
+
+    def make(variant, reason="", **changes):
+        told = {"counts": None if reason else VALGRIND | changes, "pass": "count"}
+        return [*cell(variant), bad(variant, "unavailable" if reason else "ok", reason, **told)]
+
+    return make
+
+
+def test_more_instructions_are_more_by_a_hundredth(make_run, counted):
+    a = make_run(counted("cpp") + counted("numba"), "a")
+    b = make_run(counted("cpp", instructions=8.088e6) + counted("numba", instructions=7.9e6), "b")
+    found = compare.compare(a, b)
+    assert [row.counts.ratio for row in found.rows] == pytest.approx([1.011, 0.9875])
+    assert "instructions 8e+06 -> 8.088e+06, B / A = 1.0110" in compare_text.line_of(found.rows[0])
+    assert json.loads(compare_text.as_json(found))["cells"][0]["counts"]["b"] == 8.088e6
+    done = command_line.rayrace("compare", a, b, "--fail-more-instructions", "1", code=1)
+    assert done.stderr == "more instructions, by more than 1 %: cpp, comparison\n"
+    for runs, percent in (((a, b), "1.2"), ((b, a), "2"), ((b, b), "0")):
+        assert not command_line.rayrace("compare", *runs, "--fail-more-instructions", percent).stderr
+
+
+@pytest.mark.parametrize(
+    "changes, why",
+    [
+        ({"tool": "perf"}, "counted in another way: tool valgrind -> perf"),
+        ({"version": "3.20"}, "counted in another way: version 3.19.0 -> 3.20"),
+        ({"width": 32}, "counted in another way: width 64 -> 32"),
+        ({"reason": "no program valgrind"}, "in B: no program valgrind"),
+    ],
+)
+def test_a_gate_needs_counts_of_one_kind(make_run, cell, counted, changes, why):
+    a, b = make_run(counted("cpp"), "a"), make_run(counted("cpp", **changes), "b")
+    assert compare.compare(a, b).rows[0].counts.text == f"instructions not compared: {why}"
+    with pytest.raises(UserError, match=re.escape(why)):
+        compare.compare(a, b).more_instructions(1)
+
+
+def test_a_gate_needs_counts(make_run, cell):
+    plain = make_run(cell("cpp"), "plain")
+    assert compare.compare(plain, plain).rows[0].counts is None
+    done = command_line.rayrace("compare", plain, plain, "--fail-more-instructions", "1", code=2)
+    assert "none of the runs counted any" in done.stderr and "measure.count=true" in done.stderr
