@@ -152,7 +152,7 @@ def line(cell, record: dict, done: int, total: int, left_s: float | None) -> str
     left = _left(done, total, left_s)
     place = f"[{done}/{total}{left and ', '}{left}] {cell.label}"
     if record["pass"] == "count":
-        told = record["reason"] if record["counts"] is None else _counted(record["counts"])
+        told = _counted(record["counts"]) if record.get("counts") else record["reason"]
         return f"{place}, count: {told}"
     if record["status"] != "ok":
         return f"{place}: {verdict(record)}: {record['reason']}"
@@ -167,5 +167,6 @@ def line(cell, record: dict, done: int, total: int, left_s: float | None) -> str
 
 
 def _counted(counts: dict) -> str:
-    per_ray = f", {counts['instructions'] / counts['rays']:.3g} a ray" if counts["rays"] else ""
-    return f"{counts['instructions']:.4g} instructions a frame{per_ray}, by {counts['tool']}"
+    plain, whole = quantity.plain, counts["instructions"]
+    per_ray = f", {plain(whole / counts['rays'])} a ray" if counts["rays"] else ""
+    return f"{plain(whole)} instructions a frame{per_ray}, by {counts['tool']}"

@@ -97,8 +97,8 @@ def _able(path: str) -> Tool | str:
             if value.isdigit():
                 return Tool("perf", _version(path), slow=False)
             return f"perf reads no counters: instructions {value}"
-    said = (done.stderr if done else "").strip().splitlines()
-    return f"perf reads no counters: {said[-1] if said else 'it does not run'}"
+    said = [line.strip() for line in (done.stderr if done else "").splitlines() if line.strip() not in ("", "Error:")]
+    return f"perf reads no counters: {said[0] if said else 'it does not run'}"
 
 
 def valgrind() -> Tool | str:

@@ -141,3 +141,13 @@ def test_elsewhere_each_is_a_line(shown):
         "[3/12, 90 s left] cpp, [comparison]: first 500 ms, 250 ms a frame, RMSE 0.011, largest error 1.25, "
         "0.33 % of pixels beyond 1/255, agreement ✓ outside a mask of 2 % of the pixels"
     ]
+
+
+def test_a_count_is_told_without_times(shown):
+    counts = {"instructions": 594_012.0, "rays": 402, "tool": "valgrind"}
+    told = RECORD | {"pass": "count", "counts": counts, "frames_s": None}
+    missing = told | {"counts": None, "status": "unavailable", "reason": "no program valgrind"}
+    assert shown(False, (CPP, told, 3, 12, None), (CPP, missing, 4, 12, None)) == [
+        "[3/12] cpp, [comparison], count: 594000 instructions a frame, 1480 a ray, by valgrind",
+        "[4/12] cpp, [comparison], count: no program valgrind",
+    ]

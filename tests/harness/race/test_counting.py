@@ -8,6 +8,7 @@ import pytest
 from fixtures import SPHERE_SCENE
 from mock_host import Behaviour, Mock, entries
 
+from harness.errors import UserError
 from harness.experiment import experiment as experiments
 from harness.plan import plan, predict
 from harness.plan.forecast import Forecast
@@ -20,7 +21,7 @@ from harness.renderer.registry import Entry, Renderer
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs
-from harness.store import store
+from harness.store import schema, store
 from harness.system import counters
 
 needs_valgrind = pytest.mark.skipif(not shutil.which("valgrind"), reason="no program valgrind on the PATH")
@@ -121,6 +122,10 @@ def test_a_machine_without_tools_says_so(known, tmp_path, monkeypatch):
 def test_a_perf_without_counters_says_so(tmp_path, monkeypatch):
     tools(tmp_path / "bin", monkeypatch, '{"instructions": "<not supported>"}')
     assert counters.perf() == "perf reads no counters: instructions <not supported>"
+    denied = tmp_path / "denied"
+    denied.write_text("#!/bin/sh\necho 'Error:\nAccess is limited.\nTo change it, ..' >&2; exit 255\n")
+    denied.chmod(stat.S_IRWXU)
+    assert counters._able(str(denied)) == "perf reads no counters: Access is limited."
 
 
 @pytest.mark.parametrize(
@@ -200,6 +205,9 @@ def test_a_run_counts_once_and_no_time_is_touched(asked, tmp_path, monkeypatch):
     made = {"instructions": 70.0, "tool": "perf", "version": "6", "width": 4, "height": 4, "rays": 7, "spread": 0.0}
     made |= {"smaller": None, "options": [], "environment": {}}
     calls = []
+    for name, bad in (("instructions", 0.0), ("width", 0), ("rays", "many"), ("tool", None)):
+        with pytest.raises(UserError, match=name):
+            schema.row({"counts": made | {name: bad}}, tmp_path, 1)
 
     def count(cell, arrays, host, cache):
         calls.append(cell.entry.name)

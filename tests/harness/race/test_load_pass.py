@@ -73,6 +73,7 @@ def test_frames_fill_the_time():
         {"measurer": None},
         {"measurer": {"gpu": {"gpu_energy_j": "no NVIDIA driver"}}},
         {"phases": [["render", 0.5, 5.6]]},  # long enough by itself
+        {"pass": "count", "phases": None, "frames_s": None},
     ],
 )
 def test_who_has_none(changes):

@@ -152,6 +152,9 @@ def test_turns(made):
     told = merge.turns(facts, facts["executor"]["batches"][0])
     assert len(told) == 3 + 1 + 3 and len(set(told)) == 7
     assert sum(kind == "pair" for *_, kind in told) == 3
+    facts["experiment"]["measure"]["count"] = True
+    counts = [name for name in merge.turns(facts, facts["executor"]["batches"][0]) if name[-1] == "count"]
+    assert [(name[0], name[-2]) for name in counts] == [("a", 0), ("b", 0)]
 
 
 def test_hosts_that_are_alike():
