@@ -1,5 +1,6 @@
 """Resumes a run that was cut off: checks that nothing has changed, and returns its rows."""
 
+import dataclasses
 import json
 from collections.abc import Iterable
 from pathlib import Path
@@ -7,11 +8,15 @@ from pathlib import Path
 from harness.errors import UserError
 from harness.machine import environment, fingerprint
 from harness.plan.plan import Cell, Plan
+from harness.renderer.parameters import Parameters
 from harness.store import store
 from harness.store.record import identity
 
 # Properties of machine and software that must not change during a run.
 MACHINE = fingerprint.MACHINE + fingerprint.SOFTWARE
+DEFAULTS = {
+    field.name: field.default for field in dataclasses.fields(Parameters) if field.default is not dataclasses.MISSING
+}
 CELL = ("renderer_version", "scene_version", "parameters", "needs")
 
 
@@ -36,8 +41,11 @@ def refuse(folder: Path, changes: list[str], remedy: str) -> None:
 
 
 def of_cells(before: list[dict], now: Iterable[Cell], names: tuple[str, ...]) -> list[str]:
-    """A line for each value of `names` that differs from that of the same cell before; new cells are no changes."""
-    known, found = {identity(cell): cell for cell in before}, []
+    """A line for each value of `names` that differs from that of the same cell before; new cells are no changes.
+
+    A parameter that an older version did not have had the value that is the default now.
+    """
+    known, found = {identity(cell): cell | {"parameters": DEFAULTS | cell["parameters"]} for cell in before}, []
     for cell in now:
         facts = cell.facts()
         found += _changes(f"{cell.label}: ", known.get(identity(facts), facts), facts, names)

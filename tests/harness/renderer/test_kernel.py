@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -47,7 +48,7 @@ def maker():
     variant = {"name": "v", "command": ("x",)}
     more = {"features": ("sphere", "lens", "soft", "region", "rays"), "methods": {"kernel": ("needed", "general")}}
     told = Manifest(contract=1, name="m", technology="t", description="d", variant=(variant,), **more)
-    return Entry(Renderer("/nowhere", told), told.variant[0])
+    return Entry(Renderer(Path("/nowhere"), told), told.variant[0])
 
 
 def kernel(value, **more):
