@@ -134,8 +134,9 @@ def test_threads_change_no_byte(bench, make, known, name):
         if entry.variant.exhibit:  # of a fault
             continue
         twin = make(entry.renderer.manifest.variant[0].name, name, cutoff=CUTOFFS[1])
+        height, width = twin.array.shape[:2]
         for threads in (1, 2, 5):
-            result = make(variant, name, cutoff=CUTOFFS[1], threads=threads)
+            result = make(variant, name, cutoff=CUTOFFS[1], threads=threads, width=width, height=height)
             assert result.array.tobytes() == twin.array.tobytes(), f"{variant} on {threads} threads"
             assert result.dropped.tobytes() == twin.dropped.tobytes(), f"{variant} on {threads} threads"
             assert result.said.rays == twin.said.rays
