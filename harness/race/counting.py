@@ -20,7 +20,7 @@ from harness.system import counters
 from harness.system.counters import Tool
 
 JOBS = 3
-LEAST, MOST = 0.02, 20  # s that the frames between two jobs take at least when nothing is counted; so many at most
+LEAST, MOST = 0.02, 200  # s that the frames between two jobs take at least when nothing is counted; so many at most
 SIDE = 64  # pixels of a picture in Valgrind, at most
 SAME = "PYTHONHASHSEED=0"  # else sets and tables of Python take other steps in each process
 KINDS = "primary", "reflected", "transmitted", "shadow"

@@ -16,7 +16,7 @@ CAPTION = (
     "product of all factors over that of the measured factor of first and last rung, the smaller over the larger. "
     "Memory: the largest of a process and its descendants. Error: RMSE from the truth of the scene, linear RGB. "
     "Lines: of the source of the whole renderer, all its variants and methods, without blank ones. "
-    "Instructions: unavailable: no renderer counts them."
+    "Instructions, if the run counted them, have a section of their own."
 )
 ESTIMATE = (
     "The study's picture took {published} by the number of pixels, {rest} the time of the first rung: the machine's, "
