@@ -39,7 +39,7 @@ def show(folder: Path, records: list[dict]) -> None:
 
 
 def versions(folder: Path, fail_slower: float | None) -> bool:
-    """Prints what a run tells of two versions of a renderer, if it has them. Is one slower by more than fail_slower?"""
+    """Prints the comparison of a run with two versions of a renderer; returns whether the gate at fail_slower fails."""
     from reports.compare import versions
     from reports.run import results
 

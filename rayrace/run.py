@@ -35,7 +35,7 @@ def run(
     against: Annotated[
         str,
         typer.Option(
-            help="Hold each renderer against another version of it, in the same run: in a folder, or at a commit.",
+            help="Compare each renderer with another version of it in the same run: in a folder, or at a commit.",
             metavar="FOLDER|COMMIT",
         ),
     ] = "",

@@ -90,7 +90,7 @@ class Renderer:
 
     @cached_property
     def home(self) -> Path | None:
-        """The folder in which Python finds the package that the renderer's folder is; None if it is none."""
+        """The folder from which Python imports the renderer's package; None if its folder is no package."""
         places = (self.folder, *self.folder.parents)
         found = next(place for place in places if not (place / "__init__.py").is_file())
         return None if found == self.folder else found
@@ -158,7 +158,7 @@ class Entry:
         return f"{self.variant.name}@{self.label}" if self.label else self.variant.name
 
     def is_of(self, other: "Entry") -> bool:
-        """Are both of one renderer, in whatever version?"""
+        """Whether both are variants of one renderer, in any version."""
         mine, its = self.renderer, other.renderer
         return mine.folder == its.folder or (self.label != other.label and mine.manifest.name == its.manifest.name)
 

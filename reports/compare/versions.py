@@ -1,4 +1,4 @@
-"""Compares two versions of a renderer that ran in one run, turn and turn about (`rayrace run --against`)."""
+"""Compares two versions of a renderer that ran interleaved in one run (`rayrace run --against`)."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,7 +35,7 @@ class Held:
 
     @property
     def text(self) -> str:
-        """What came of it, in a line."""
+        """The result in a line."""
         if self.ratio is None or self.verdict == INCOMPARABLE:
             return f"{self.name}: {self.verdict}: {self.reason}"
         return f"{self.name}: {self.verdict}: {quantity.text(self.ratio)} × the time of {self.other}"
@@ -75,7 +75,7 @@ def _held(results: Results, name: str, cell: Cell, other: Cell, count: int) -> H
 
 
 def verdict(found: list[Held]) -> str:
-    """Returns what came of all cells, in a line."""
+    """Returns the result of all cells in a line."""
     if len(found) == 1:
         return found[0].text
     counts = {word: sum(row.verdict == word for row in found) for word in ("slower", "faster", statistics.NOT_RESOLVED)}

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from harness.experiment import experiment as experiments
+from harness.plan import plan
 from harness.process import process
 from harness.process.repetition import Result
 from harness.renderer import events, manifest, registry
@@ -121,6 +123,15 @@ class Mock:
 
 def _picture(parameters) -> np.ndarray:
     return np.full(parameters.shape(), 0.5)
+
+
+def planned(write, folder: Path, measure: str, processes: int, scene: str) -> tuple:
+    """An experiment of two mock renderers, a and b, its plan, and who is known. measure: lines of its [measure]."""
+    write("scene.txt", scene)
+    head = f'title = "t"\nscenes = ["scene.txt"]\nrenderers = ["a", "b"]\nprocesses = {processes}\nframes = 1\n'
+    file = write("e.toml", f"{head}[image]\nwidth = 4\nheight = 4\n[measure]\n{measure}\n")
+    known, wanted = entries(folder / "renderers", "a", "b"), experiments.load(file)
+    return wanted, plan.make(wanted, file, known), known
 
 
 def entries(folder: Path, *names: str) -> dict[str, registry.Entry]:

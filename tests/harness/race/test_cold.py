@@ -1,10 +1,9 @@
 """The cold pass: one process more of each cell in each round, which finds no code of an earlier one."""
 
 import pytest
-from mock_host import Behaviour, Mock, entries
+from mock_host import Behaviour, Mock, planned
 
-from harness.experiment import experiment as experiments
-from harness.plan import plan, predict
+from harness.plan import predict
 from harness.race import race
 from reports.run import results
 
@@ -28,17 +27,8 @@ class Caching(Mock):
 
 @pytest.fixture
 def asked(tmp_path, write):
-    """A function that gives an experiment of two mock renderers, its plan, and who is known."""
-
-    def make(measure=""):
-        write("scene.txt", SCENE)
-        head = 'title = "t"\nscenes = ["scene.txt"]\nrenderers = ["a", "b"]\nprocesses = 6\nframes = 1\n'
-        file = write("e.toml", f"{head}[image]\nwidth = 4\nheight = 4\n[measure]\n{measure}\n")
-        known = entries(tmp_path / "renderers", "a", "b")
-        wanted = experiments.load(file)
-        return wanted, plan.make(wanted, file, known), known
-
-    return make
+    """asked('count = true'): an experiment of two mock renderers, its plan, and who is known."""
+    return lambda measure="": planned(write, tmp_path, measure, 6, SCENE)
 
 
 @pytest.mark.parametrize("order", ["interleaved", "sequential"])

@@ -6,11 +6,10 @@ import sys
 
 import pytest
 from fixtures import SPHERE_SCENE
-from mock_host import Behaviour, Mock, entries
+from mock_host import Behaviour, Mock, planned
 
 from harness.errors import UserError
-from harness.experiment import experiment as experiments
-from harness.plan import plan, predict
+from harness.plan import predict
 from harness.plan.forecast import Forecast
 from harness.plan.plan import Cell
 from harness.race import counting, race
@@ -180,17 +179,8 @@ def test_every_renderer_that_needs_other_instructions_is_built_without_them(know
 
 @pytest.fixture
 def asked(tmp_path, write):
-    """A function that gives an experiment of two mock renderers, its plan, and who is known."""
-
-    def make(measure=""):
-        write("scene.txt", SPHERE_SCENE)
-        head = 'title = "t"\nscenes = ["scene.txt"]\nrenderers = ["a", "b"]\nprocesses = 2\nframes = 1\n'
-        file = write("e.toml", f"{head}[image]\nwidth = 4\nheight = 4\n[measure]\n{measure}\n")
-        known = entries(tmp_path / "renderers", "a", "b")
-        wanted = experiments.load(file)
-        return wanted, plan.make(wanted, file, known), known
-
-    return make
+    """asked('count = true'): an experiment of two mock renderers, its plan, and who is known."""
+    return lambda measure="": planned(write, tmp_path, measure, 2, SPHERE_SCENE)
 
 
 @pytest.mark.parametrize("order", ["interleaved", "sequential"])
