@@ -26,7 +26,8 @@ def fresnel(materials, i, t, cosine):
     zero, one, half = real(0), real(1), real(0.5)
     n = materials[i, INDEX] / materials[t, INDEX]
     m = materials[i, PERMEABILITY] / materials[t, PERMEABILITY]
-    if n == 1 and m == 1:
+    # Of equals, the quotient of a fast division need not be 1.
+    if materials[i, INDEX] == materials[t, INDEX] and materials[i, PERMEABILITY] == materials[t, PERMEABILITY]:
         return zero, one, n, False
     if CLAMPED:
         c = min(one, abs(cosine))

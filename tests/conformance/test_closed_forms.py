@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import seeds
 from stage import OPAQUE, camera, close, linear, square, turned, words
 
 
@@ -151,6 +152,25 @@ def test_a_dull_mirror_traces_no_ray(bench, serial):
     for k_s, eps in ((0, 1e6), (1, 1)):
         scene = source + f"POLYGON 3 (-9,-9,-1) (9,-9,-1) (0,9,-1) (0.5,0.5,0.5) {k_s} 1 {OPAQUE} {eps} 1\n"
         result = bench.result(serial, scene, width=3, height=3, depth=5)
+        assert result.said.rays["reflected"] == 0
+
+
+@pytest.mark.parametrize("vector", ["off", "on"])
+def test_matched_media_mirror_nothing_when_arithmetic_is_fast(bench, variant, vector):
+    """REF-2 asks whether n and mu are equal: the quotient of equals by a fast reciprocal need not be 1."""
+    entry = bench.entry(variant)
+    lanes = "on" in entry.methods.get("vector", ()) and entry.renderer.manifest.build  # Numba's are strict
+    if "fast" not in entry.methods.get("floating_point", ()) or (vector == "on" and not lanes):
+        pytest.skip(f"{variant} has no such method")
+    rng = np.random.default_rng(seeds.numbers("matched media"))
+    for eps, mu in rng.uniform(1, 3, (10, 2)):
+        source = "CAMERA (0,0,0) (0.5,0,0) (0,0.5,0) (0,0,4)\nAMBIENT (1,1,1)\n"
+        for radius in (40, 5, 4, 3):  # the eye is in the first; three times, glass begins in glass
+            source += f"SPHERE (0,0,-5) {radius} (0.5,0.5,0.5) 0.8 1 (1,1,1) {eps} {mu}\n"
+        job = {"width": 16, "height": 16, "depth": 3, "precision": "float32", "vector": vector}
+        result = bench.result(variant, source, floating_point="fast", **job)
+        print(f"seed {seeds.seed()}: {eps} {mu}: {result.said.rays}")
+        assert result.said.rays["transmitted"] == 3 * 16 * 16
         assert result.said.rays["reflected"] == 0
 
 

@@ -44,7 +44,7 @@ DEVICE Interface interface_of(const Scene *scene, Sides sides)
     SCENE const real *t = scene->numbers + scene->at.materials_at + MATERIAL * sides.t;
     Interface interface;
     interface.n = i[INDEX] / t[INDEX], interface.m = i[MU] / t[MU];
-    interface.matched = interface.n == 1 && interface.m == 1;
+    interface.matched = i[INDEX] == t[INDEX] && i[MU] == t[MU];  // a fast quotient of equals need not be 1
     return interface;
 }
 
