@@ -15,7 +15,8 @@ from harness.renderer.registry import Entry, usable_cores
 
 DIGITS = 60
 TOLERANCE = 1e-10  # between float64 and 60 digits, in a pixel outside the mask
-# Of samples at random places, deep enough for chaos, there is no mask: some may differ by more than LOOSE.
+# Of samples at random places there is no mask, and none is of rays deep enough for chaos: some may differ by more than
+# LOOSE.
 LOOSE, STRAY = 1e-9, 0.05
 GRACE = 600.0  # s: a single pixel may take long
 
@@ -30,13 +31,14 @@ def certify(
     asked: int,
     seconds: float,
     seed: int = 60,
+    stray: bool = False,
 ) -> dict:
     """Compare seeded pixels of `picture` (height, width, 3) outside `mask` (height, width) with 60 digits.
 
-    mask: None for a picture of samples at random places. asked: how many; none is begun after `seconds`. Returns
-    {"spots", "asked", "largest", "median", "digits", "wrong"}: the largest and the median difference of a channel, and
-    how many spots are off by more than TOLERANCE, without a mask by more than LOOSE and beyond a share STRAY of them;
-    or {"unavailable": reason}.
+    mask: None for a picture of samples at random places. asked: how many; none is begun after `seconds`. stray: the
+    picture has ill-conditioned pixels outside the mask. Returns {"spots", "asked", "largest", "median", "digits",
+    "wrong"}: the largest and the median difference of a channel, and how many spots are off by more than TOLERANCE, of
+    a stray picture by more than LOOSE, where they are more than a share STRAY; or {"unavailable": reason}.
     """
     wanted = replace(parameters, precision=f"mp{DIGITS}")
     entry = next((e for e in known.values() if e.renderer.manifest.spots and not e.unavailable), None)
@@ -64,8 +66,8 @@ def certify(
     off = np.concatenate(off)
     if not len(off):
         return {"unavailable": f"no spot was done in {seconds:g} s"}
-    wrong = int(np.count_nonzero(~(off <= (TOLERANCE if mask is not None else LOOSE))))
-    if mask is None and wrong <= STRAY * len(off):
+    wrong = int(np.count_nonzero(~(off <= (LOOSE if stray else TOLERANCE))))
+    if stray and wrong <= STRAY * len(off):
         wrong = 0
     told = {"largest": float(off.max()), "median": float(np.median(off)), "digits": DIGITS, "wrong": wrong}
     return {"spots": len(off), "asked": asked, **told}

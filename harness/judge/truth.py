@@ -173,10 +173,13 @@ def samples(parameters: Parameters) -> int:
     return side**2 * max(parameters.feelers, 1) * max(parameters.glossy_rays, 1)
 
 
-def few(told: Job, found: Truth) -> Parameters:
-    """The job of a picture with a few samples of a sampled truth, that 60 digits can certify."""
-    way = {"depth": found.depth, "cutoff": found.cutoff}
-    return replace(told.parameters, samples=min(told.parameters.samples, 2), seed=found.seeds[0], **way)
+def certifiable(told: Job, found: Truth) -> Parameters:
+    """The job that 60 digits can repeat: that of the truth, as deep as it came to be; of a sampled one, with a few
+    samples of its first picture."""
+    deep = replace(told.parameters, depth=found.depth, cutoff=found.cutoff)
+    if found.standard_error is None:
+        return deep
+    return replace(deep, samples=min(deep.samples, 2), seed=found.seeds[0])
 
 
 def key(shown: Parameters, wanted: Wanted, maker: Entry, scene_version: str) -> str:

@@ -181,15 +181,17 @@ class Judging:
         def make():
             arrays = self.plan.arrays[(cell.whole or cell).scene_version]
             cache = self.caches / f"{maker.name}.reference"
-            picture, parameters = found.picture, truth.few(told, found) if sampled else told.parameters
+            picture, parameters = found.picture, truth.certifiable(told, found)
             if sampled:
                 result = self.untimed.run(maker, arrays, parameters, told.needs, cache=cache)
                 if result.status != "ok":
                     return {"unavailable": f"{maker.name}: {result.status}: {result.reason}"}
                 picture = result.array
-            return certificate.certify(picture, mask, self.known, arrays, parameters, told.needs, spots, seconds)
+            about = self.known, arrays, parameters, told.needs, spots, seconds
+            return certificate.certify(picture, mask, *about, stray=sampled or told.deepen)
 
-        key = job.fingerprint({} if mask is None else {"mask": mask}, key, found.depth, found.seeds[0], spots, seconds)
+        depth = found.depth, found.cutoff
+        key = job.fingerprint({} if mask is None else {"mask": mask}, key, depth, found.seeds[0], spots, seconds)
         certified, _ = self._once(key, make, lambda made: (made, {}), lambda facts, _: facts)
         return certified
 

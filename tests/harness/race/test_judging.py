@@ -20,6 +20,11 @@ LIGHT (4,5,6) (0.9,0.9,0.8) 0
 SPHERE (-0.4,0.1,0) 0.4 (0.7,0.5,0.3) 0.6 20 (0,0,0) 1e6 1
 SPHERE (0.5,-0.1,-0.3) 0.4 (0.3,0.5,0.7) 0.8 20 (1,1,1) 2.25 1
 """
+# In a box of mirrors, each bounce leaves half of the light.
+MIRRORS = (
+    "CAMERA (0,0,0) (1,0,0) (0,0.9,0) (0.3,0.2,4)\nAMBIENT (0.2,0.2,0.2)\n"
+    "BOX (-5.1,-5.3,-5.2) (10.1,0.3,0.2) (-0.3,11,0.1) (-0.1,0.2,12) (0.6,0.7,0.8) 0.5 20 (0,0,0) 1e9 1\n"
+)
 
 
 class Counting(ThisHost):
@@ -49,8 +54,8 @@ class Counting(ThisHost):
 def run(experiment, known, tmp_path):
     """A function that runs an experiment on SCENE: rows, and the host."""
 
-    def go(more, name="run", change=lambda result: result, renderers=("python",), spoil=lambda result: result):
-        file = experiment(renderers, more, scene=SCENE, size=14)
+    def go(more, name="run", change=lambda result: result, renderers=("python",), spoil=lambda result: result, scene=SCENE):
+        file = experiment(renderers, more, scene=scene, size=14)
         asked = experiments.load(file)
         host = Counting(tmp_path / "kept", change, spoil)
         records = race.run(asked, plan.make(asked, file, known), known, tmp_path / name, host=host)
@@ -70,7 +75,18 @@ def test_at_the_centres_the_truth_is_the_reference(run):
     assert error["max"] < 1e-12 == error["bad_pixels"] + 1e-12
     certificate = error["certificate"]
     assert (certificate["spots"], certificate["wrong"]) == (7, 0) and certificate["largest"] < 1e-12
-    assert len(host.jobs) == 1 + 8 + 1  # the reference, its mask, which is empty, the truth
+    made = len(host.jobs)
+    assert made == 1 + 8 + 1, host.jobs  # the reference, its mask, which is empty, the truth
+
+
+def test_a_truth_at_the_centres_is_certified_as_deep_as_it_came_to_be(run):
+    """Half of the light is left after each bounce: depth 8, where the truth begins, is not enough."""
+    (row,), _ = run("[reference]\nagainst = 'centres'\nspots = 40\n", scene=MIRRORS)
+    error = row["error"]
+    assert "unavailable" not in error and error["depth"] > 8
+    print(error)
+    certificate = error["certificate"]
+    assert certificate["spots"] == 40 and certificate["wrong"] == 0 and certificate["median"] < 1e-12
 
 
 @pytest.mark.parametrize("more", ["[reference]\nspots = 20\n", AT_CENTRES + "spots = 20\n"])
