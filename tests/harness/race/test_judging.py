@@ -54,7 +54,7 @@ class Counting(ThisHost):
 def run(experiment, known, tmp_path):
     """A function that runs an experiment on SCENE: rows, and the host."""
 
-    def go(more, name="run", change=lambda result: result, renderers=("python",), spoil=lambda result: result, scene=SCENE):
+    def go(more, name="run", change=lambda r: r, renderers=("python",), spoil=lambda r: r, scene=SCENE):
         file = experiment(renderers, more, scene=scene, size=14)
         asked = experiments.load(file)
         host = Counting(tmp_path / "kept", change, spoil)
