@@ -1,6 +1,7 @@
 """Ranks cells with a steady time and a judged, right picture, and divides their times."""
 
 from dataclasses import replace
+from statistics import geometric_mean
 
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
@@ -32,6 +33,19 @@ def ratio(cell: Cell, other: Cell, column: str = "steady_s") -> Estimate:
 def unpaired(cell: Cell, other: Cell) -> Estimate:
     """Returns the steady time of `cell` over that of `other`, a cell of another run. Both have times."""
     return statistics.ratio(cell.values("steady_s"), other.values("steady_s"))
+
+
+def mean_ratio(pairs: list[tuple[Cell, Cell]]) -> Estimate:
+    """Returns the median over rounds of the geometric mean over places of the ratios of pairs of cells."""
+    above, below = ([cell.rounds("steady_s") for cell in cells] for cells in zip(*pairs, strict=True))
+    both = set.intersection(*(set(rounds) for rounds in (*above, *below)))
+    if len(both) < statistics.LEAST:  # rounds in common: of medians, without an interval
+        values = [over.steady.value / under.steady.value for over, under in pairs]
+        return Estimate(geometric_mean(values), None, None, len(both), statistics.too_few(len(both)))
+    per_round = [
+        geometric_mean([over[n] / under[n] for over, under in zip(above, below, strict=True)]) for n in sorted(both)
+    ]
+    return statistics.median(per_round)
 
 
 def ratio_of_rounds(above: dict[int, float], below: dict[int, float]) -> Estimate:

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import dataclass, replace
-from statistics import geometric_mean
 from typing import TYPE_CHECKING
 
 from harness.statistics import statistics
@@ -196,21 +195,9 @@ def _over_places(compared: list[Bar], ranked: list[Cell], floor: float | None) -
     if len(compared) < 2 or len(whole) < FEW:
         return ""
     first, *others = mine
-    means = [(mine[other].spoken, _mean_ratio([(place[other], place[first]) for place in whole])) for other in others]
+    pairs = {other: [(place[other], place[first]) for place in whole] for other in others}
+    means = [(mine[other].spoken, ranking.mean_ratio(pairs[other])) for other in others]
     return sentence.of_means(mine[first].spoken, means, len(whole), floor)
-
-
-def _mean_ratio(pairs: list[tuple[Cell, Cell]]) -> Estimate:
-    """Returns the median over rounds of the geometric mean over places of the ratios of pairs of cells."""
-    above, below = ([cell.rounds("steady_s") for cell in cells] for cells in zip(*pairs, strict=True))
-    both = set.intersection(*(set(rounds) for rounds in (*above, *below)))
-    if len(both) < statistics.LEAST:  # rounds in common: of medians, without an interval
-        values = [over.steady.value / under.steady.value for over, under in pairs]
-        return Estimate(geometric_mean(values), None, None, len(both), statistics.too_few(len(both)))
-    per_round = [
-        geometric_mean([over[n] / under[n] for over, under in zip(above, below, strict=True)]) for n in sorted(both)
-    ]
-    return statistics.median(per_round)
 
 
 def _lacking(results: Results, bars: list[Bar]) -> list[tuple[str, str]]:

@@ -1,6 +1,7 @@
 """How often `rayrace render --max-error` keeps its promise, on random scenes that nobody chose, and what it costs.
 
     .venv/bin/python tests/support/promises.py --scenes 40 --seed WORD > table.md
+    .venv/bin/python tests/support/promises.py --limit 1/255 --files SCENE .. > table.md
 
 Each picture is compared with a truth of its own by another renderer (numba-parallel, 24 x 24 samples a pixel, in four
 pictures). In hindsight the best method is the quickest of a grid whose picture is within the limit of that truth; both
@@ -24,13 +25,15 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
 
-from wild_scenes import Wild, draw  # noqa: E402
+from wild_scenes import draw  # noqa: E402
 
 from harness.judge import judge, truth  # noqa: E402
 from harness.process.session import Sessions  # noqa: E402
 from harness.renderer import registry  # noqa: E402
 from harness.renderer.parameters import Parameters  # noqa: E402
+from harness.scene import load  # noqa: E402
 from harness.scene.flatten import flatten  # noqa: E402
+from harness.scene.model import Scene  # noqa: E402
 from harness.scene.needs import needs as needs_of  # noqa: E402
 from harness.single import single  # noqa: E402
 from harness.single.trial import Method, general  # noqa: E402
@@ -46,13 +49,12 @@ TURNS = 7  # in which two methods are timed
 
 
 class Subject:
-    """A scene, its job and what renders it."""
+    """A scene, its job and what renders it. job: shadows, and a lens if it has one."""
 
-    def __init__(self, wild: Wild, size: tuple[int, int], known: dict, run):
-        self.wild, self.known, self.run = wild, known, run
-        lens = {name: wild.job[name] for name in ("lens_radius", "focal_distance") if name in wild.job}
-        self.job = Parameters(width=size[0], height=size[1], shadows=wild.job["shadows"], **lens)
-        self.arrays = flatten(wild.scene)
+    def __init__(self, scene: Scene, job: dict, size: tuple[int, int], known: dict, run):
+        self.scene, self.known, self.run = scene, known, run
+        self.job = Parameters(width=size[0], height=size[1], **job)
+        self.arrays = flatten(scene)
 
     def options(self) -> list[str]:
         words = ["--width", self.job.width, "--height", self.job.height]
@@ -65,7 +67,7 @@ class Subject:
         """The picture and the time of a frame; None where the variant cannot make it."""
         entry = self.known[name]
         made = replace(general(entry, job), threads=entry.threads(), frames=frames)
-        result = self.run(entry, self.arrays, made, needs_of(self.wild.scene, made), cache=single.kernels(entry))
+        result = self.run(entry, self.arrays, made, needs_of(self.scene, made), cache=single.kernels(entry))
         if result.status != "ok":
             return None
         return result.array, min(frame["end"] - frame["start"] for frame in result.said.frames)
@@ -78,7 +80,7 @@ class Subject:
 
 def grid(subject: Subject, depth: int, cutoff: float):
     """Lists of jobs, each from the quickest to the slowest."""
-    needs = needs_of(subject.wild.scene, replace(subject.job, depth=8, feelers=1, glossy_rays=1, sampler="jittered"))
+    needs = needs_of(subject.scene, replace(subject.job, depth=8, feelers=1, glossy_rays=1, sampler="jittered"))
     feelers, glossy = ((1, 0) if need in needs else (0,) for need in ("soft", "glossy"))
     paths = [*PATHS, (depth, cutoff)] if depth else [(0, 0.0)]
     arithmetic = itertools.product(("float64", "float32"), ("off", "on"))
@@ -115,36 +117,28 @@ def slower(subject: Subject, name: str, mine: Parameters, best: Parameters) -> f
     return float(np.median([subject.shoot(name, mine)[1] / subject.shoot(name, best)[1] for _ in range(TURNS)]))
 
 
-def examine(number: int, seed: str, known: dict, run, seconds: float) -> dict:
-    """One scene: what was promised, what was kept, what the best would have taken."""
+def random_subject(number: int, seed: str, folder: Path, known: dict, run) -> tuple[Path, Subject]:
+    """A random scene, in a file of the folder."""
     wild = draw(list(np.frombuffer(hashlib.sha256(f"{seed} {number}".encode()).digest(), np.uint32)))
-    limit, size = LIMITS[number % len(LIMITS)], SIZES[number // len(LIMITS) % len(SIZES)]
-    subject = Subject(wild, size, known, run)
-    row = {"scene": number, "limit": limit, "size": f"{size[0]} x {size[1]}"}
+    job = {name: wild.job[name] for name in ("shadows", "lens_radius", "focal_distance") if name in wild.job}
+    return wild.keep(folder / "scene.txt"), Subject(wild.scene, job, _size(number), known, run)
+
+
+def _size(number: int) -> tuple[int, int]:
+    return SIZES[number // len(LIMITS) % len(SIZES)]
+
+
+def examine(file: Path, subject: Subject, limit: str, seconds: float) -> dict:
+    """One scene: what was promised, what was kept, what the best would have taken."""
+    known = subject.known
+    row = {"limit": limit, "size": f"{subject.job.width} x {subject.job.height}"}
     with tempfile.TemporaryDirectory() as folder:
-        file, out = wild.keep(Path(folder) / "scene.txt"), Path(folder) / "p.npy"
-        words = [
-            sys.executable,
-            "-m",
-            "rayrace",
-            "render",
-            file,
-            "--max-error",
-            limit,
-            *subject.options(),
-            "-o",
-            out,
-            "--json",
-        ]
-        words += ["--max-seconds", str(seconds)]
+        out = Path(folder) / "p.npy"
+        words = [sys.executable, "-m", "rayrace", "render", file.resolve(), "--max-error", limit, *subject.options()]
+        words += ["-o", out, "--json", "--max-seconds", seconds]
+        path = {**os.environ, "PYTHONPATH": str(ROOT)}
         began = time.monotonic()
-        done = subprocess.run(
-            list(map(str, words)),
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )
+        done = subprocess.run(list(map(str, words)), cwd=folder, capture_output=True, text=True, env=path)
         row["seconds"] = time.monotonic() - began
         if done.returncode:
             return {**row, "told": done.stderr.strip().splitlines()[-1].removeprefix("error: ")}
@@ -195,6 +189,8 @@ def main() -> None:
     asked.add_argument("--scenes", type=int, default=40)
     asked.add_argument("--first", type=int, default=0)
     asked.add_argument("--seed", default="promise")
+    asked.add_argument("--limit", help="of each; without it, of LIMITS in turn")
+    asked.add_argument("--files", nargs="*", type=Path, help="these scenes in place of random ones")
     asked.add_argument("--seconds", type=float, default=240.0, help="that a picture may take")
     asked.add_argument("--read", nargs="*", type=Path, help="print the table of what earlier calls wrote to stderr")
     told, rows = asked.parse_args(), []
@@ -203,9 +199,17 @@ def main() -> None:
         print(table([json.loads(line) for line in lines]))
         return
     known = registry.entries(())
-    for number in range(told.first, told.first + told.scenes):
-        with Sessions() as sessions:
-            rows.append(examine(number, told.seed, known, sessions.run, told.seconds))
+    numbers = range(len(told.files)) if told.files else range(told.first, told.first + told.scenes)
+    for number in numbers:
+        limit = told.limit or LIMITS[number % len(LIMITS)]
+        with Sessions() as sessions, tempfile.TemporaryDirectory() as folder:
+            if told.files:
+                file = told.files[number]
+                subject = Subject(load(file), {"shadows": True}, _size(number), known, sessions.run)
+            else:
+                file, subject = random_subject(number, told.seed, Path(folder), known, sessions.run)
+            name = file.name if told.files else number
+            rows.append({"scene": name, **examine(file, subject, limit, told.seconds)})
         print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
     print(table(rows))
 
