@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from rayrace import history as cli_history
 from rayrace import needs as cli_needs
 from rayrace import picture
 from rayrace import run as cli_run
@@ -49,6 +50,7 @@ app.command(cls=Once)(cli_run.run)
 app.command(cls=Once)(cli_run.status)
 app.command(cls=Once)(cli_stress.stress)
 app.command(cls=Once)(cli_needs.needs)
+app.command(cls=Once)(cli_history.history)
 app.command(cls=Once)(picture.render)
 app.command(cls=Once)(picture.trace)
 

@@ -2,6 +2,7 @@
 
 import subprocess
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 from harness.errors import UserError
@@ -10,6 +11,38 @@ from harness.renderer.registry import Entry, Renderer
 
 OF_FOLDER = "old"  # the label of variants from a folder; that of a commit is its abbreviated hash
 DIGITS = 9  # of such a hash
+
+
+@dataclass(frozen=True)
+class Commit:
+    """A commit: its hash, its date (ISO 8601, UTC offset and all) and the first line of its message."""
+
+    hash: str
+    date: str
+    subject: str
+
+    @property
+    def short(self) -> str:
+        return self.hash[:DIGITS]
+
+
+def commits(span: str, entry: Entry) -> list[Commit]:
+    """The commits of `span` (git's A..B) that change the folder of a variant's renderer, the oldest first; before them
+    A, or the last commit up to A that did. UserError if git knows no such span, or none of its commits changes the
+    folder.
+    """
+    folder = entry.renderer.folder
+    first, dots, last = span.partition("..")
+    if not (dots and first and last) or last.startswith("."):
+        raise UserError(f'--commits: expected two commits, A..B, found "{span}"')
+    for one in (first, last):
+        if _git(folder, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{one}^{{commit}}") is None:
+            raise UserError(f"--commits {span}: the repository of {folder} has no commit {one}")
+    log = "log", "--format=%H%x00%cI%x00%s"
+    told = [_git(folder, *log, *words, "--", ".") for words in (("-1", first), ("--reverse", "--topo-order", span))]
+    if not told[1]:
+        raise UserError(f"--commits {span}: none of them changes {folder}")
+    return [Commit(*line.split("\0")) for text in told if text for line in text.splitlines()]
 
 
 def others(where: str, entries: Iterable[Entry]) -> dict[str, Entry]:

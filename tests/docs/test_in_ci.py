@@ -1,20 +1,14 @@
 """The recipe for CI, as its page has it, on a repository with a renderer of a few lines."""
 
-import subprocess
-
 import pytest
 from pages import blocks
+from repositories import git
 
 PAGE = "in-ci.md"
 SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n"
 WORK = "pixels = background * ((x1 - x0) * (y1 - y0))"  # of flat.py
 # The page's experiment, but for its times: pictures of a few pixels.
 SMALL = "--set", "image.width=12", "--set", "image.height=9", "--set", "processes=8", "--set", "frames=3"
-
-
-def git(folder, *words):
-    who = "-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"
-    subprocess.run(["git", "-C", folder, *who, *words], check=True, capture_output=True)
 
 
 def write(tree, loops):

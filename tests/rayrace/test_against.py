@@ -2,19 +2,14 @@
 
 import json
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
+from repositories import git
 
 ROOT = Path(__file__).parents[2]
 SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n"
 PAINT = "self.background = read.vector"
-
-
-def git(folder, *words):
-    who = "-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false"
-    return subprocess.run(["git", "-C", folder, *who, *words], check=True, capture_output=True, text=True).stdout
 
 
 @pytest.fixture
