@@ -176,7 +176,10 @@ def _must_have(host: str, *folders: Path) -> None:
 def export(
     run: Annotated[Path, typer.Argument(help="Folder that `rayrace run` wrote, or a packed run.", metavar="RUN")],
     form: Annotated[
-        str, typer.Option("--format", help="pyperf, hyperfine, github, parquet or packed (.tar.xz).", metavar="NAME")
+        str,
+        typer.Option(
+            "--format", help="pyperf, hyperfine, github, budget, parquet or packed (.tar.xz).", metavar="NAME"
+        ),
     ],
     out: Annotated[
         str, typer.Option("-o", "--out", help="File; -: standard output, of formats of text.", metavar="FILE")

@@ -54,6 +54,19 @@ def versions(folder: Path, fail_slower: float | None) -> bool:
     return bool(failures)
 
 
+def budget(folder: Path, held_to) -> bool:
+    """Prints how the instructions of a run compare with a budget; returns whether one takes too many."""
+    from reports.compare import budget
+    from reports.run import results
+
+    found = budget.hold(results.load(folder), held_to)
+    for row in found:
+        print(row.text)
+        if row.over:
+            print(f"over the budget, by more than {held_to.percent:g} %: {row.text}", file=sys.stderr)
+    return any(row.over for row in found)
+
+
 def _ranking(loaded, found, steady: bool, notes: dict[str, None]) -> Table:
     """The contestants, the fastest first. steady: by steady frames, of one place. notes: gets what is said below."""
     from reports.accuracy import accuracy_columns

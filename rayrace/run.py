@@ -43,6 +43,12 @@ def run(
         float | None,
         typer.Option(parser=percent, help="With --against: exit 1 if a cell is slower by more.", metavar="PERCENT"),
     ] = None,
+    budget: Annotated[
+        Path | None,
+        typer.Option(
+            help="Exit 1 if a cell takes more instructions than in this file (`rayrace export --format budget`)."
+        ),
+    ] = None,
     max_minutes: Annotated[
         float | None,
         typer.Option(min=0, help="Begin nothing more after so long; every cell has its turn before a second."),
@@ -78,10 +84,13 @@ def run(
     chosen = tuple(dict.fromkeys(name.strip() for text in only or () for name in text.split(",") if name.strip()))
     if fail_slower is not None and not against:
         raise UserError("--fail-slower: only with --against; `rayrace compare` has it for two runs")
+    if budget and not asked.measure.count:
+        raise UserError("--budget: the experiment counts no instructions", remedy="--set measure.count=true")
+    held_to = _budget(budget)
     planned = plan.make(asked, experiment, known, chosen, against)
     for warning in planned.warnings:
         print(f"warning: {warning}", file=sys.stderr)
-    budget = math.inf if max_minutes is None else 60 * max_minutes
+    seconds = math.inf if max_minutes is None else 60 * max_minutes
     if resume and out:
         raise UserError("--resume goes on in the run's own folder; leave --out out")
     before = store.executor(resume) if resume else None
@@ -108,21 +117,30 @@ def run(
         if name != "local":
             batches = campaign.plan_batches(asked, planned, name, made.predictor)
             jobs = campaign.Forecast(campaign.table(asked, name), batches)
-        terminal.show_plan(made, budget, as_json, jobs)
+        terminal.show_plan(made, seconds, as_json, jobs)
         return
     if as_json:
         raise UserError("--json: only with --dry-run")
     folder = resume or new_run(experiment, out)
     options = {"--only": only, "--set": settings, "--renderer": renderer, "--against": [against] * bool(against)}
+    options |= {"--budget": [budget] * bool(budget)}
     options |= {"--fail-slower": [] if fail_slower is None else [f"{fail_slower:g}"]}
     given = (str(word) for option, values in options.items() for value in values or () for word in (option, value))
     again = shlex.join(["rayrace", "run", str(typed), *given, "--resume", str(folder)])
     if name == "local":
-        records, left = here(asked, planned, known, folder, resume is not None, budget, again)
+        records, left = here(asked, planned, known, folder, resume is not None, seconds, again)
     else:
         front = campaign.Campaign(folder, asked, experiment, planned, name)
         records, left = _on_cluster(front, chosen, folders, resume is not None, detach, again)
-    _finish(folder, records, f"{left} repetitions are left; go on with: {again}" if left else "", report, fail_slower)
+    told = f"{left} repetitions are left; go on with: {again}" if left else ""
+    _finish(folder, records, told, report, fail_slower, held_to)
+
+
+def _budget(file: Path | None):
+    """The budget in a file, read before anything is measured; None without one."""
+    from reports.compare import budget
+
+    return None if file is None else budget.read(file)
 
 
 def new_run(experiment: Path, out: Path | None) -> Path:
@@ -248,9 +266,9 @@ def _on_cluster(front, only, renderers, resumed: bool, detach: bool, again: str)
     return records, sum(map(len, front.missing().values()))
 
 
-def _finish(folder: Path, records: list[dict], left: str, report: bool, fail_slower: float | None = None) -> None:
-    """Say what came of it. Exit 1 if something failed that should not, or is slower than another version by more than
-    fail_slower. left: what is said if repetitions are left."""
+def _finish(folder: Path, records: list[dict], left: str, report: bool, fail_slower=None, budget=None) -> None:
+    """Say what came of it. Exit 1 if something failed that should not, is slower than another version by more than
+    fail_slower, or takes more instructions than its budget. left: what is said if repetitions are left."""
     from harness.race import row
     from rayrace import outcome, terminal
 
@@ -263,8 +281,8 @@ def _finish(folder: Path, records: list[dict], left: str, report: bool, fail_slo
         from reports.page import several
 
         print(f"report: {several.make([folder], folder / 'report')}")
-    gate = outcome.versions(folder, fail_slower)
-    raise typer.Exit(1 if gate or any(map(row.failed, records)) else 0)
+    gates = outcome.versions(folder, fail_slower), budget is not None and outcome.budget(folder, budget)
+    raise typer.Exit(1 if any(gates) or any(map(row.failed, records)) else 0)
 
 
 def status(

@@ -10,7 +10,7 @@ import pandas as pd
 
 from harness.errors import UserError
 from harness.statistics.statistics import Estimate
-from reports.compare.instructions import SAME
+from reports.compare.instructions import of_two
 from reports.run import ranking, results
 from reports.run.missing import Missing
 
@@ -69,8 +69,9 @@ def read(folder: Path, commit: str, date: str, subject: str) -> list[Point]:
         counts = loaded.counts(then)
         if not isinstance(counts, Missing):
             mine = loaded.counts(now)
-            changed = [] if isinstance(mine, Missing) else [n for n in SAME if counts.get(n) != mine.get(n)]
-            counts = Missing(f"counted in another way: {', '.join(changed)}") if changed else counts["instructions"]
+            compared = of_two(mine, counts, "the present version", "this one")
+            other = not isinstance(mine, Missing) and compared.ratio is None
+            counts = Missing(compared.reason) if other else counts["instructions"]
         bad = next((cell for cell in (then, now) if cell.unranked), None)
         time = Missing(f"{bad.label}: {bad.unranked}") if bad else ranking.ratio(then, now)
         found.append(Point(commit, date, subject, results.place_label(place), counts, time))

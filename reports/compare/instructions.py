@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
+from reports.exporters.budget import WAY
 from reports.run.results import Cell, Missing, Results
-
-SAME = "tool", "version", "width", "height", "options", "environment"  # of counts that can be compared
 
 
 @dataclass(frozen=True)
@@ -31,13 +30,16 @@ def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Counts | None
     """Returns the counts of a cell in run A and in run B; None if neither run counted anything."""
     if not (a.counted or b.counted):
         return None
-    one, other = a.counts(cell_a), b.counts(cell_b)
-    missing = [
-        f"in {name}: {counts.reason}" for name, counts in (("A", one), ("B", other)) if isinstance(counts, Missing)
-    ]
+    return of_two(a.counts(cell_a), b.counts(cell_b), "A", "B")
+
+
+def of_two(one: dict | Missing, other: dict | Missing, name: str, other_name: str) -> Counts:
+    """Returns the comparison of two counts; names are for the reason why there is none."""
+    both = (name, one), (other_name, other)
+    missing = [f"in {which}: {counts.reason}" for which, counts in both if isinstance(counts, Missing)]
     if missing:
         return Counts(reason="; ".join(missing))
-    if changed := [f"{name} {one.get(name)} -> {other.get(name)}" for name in SAME if one.get(name) != other.get(name)]:
+    if changed := [f"{key} {one.get(key)} -> {other.get(key)}" for key in WAY if one.get(key) != other.get(key)]:
         return Counts(reason=f"counted in another way: {', '.join(changed)}")
     before, now = one["instructions"], other["instructions"]
     return Counts(before, now, now / before)

@@ -2,14 +2,15 @@
 
 The formats for times (pyperf, hyperfine, github) have no place for a reason: a cell that takes part in no comparison is
 left out, and told of. parquet has every repetition, with status and reason; packed is the run itself in one file.
-hyperfine, which times commands, has whole processes unless frames are asked for; pyperf and github have frames.
+hyperfine, which times commands, has whole processes unless frames are asked for; pyperf and github have frames, with
+the instructions of a frame where they were counted. budget has these alone.
 """
 
 from pathlib import Path
 
 from harness.errors import UserError
 from harness.store import packed, store
-from reports.exporters import github, hyperfine, parquet, pyperf
+from reports.exporters import budget, github, hyperfine, parquet, pyperf
 from reports.run import naming, results
 
 TEXTS = {"pyperf": pyperf.text, "hyperfine": hyperfine.text, "github": github.text}
@@ -20,7 +21,8 @@ HOLDS = {
         hyperfine.PROCESS: "whole processes, from start to exit, with all frames; --what frame has the steady frame",
         hyperfine.FRAME: "the steady frame of each process",
     },
-    "github": {"frame": "the steady frame, the median over processes"},
+    "github": {"frame": "the steady frame, the median over processes, and its instructions if they were counted"},
+    "budget": {"instructions": "the instructions of a steady frame of each cell"},
     "parquet": {"all": "every repetition, with the times of its process, phases and frames"},
     "packed": {"all": "the run itself"},
 }
@@ -44,7 +46,7 @@ def write(run: Path, form: str, out: Path | None, pictures: bool = True, host: s
     A line for all that is left out, with the reason. UserError if the format is unknown or nothing is left.
     """
     what = chosen(form, what)
-    if form not in TEXTS and out is None:
+    if form in ("parquet", "packed") and out is None:
         raise UserError(f"{form} is no text", remedy="name a file with -o FILE")
     if form == "packed":
         if not out.name.endswith(packed.SUFFIX):
@@ -55,6 +57,10 @@ def write(run: Path, form: str, out: Path | None, pictures: bool = True, host: s
     if form == "parquet":
         parquet.write(loaded, out)
         return []
+    if form == "budget":
+        text, left_out = budget.text(loaded)
+        _put(text, out)
+        return left_out
     cells = dict(zip(naming.names(loaded.cells), loaded.cells, strict=True))
     told = {name: cell.unranked or cell.verdict for name, cell in cells.items()}
     left_out = [f"{name}: {why}" for name, why in told.items() if why != "ok"]
@@ -62,8 +68,12 @@ def write(run: Path, form: str, out: Path | None, pictures: bool = True, host: s
     if not ranked:
         raise UserError("\n  ".join([f"{run}: nothing to export", *left_out]))
     text = TEXTS[form](loaded, ranked, *([what] if form == "hyperfine" else []))
+    _put(text, out)
+    return left_out
+
+
+def _put(text: str, out: Path | None) -> None:
     if out is None:
         print(text, end="")
     else:
         store.write_whole(out, text)
-    return left_out

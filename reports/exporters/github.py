@@ -2,16 +2,31 @@
 
 A JSON list of {name, unit, value, range, extra} (its src/extract.ts, `BenchmarkResult`). value: median over processes
 of the steady time, s. range: text, its 95 % interval; left out where there is none. extra: text, what else is to know.
+A cell whose instructions were counted has a second result.
 """
 
 import json
 
-from reports.run.results import Cell, Results
+from reports.run.results import Cell, Missing, Results
 
 
 def text(results: Results, cells: dict[str, Cell]) -> str:
     """Returns the text of the file for the ranked cells, by name."""
-    return json.dumps([_result(results, name, cell) for name, cell in cells.items()], indent=1) + "\n"
+    found = []
+    for name, cell in cells.items():
+        found += [_result(results, name, cell), *_counted(results, name, cell)]
+    return json.dumps(found, indent=1) + "\n"
+
+
+def _counted(results: Results, name: str, cell: Cell) -> list[dict]:
+    counts = results.counts(cell)
+    if isinstance(counts, Missing):
+        return []
+    extra = (
+        f"of a steady frame of {counts['width']} x {counts['height']} pixels, by {counts['tool']} {counts['version']}"
+    )
+    unit = "instructions"
+    return [{"name": f"{name}, {unit}", "unit": unit, "value": counts["instructions"], "extra": extra}]
 
 
 def _result(results: Results, name: str, cell: Cell) -> dict:

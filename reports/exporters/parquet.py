@@ -1,8 +1,9 @@
 """Exports a Parquet file: a row for each repetition of any status and pass, and run.json as the file's metadata.
 
-The columns are those of repetitions.csv in a report, what identifies the row, `point.` and `parameters.` with the swept
-values and the job's parameters, and the lists `frames_s` and `frame_renders`. Unknown values are null, and a column
-without a known value has the type null. A column with values of several types is text, each value as JSON.
+The columns are those of repetitions.csv in a report, what identifies the row, `point.` and `parameters.` with the
+swept values and the job's parameters, `counts.` of what was counted in a frame, and the lists `frames_s` and
+`frame_renders`. Unknown values are null, and a column without a known value has the type null. A column with values
+of several types is text, each value as JSON.
 """
 
 import json
@@ -13,6 +14,7 @@ from harness.store import store
 from reports.run import repetition
 from reports.run.results import Results
 
+COUNTS = "instructions", "cycles", "branches", "branch_misses", "cache_misses", "rays", "spread", "tool", "version"
 IDENTITY = "cell", "renderer", "renderer_version", "scene_version", "started", "took_s", "frames_s", "frame_renders"
 
 
@@ -35,6 +37,7 @@ def _row(record: dict, is_out: bool) -> dict:
         **{name: record.get(name) for name in IDENTITY},
         **{f"{group}.{key}": value for group in ("point", "parameters") for key, value in record[group].items()},
         **repetition.row(record),
+        **{f"counts.{key}": value for key, value in (record.get("counts") or {}).items() if key in COUNTS},
         "outlier": is_out,
     }
 

@@ -12,6 +12,9 @@ from harness.statistics import steady
 from reports.run import repetition
 from reports.run.results import Cell, Missing, Results
 
+# Of a steady frame, as metadata: pyperf has no benchmark of counts.
+COUNTS = "instructions", "cycles", "branches", "branch_misses", "cache_misses", "width", "height", "tool", "version"
+
 
 def text(results: Results, cells: dict[str, Cell]) -> str:
     """The file for the ranked cells, by name."""
@@ -45,6 +48,8 @@ def _machine(environment: dict) -> dict:
 def _about(results: Results, name: str, cell: Cell) -> dict:
     record = results.record(cell)
     errors = {name: cell.error(name) for name in repetition.ERRORS}
+    counts = results.counts(cell)
+    counted = {} if isinstance(counts, Missing) else {f"count_{key}": counts.get(key) for key in COUNTS}
     return _known(
         name=name,
         unit="second",
@@ -55,6 +60,7 @@ def _about(results: Results, name: str, cell: Cell) -> dict:
         scene_version=record.get("scene_version"),
         **{name: value for name, value in errors.items() if isinstance(value, float)},
         error_against=cell.against,
+        **counted,
         agrees=None if isinstance(cell.agrees, Missing) else "yes" if cell.agrees else "no",
         **{f"parameter_{key}": value for key, value in cell.parameters.items()},
     )

@@ -246,7 +246,10 @@ def test_the_command_line(mixed, tmp_path):
     assert "left out: rust, comparison: failed: exit 1: it broke\n" in done.stderr
     out = tmp_path / "a.json"
     assert command_line.rayrace("export", mixed, "--format", "github", "-o", out).stdout == ""
-    assert out.read_text() == done.stdout and "exported: the steady frame, the median over processes\n" in done.stderr
+    assert (
+        out.read_text() == done.stdout
+        and "exported: the steady frame, the median over processes, and its" in done.stderr
+    )
     done = command_line.rayrace("export", mixed, "--format", "hyperfine")
     assert "exported: whole processes, from start to exit, with all frames; --what frame" in done.stderr
     assert [result["mean"] for result in json.loads(done.stdout)["results"]] == [2.0]
@@ -261,7 +264,7 @@ def test_the_command_line(mixed, tmp_path):
 
 
 def test_wrong_use(mixed, make_run, bad):
-    with pytest.raises(UserError, match='no format "xml"; known: pyperf, hyperfine, github, parquet'):
+    with pytest.raises(UserError, match='no format "xml"; known: pyperf, hyperfine, github, budget, parquet'):
         exporters.write(mixed, "xml", None)
     with pytest.raises(UserError, match='pyperf has no "process"; it holds: frame'):
         exporters.write(mixed, "pyperf", None, what="process")
@@ -269,3 +272,40 @@ def test_wrong_use(mixed, make_run, bad):
         exporters.write(mixed, "parquet", None)
     with pytest.raises(UserError, match="nothing to export\n  rust, comparison: failed: it broke"):
         exporters.write(make_run([bad("rust", "failed", "it broke")], "broken"), "pyperf", None)
+
+
+COUNTS = {
+    "tool": "perf", "version": "6.1", "width": 4, "height": 3, "rays": 20, "instructions": 4e4, "cycles": 2e4,
+    "spread": 2e-4, "smaller": None, "options": [], "environment": {},
+}  # fmt: skip
+
+
+@pytest.fixture
+def counted(make_run, cell, bad):
+    """A run of two cells, one of which was counted."""
+    of = {"pass": "count"}
+    counts = bad("cpp", "ok", "", counts=COUNTS, **of), bad("numba", "unavailable", "no tool", **of)
+    return make_run([*cell("cpp"), *cell("numba"), *counts])
+
+
+def test_counts_are_exported(counted, tmp_path):
+    found, _ = exported(counted, "github", tmp_path / "a.json")
+    assert [(one["name"], one["unit"]) for one in found] == [
+        ("cpp, comparison", "s"), ("cpp, comparison, instructions", "instructions"), ("numba, comparison", "s"),
+    ]  # fmt: skip
+    assert found[1]["value"] == 4e4 and "4 x 3 pixels, by perf 6.1" in found[1]["extra"]
+    exporters.write(counted, "pyperf", tmp_path / "b.json")
+    cpp, numba = pyperf.BenchmarkSuite.load(str(tmp_path / "b.json")).get_benchmarks()
+    assert cpp.get_metadata()["count_instructions"] == 4e4 and "count_instructions" not in numba.get_metadata()
+    exporters.write(counted, "parquet", tmp_path / "a.parquet")
+    rows = parquet.read_table(tmp_path / "a.parquet").to_pylist()
+    assert [row["counts.instructions"] for row in rows if row["pass"] == "count"] == [4e4, None]
+
+
+def test_a_budget(counted, make_run, cell, tmp_path):
+    found, left_out = exported(counted, "budget", tmp_path / "a.json")
+    assert left_out == ["numba, comparison: no tool"] and found["percent"] == 1
+    way = {"tool": "perf", "version": "6.1", "width": 4, "height": 3, "options": [], "environment": {}}
+    assert found["cells"] == {"cpp, comparison": {"instructions": 4e4, **way}}
+    with pytest.raises(UserError, match="nothing was counted"):
+        exporters.write(make_run(cell("cpp"), "plain"), "budget", None)
