@@ -10,6 +10,7 @@ from harness.machine import environment, fitness_cores, fitness_gpu
 from harness.renderer import builder
 from harness.system import cgroup, counters
 from harness.system.finding import UNAVAILABLE, Finding, judged, read, unknown
+from harness.system.rapl import Rapl
 
 ROOT = Path("/")
 
@@ -26,6 +27,7 @@ def examine(left: dict[Path, str] | None = None) -> list[Finding]:
         randomisation(facts["address_randomisation"]),
         compiler(facts["compilers"]["c++"]),
         *counts(),
+        energy(),
         *fitness_gpu.findings(),
         temporary(left or {}),
     ]
@@ -88,6 +90,12 @@ def counts() -> list[Finding]:
         return [unknown(what, "; ".join(map(str, tools)))]
     why = f"; {tools[0]}" if found is tools[1] else ""
     return [Finding("good", what, f"by {found.name} {found.version}{why}")]
+
+
+def energy() -> Finding:
+    """Whether the energy of the processor can be read; nothing that times depend on."""
+    what, found = "energy of the processor", Rapl().unavailable
+    return Finding("good", what, "by RAPL, of whole packages") if found is None else unknown(what, found)
 
 
 def compiler(value: str) -> Finding:

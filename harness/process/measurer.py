@@ -7,13 +7,15 @@ last look, if the renderer is gone or standard input closes.
 
 The series has one row a tick: t (s since the start of the renderer), cpu_s (CPU time used so far by the process and
 its descendants, the ended ones included), rss_bytes, vms_bytes, threads (sums over the living), pss_bytes (their
-resident memory with shared pages counted once, while there is more than one), and the columns of gpu.SERIES. An empty
+resident memory with shared pages counted once, while there is more than one), package_energy_j (that the processor's
+packages have used, whoever used it: rapl.py), and the columns of gpu.SERIES. An empty
 field is a value that the system does not tell; the audit's `gpu` says why of each column of the GPU, and its
 `gpu_sources` which call of NVML the others are from. The last row is of the end itself: the CPU time of the dead.
 
 The audit: ticks, missed (deadlines), interval_s (asked for), interval_p50_s, interval_p99_s (realised), cpu_s (used by
 the measurer itself), saw_end, resolution_s (of the last cpu_s), processes (the most that lived at once), mark_bytes
-(the largest VmHWM of the renderer that it saw; null if none), pss_peak_bytes (the largest pss_bytes; null if none).
+(the largest VmHWM of the renderer that it saw; null if none), pss_peak_bytes (the largest pss_bytes; null if none),
+package_energy (null, or why there is none).
 """
 
 import csv
@@ -28,8 +30,9 @@ import psutil
 
 from harness.process.family import Family
 from harness.system.gpu import SERIES, Gpu
+from harness.system.rapl import Rapl
 
-COLUMNS = ("t", "cpu_s", "rss_bytes", "vms_bytes", "threads", "pss_bytes", *SERIES)
+COLUMNS = ("t", "cpu_s", "rss_bytes", "vms_bytes", "threads", "pss_bytes", "package_energy_j", *SERIES)
 
 
 @dataclass
@@ -42,7 +45,7 @@ class Watch:
     family: Family | None = None
 
 
-def watch(target: dict, interval: float, writer, gpu: Gpu, words) -> Watch:
+def watch(target: dict, interval: float, writer, gpu: Gpu, rapl: Rapl, words) -> Watch:
     """Sample `target` into the rows of `writer` until the end. words: the file, unbuffered, that tells of it."""
     seen = Watch()
     try:
@@ -56,7 +59,7 @@ def watch(target: dict, interval: float, writer, gpu: Gpu, words) -> Watch:
         if sample is None:
             break
         seen.ticks.append(now)
-        _write(writer, now - target["spawned"], *sample, *gpu.sample(family.pids, now))
+        _write(writer, now - target["spawned"], *sample, rapl.joules(), *gpu.sample(family.pids, now))
         tick += 1
         late = int((time.monotonic() - start) / interval) - tick + 1
         if late > 0:
@@ -76,7 +79,7 @@ def _write(writer, t: float, *values) -> None:
 
 
 def main(path: str, interval: float) -> None:
-    gpu = Gpu()
+    gpu, rapl = Gpu(), Rapl()
     words = open(0, "rb", buffering=0, closefd=False)  # noqa: SIM115  what a buffer holds, select does not see
     print("ready", flush=True)
     line = words.readline()
@@ -86,7 +89,7 @@ def main(path: str, interval: float) -> None:
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
-        seen = watch(json.loads(line), interval, writer, gpu, words)
+        seen = watch(json.loads(line), interval, writer, gpu, rapl, words)
     gaps = sorted(b - a for a, b in itertools.pairwise(seen.ticks))
     audit = {
         "ticks": len(seen.ticks),
@@ -100,6 +103,7 @@ def main(path: str, interval: float) -> None:
         "processes": seen.family.most if seen.family else None,
         "mark_bytes": seen.family.mark if seen.family else None,
         "pss_peak_bytes": seen.family.pss if seen.family else None,
+        "package_energy": rapl.unavailable,
         "gpu": gpu.states(),
         "gpu_sources": gpu.sources(),
     }

@@ -10,7 +10,7 @@ from harness.judge import judge
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
 from harness.process.session import Sessions
-from harness.race import contradiction, counting, gpu_use, row
+from harness.race import contradiction, counting, energy_use, gpu_use, row
 from harness.race.host import Host
 from harness.race.judging import Judging
 from harness.renderer import events, job
@@ -81,6 +81,7 @@ class Bench:
             **row.measured(result, series),
             "disturbed": disturbed,
             "gpu": _gpu(cell.entry, result, series),
+            "energy": _energy(result, series),
             "build": build,
             "picture": None,
             "agreement": None,
@@ -175,6 +176,13 @@ class Bench:
 
 def _has_files(cache: Path) -> bool:
     return cache.is_dir() and any(path.name != ownership.MARKER for path in cache.iterdir())
+
+
+def _energy(result: repetition.Result, series: Path) -> dict | None:
+    """Returns the energy of the processor in a repetition; None if nothing ran."""
+    if result.outcome is None or result.outcome.failed:
+        return None
+    return energy_use.use(result.said, result.outcome, series)
 
 
 def _gpu(entry: Entry, result: repetition.Result, series: Path) -> dict | None:

@@ -11,6 +11,7 @@ Each is a number, or {"unavailable": reason}.
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar, Self
 
 from harness.process.process import Outcome
 from harness.race.series import ticks
@@ -37,19 +38,14 @@ def unavailable(reason: str) -> dict:
 
 def use(said: Said, outcome: Outcome, series: Path) -> dict:
     """The values of one repetition."""
-    phases = [phase for phase in said.phases if phase["name"] == "render"]
-    if not phases:
-        return unavailable("it told of no phase render")
     if outcome.measurer is None:
         return unavailable("the measurer died")
-    start, end = (stamp - outcome.spawned for stamp in (phases[0]["start"], phases[-1]["end"]))
-    frames = [(f["start"] - outcome.spawned, f["end"] - outcome.spawned, f["renders"]) for f in said.frames]
-    rays = said.rays and sum(said.rays[kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
-    render = Render(start, end, frames, rays, ticks(series), outcome.measurer)
-    return {name: _told(getattr(render, name)) for name in VALUES}
+    render = OfGpu.of(said, outcome, ticks(series), outcome.measurer["gpu"])
+    return unavailable(render) if isinstance(render, str) else {name: told(getattr(render, name)) for name in VALUES}
 
 
-def _told(ask):
+def told(ask):
+    """What `ask` returns, or {"unavailable": reason}."""
     try:
         return ask()
     except Missing as missing:
@@ -65,13 +61,22 @@ class Render:
     frames: list[tuple[float, float, int]]  # start, end and renders
     rays: int | None  # of one render
     ticks: list[dict]  # rows of the series
+    states: dict[str, str]  # of its columns: AVAILABLE, or why there are no values
     audit: dict
 
-    def utilisation_percent(self) -> float:
-        return self._mean("gpu_percent")
+    counter: ClassVar[str]  # the column of energy, J
+    shortest: ClassVar[float]  # s of rendering, below which nothing is told
 
-    def power_w(self) -> float:
-        return self._mean("gpu_power_w")
+    @classmethod
+    def of(cls, said: Said, outcome: Outcome, ticks: list[dict], states: dict[str, str]) -> Self | str:
+        """That of a repetition, or why there is none."""
+        phases = [phase for phase in said.phases if phase["name"] == "render"]
+        if not phases:
+            return "it told of no phase render"
+        start, end = (stamp - outcome.spawned for stamp in (phases[0]["start"], phases[-1]["end"]))
+        frames = [(f["start"] - outcome.spawned, f["end"] - outcome.spawned, f["renders"]) for f in said.frames]
+        rays = said.rays and sum(said.rays[kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
+        return cls(start, end, frames, rays, ticks, states, outcome.measurer)
 
     def energy_j(self) -> float:
         (_, first), (_, last) = self._span()
@@ -82,13 +87,54 @@ class Render:
         return end - start
 
     def joules_per_mray(self) -> float:
-        (start, _), (end, _) = self._span()
         if not self.rays:
             raise Missing("it does not count its rays" if self.rays is None else "it has no rays")
+        return self.energy_j() / (self.rays * self.renders()) * 1e6
+
+    def renders(self) -> float:
+        """The frames, and parts of frames, between the first and the last tick."""
+        (start, _), (end, _) = self._span()
         inside = [n * max(0.0, min(b, end) - max(a, start)) / (b - a) for a, b, n in self.frames if b > a]
         if not sum(inside):
             raise Missing("no frame lies between the first and the last tick")
-        return self.energy_j() / (self.rays * sum(inside)) * 1e6
+        return sum(inside)
+
+    def _span(self):
+        """(time, counter of energy) of the first and the last tick."""
+        self._long_enough(self.counter)
+        found = self._values(self.counter, self.start, self.end)
+        if len(found) < 2:
+            raise Missing("fewer than two ticks in the phase render")
+        return found[0], found[-1]
+
+    def _long_enough(self, column: str) -> None:
+        if self.end - self.start < self.shortest and self.states[column] in (AVAILABLE, NO_TICK, TOO_SOON):
+            raise Missing(self._short(self.shortest))
+
+    def _short(self, window: float) -> str:
+        return f"too short to sample: {self.end - self.start:.3g} s of rendering, the window is {window:.3g} s"
+
+    def _values(self, column: str, start: float, end: float, kind=float, window: float = 0.0) -> list[tuple]:
+        """(time, value) of the ticks from start to end that have one; Missing if none has."""
+        if self.states[column] != AVAILABLE:
+            raise Missing(self.states[column])
+        rows = [(float(tick["t"]), tick[column]) for tick in self.ticks if tick[column]]
+        found = [(t, kind(value)) for t, value in rows if start <= t <= end]
+        if not found:
+            raise Missing(self._short(max(window, self.audit["interval_s"])))
+        return found
+
+
+class OfGpu(Render):
+    """The phase `render` by the counters of the GPU."""
+
+    counter, shortest = "gpu_energy_j", SHORTEST
+
+    def utilisation_percent(self) -> float:
+        return self._mean("gpu_percent")
+
+    def power_w(self) -> float:
+        return self._mean("gpu_power_w")
 
     def process_memory_bytes(self) -> int:
         return int(max(value for _, value in self._values("gpu_process_memory_bytes", 0.0, float("inf"))))
@@ -105,28 +151,3 @@ class Render:
         window = self.audit["gpu_sources"].get(column, {}).get("window_s", 0.0)
         values = [value for _, value in self._values(column, self.start + window, self.end, window=window)]
         return sum(values) / len(values)
-
-    def _span(self):
-        """(time, counter of energy) of the first and the last tick."""
-        self._long_enough("gpu_energy_j")
-        found = self._values("gpu_energy_j", self.start, self.end)
-        if len(found) < 2:
-            raise Missing("fewer than two ticks in the phase render")
-        return found[0], found[-1]
-
-    def _long_enough(self, column: str) -> None:
-        if self.end - self.start < SHORTEST and self.audit["gpu"][column] in (AVAILABLE, NO_TICK, TOO_SOON):
-            raise Missing(self._short(SHORTEST))
-
-    def _short(self, window: float) -> str:
-        return f"too short to sample: {self.end - self.start:.3g} s of rendering, the window is {window:.3g} s"
-
-    def _values(self, column: str, start: float, end: float, kind=float, window: float = 0.0) -> list[tuple]:
-        """(time, value) of the ticks from start to end that have one; Missing if none has."""
-        if self.audit["gpu"][column] != AVAILABLE:
-            raise Missing(self.audit["gpu"][column])
-        rows = [(float(tick["t"]), tick[column]) for tick in self.ticks if tick[column]]
-        found = [(t, kind(value)) for t, value in rows if start <= t <= end]
-        if not found:
-            raise Missing(self._short(max(window, self.audit["interval_s"])))
-        return found

@@ -91,6 +91,7 @@ Row = _some(
     warnings=list[str],
     disturbed=dict[str, Known | list[str] | bool] | None,
     gpu=dict[str, Known | list[str]] | None,
+    energy=dict[str, Known] | Unavailable | None,
     peaks=dict[str, Any] | None,
     counts=_some(
         "Counts",

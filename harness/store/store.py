@@ -61,6 +61,8 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
                 have the key, and Valgrind has instructions alone
     gpu         null, or {utilisation_percent, power_w, energy_j, energy_s, joules_per_mray, process_memory_bytes,
                 temperature_c, throttled}, each a number (throttled: [reason, ..]) or {unavailable: reason}: gpu_use.py
+    energy      null, or of the processor {power_w, energy_j, energy_s, joules_per_frame, joules_per_mray}, each a
+                number or {unavailable: reason}; or that alone: energy_use.py
     disturbed   {steal_s, other_cpu_s, waited_s, swapped_pages, held_back_s, throttled}: the system's counters during
                 the repetition, each a number or {unavailable: reason}: trouble.py
     peaks       null, or the machine's peak rates just before: {one, all}, of one thread and of the variant's number of
@@ -83,7 +85,7 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
                 describes the row
     measurer    its audit of itself: {ticks, missed, interval_s, interval_p50_s, interval_p99_s, cpu_s (its own),
                 saw_end, resolution_s (of integral_s), integral_s, wait4_s, processes (most at once), mark_bytes
-                (largest VmHWM seen), pss_peak_bytes, gpu, gpu_sources}
+                (largest VmHWM seen), pss_peak_bytes, package_energy (null, or why there is none), gpu, gpu_sources}
     series      file of the measurer's samples
     warnings    [text, ..]: reasons to doubt the row
 """

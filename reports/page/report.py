@@ -33,6 +33,7 @@ from reports.times import (
     counts_table,
     cpu_figure,
     cpu_table,
+    energy_table,
     machine_table,
     memory_table,
     peers,
@@ -46,10 +47,9 @@ from reports.worth import worth
 PARTS = (
     glance, versions, summary, doubts, machine_table, ladder_table, times_table, times_figure, sweep_figure, speedup,
     accuracy_table, front_figure, pareto_figure, budget_table, startup_table, startup_figure, memory_table, peers,
-    pictures_figure, gallery_figure, worth, needs, cpu_table, cpu_figure, counts_table, gpu_table, gpu_figure,
-    roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity, hierarchy,
-    convergence_figure,
-    cutoff_figure, precision_figure, chaos_figure,
+    pictures_figure, gallery_figure, worth, needs, cpu_table, cpu_figure, counts_table, energy_table, gpu_table,
+    gpu_figure, roofline_figure, limits, scene_memory_table, launch_figure, blocks_figure, fault_figure, complexity,
+    hierarchy, convergence_figure, cutoff_figure, precision_figure, chaos_figure,
 )  # fmt: skip
 # For a run that puts methods under stress, where nothing is ranked.
 STABILITY = (

@@ -189,7 +189,9 @@ def test_series_and_audit(run, tmp_path):
         "import time; b = bytearray(b'x' * 50_000_000); time.sleep(1.5)", watch=tmp_path / "series.csv", interval=0.1
     )
     header, *rows = (tmp_path / "series.csv").read_text().splitlines()
-    assert header == ",".join(("t", "cpu_s", "rss_bytes", "vms_bytes", "threads", "pss_bytes", *gpu.SERIES))
+    assert header == ",".join(
+        ("t", "cpu_s", "rss_bytes", "vms_bytes", "threads", "pss_bytes", "package_energy_j", *gpu.SERIES)
+    )
     *rows, end = [row.split(",") for row in rows]
     assert float(end[0]) == pytest.approx(outcome.wall_s, abs=1e-6) and set(end[2:]) == {""}
     assert float(end[1]) == pytest.approx(outcome.user_s + outcome.system_s, abs=1e-3)
