@@ -11,6 +11,7 @@ import typer
 from rayrace import history as cli_history
 from rayrace import needs as cli_needs
 from rayrace import picture
+from rayrace import profile as cli_profile
 from rayrace import run as cli_run
 from rayrace import stress as cli_stress
 from rayrace.once import Once
@@ -51,6 +52,7 @@ app.command(cls=Once)(cli_run.status)
 app.command(cls=Once)(cli_stress.stress)
 app.command(cls=Once)(cli_needs.needs)
 app.command(cls=Once)(cli_history.history)
+app.command(cls=Once)(cli_profile.profile)
 app.command(cls=Once)(picture.render)
 app.command(cls=Once)(picture.trace)
 

@@ -95,7 +95,7 @@ def _able(path: str) -> Tool | str:
         value, *rest = line.split(",")
         if "instructions" in ",".join(rest):
             if value.isdigit():
-                return Tool("perf", _version(path), slow=False)
+                return Tool("perf", version(path), slow=False)
             return f"perf reads no counters: instructions {value}"
     said = [line.strip() for line in (done.stderr if done else "").splitlines() if line.strip() not in ("", "Error:")]
     return f"perf reads no counters: {said[0] if said else 'it does not run'}"
@@ -104,11 +104,11 @@ def _able(path: str) -> Tool | str:
 def valgrind() -> Tool | str:
     """Valgrind, or why it is not there."""
     path = shutil.which("valgrind")
-    return NO_VALGRIND if path is None else Tool("valgrind", _version(path), slow=True)
+    return NO_VALGRIND if path is None else Tool("valgrind", version(path), slow=True)
 
 
 @cache
-def _version(path: str) -> str:
+def version(path: str) -> str:
     done = _run([path, "--version"])
     found = re.search(r"\d[\w.]*", done.stdout) if done else None
     return found.group() if found else "unknown"

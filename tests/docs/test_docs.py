@@ -63,14 +63,13 @@ def test_commands_have_their_options(page, rayrace):
                 assert word.partition("=")[0] in helps[command], line
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/fast-paths.md"])
-def test_differences_beside_times_are_of_all_pixels_of_the_reference_run(page):
+def test_differences_beside_times_are_of_all_pixels_of_the_reference_run():
     """Every row of a table that names variants of the comparison tells how far its picture is from the reference, as
     stored: that run is of before 0.2, and has no errors from the truth of the scene.
     """
     stored = dict(_stored())
     seen = 0
-    for line in (DOCS.parent / page).read_text("utf-8").splitlines():
+    for line in (DOCS / "fast-paths.md").read_text("utf-8").splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         found = re.fullmatch(r"`?([a-z-]+)`?(?: in lanes)?(?:, (float32|float64|2 threads))?", cells[0])
         told = [text.strip() for cell in cells[1:] for text in cell.split(",")]
@@ -80,7 +79,7 @@ def test_differences_beside_times_are_of_all_pixels_of_the_reference_run(page):
         precision = found[2] if found[2] in ("float32", "float64") else "float64"
         assert found_in == stored[found[1], precision, "on" if lanes else "off"], line
         seen += 1
-    assert seen == (10 if page == "README.md" else 6)
+    assert seen == 6
 
 
 def _in(told, known):

@@ -1,0 +1,223 @@
+"""Writes the tables of README and docs from the reference results: python docs/tables.py [FOLDER].
+
+A page holds a table, or a list of findings with their numbers, between <!-- table: NAME --> and <!-- end -->.
+"""
+
+import re
+import sys
+from collections.abc import Callable, Iterable
+from functools import cache
+from pathlib import Path
+
+from harness.statistics.statistics import Estimate
+from harness.store import packed
+from reports.accuracy import accuracy_columns
+from reports.paper import markdown, quantity
+from reports.run import ranking, results, study
+from reports.run.results import Cell, Missing, Results
+from reports.study import ladder, verdict
+from reports.times import startup_table
+
+ROOT = Path(__file__).parents[1]
+PAGES = "README.md", "docs/results.md", "docs/fast-paths.md"
+MARK = re.compile(r"(<!-- table: (?P<name>[\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+@cache
+def _run(machine: str, name: str) -> Results:
+    with packed.opened(ROOT / "results" / "reference" / machine / f"{name}.tar.xz") as folder:
+        return results.load(folder)
+
+
+def _cell(run: Results, **wanted) -> Cell:
+    (found,) = verdict.cells(run, wanted)
+    return found
+
+
+def _shown(run: Results, value: Estimate | Missing) -> str:
+    return str(value) if isinstance(value, Missing) else quantity.ratio(value, run.floor.value)
+
+
+# --- Lanes, scene by scene ---
+
+PRECISIONS = "float32", "float64"
+
+
+def _ratio(run: Results, case: str, above: dict, below: dict) -> Estimate | Missing:
+    over, under = (_cell(run, case=case, **wanted) for wanted in (above, below))
+    return next((Missing(cell.unranked) for cell in (over, under) if cell.unranked), None) or ranking.ratio(over, under)
+
+
+def _mean(run: Results, cases: Iterable[str], above: dict, below: dict) -> Estimate:
+    return ranking.mean_ratio([tuple(_cell(run, case=case, **one) for one in (above, below)) for case in cases])
+
+
+def lanes(*pairs: tuple[str, dict, dict]) -> Callable[[], str]:
+    """Returns a table of ratios of times: a row for each scene, a column for each pair (title, above, below)."""
+
+    def made() -> str:
+        run = _run("epyc-2x", "lanes")
+        cases = _cases(run)
+        gallery = [case for case in cases if case != "comparison"]
+        rows = [[case, *(_shown(run, _ratio(run, case, *pair[1:])) for pair in pairs)] for case in cases]
+        means = [_shown(run, _mean(run, gallery, *pair[1:])) for pair in pairs]
+        rows.append(["geometric mean of the gallery", *means])
+        return markdown.table(["scene", *(pair[0] for pair in pairs)], rows)
+
+    return made
+
+
+def _of(variant: str, precision: str, vector: str) -> dict:
+    return {"variant": variant, "precision": precision, "vector": vector}
+
+
+def _against_off(vector: str) -> list[tuple[str, dict, dict]]:
+    return [
+        (f"{variant}, {precision}", _of(variant, precision, vector), _of(variant, precision, "off"))
+        for variant in ("cpp", "numba")
+        for precision in PRECISIONS
+    ]
+
+
+NUMBA_OVER_CPP = [(f"numba over cpp, {one}", _of("numba", one, "on"), _of("cpp", one, "on")) for one in PRECISIONS]
+
+# --- The comparison ---
+
+WHOLE = {"region": "all", "vector": "off", "precision": "float64"}  # the study's case
+RACED = "python", "numpy", "numba", "numba-parallel", "cpp", "cpp-threads"
+
+
+def _comparison() -> Results:
+    return _run("epyc-2x", "comparison")
+
+
+def times() -> str:
+    """Times, errors and costs of the variants on the study's case, beside the study's times."""
+    run = _comparison()
+    base = _cell(run, variant="cpp", **WHOLE)
+    header = ["variant", "steady frame (s)", "times `cpp`", "RMSE", "agrees", "compile, cold (s)", "peak RSS (MB)"]
+    rows = []
+    for name in RACED:
+        cell = _cell(run, variant=name, **WHOLE)
+        published = study.find(study.TIMES_S, cell)
+        rows.append(
+            [
+                name,
+                quantity.text(cell.steady),
+                "1" if cell is base else _shown(run, ranking.ratio(cell, base)),
+                accuracy_columns.shown_rmse(cell),
+                cell.agreement,
+                quantity.text(startup_table.cold(cell)),
+                quantity.text(cell.median("peak_bytes", "not told"), 1e-6),
+                "" if isinstance(published, Missing) else study.show(published),
+            ]
+        )
+    floor = f"The noise floor of the run, from running `cpp` twice in every round, is {100 * run.floor.value:.2g} %."
+    return markdown.table([*header, "the study, 2020 (s)"], rows) + f"\n\n{floor}"
+
+
+def fast() -> str:
+    """Rays in lanes on the study's case: time over that of `cpp` one by one, and errors."""
+    run = _comparison()
+    base = _cell(run, variant="cpp", **WHOLE)
+    rows = []
+    for name in ("cpp", "numba", "cpp-threads", "numba-parallel"):
+        for precision in ("float64", "float32"):
+            cell = _cell(run, variant=name, **{**WHOLE, "vector": "on", "precision": precision})
+            ratio, rmse = _shown(run, ranking.ratio(cell, base)), accuracy_columns.shown_rmse(cell)
+            rows.append([f"{name}, {precision}", ratio, rmse, cell.agreement])
+    return markdown.table(["in lanes", "time ÷ `cpp`, one by one, float64", "RMSE", "agrees"], rows)
+
+
+# --- What was found out ---
+
+FRONT = "mirrors"  # the case of accuracy.toml
+
+
+def _way(run: Results, variant: str, **more) -> Cell:
+    """A cell of the front: strict, the default solvers and walk, depth 6, nothing cut off."""
+    plain = {"sampler": "one", "precision": "float64", "vector": "off", "depth": 6, "cutoff": 0.0, "sphere": "robust"}
+    plain |= {"floating_point": "strict", "walk": "least", "samples": 1}
+    return _cell(run, case=FRONT, variant=variant, **{**plain, **more})
+
+
+def findings() -> str:
+    """Five findings, each with its numbers and the run that shows it."""
+    return markdown.bullets([_of_numba(), _of_style(), _of_lanes(), _of_samples(), _of_depth()])
+
+
+def _of_numba() -> str:
+    run = _comparison()
+    ratio = _shown(run, ranking.ratio(*(_cell(run, variant=name, **WHOLE) for name in ("numba", "cpp"))))
+    told = f"on the study's scene Numba takes {ratio} times the time of C++, where the study found 13"
+    return f"**Numba keeps up with C++**: {told}. [The race](docs/results.md)."
+
+
+def _of_style() -> str:
+    whole = next(climb for climb in ladder.climbs(_run("epyc-2x", "ladder")) if climb.name == "All the way")
+    factor, share = quantity.plain(whole.whole.value, 2), quantity.plain(100 * whole.accounted)
+    told = f"the study's code in Python takes {factor} times as long as the fastest of ours on the same machine"
+    rungs = f"one change at a time accounts for {share} % of that"
+    return f"**Most of the study's factors are style**: {told}; {rungs}. [Every claim, a verdict](docs/the-study.md)."
+
+
+def _of_lanes() -> str:
+    run, race = _run("epyc-2x", "lanes"), _comparison()
+    gallery = [case for case in _cases(run) if case != "comparison"]
+    means = [quantity.text(_mean(run, gallery, *_pair("cpp", one))) for one in PRECISIONS]
+    threads = ranking.ratio(*(_cell(race, variant=name, **WHOLE) for name in ("cpp-threads", "cpp")))
+    told = f"rays side by side take {means[0]} of the time of C++ in float32 and {means[1]} in float64"
+    more = f"(geometric means over the gallery); a second core, {_shown(race, threads)}"
+    return f"**Lanes buy more than a second core**: {told} {more}. [The fast paths](docs/fast-paths.md)."
+
+
+def _of_samples() -> str:
+    run = _run("epyc-2x", "accuracy")
+    python, quick = _way(run, "python"), _way(run, "cpp-threads", precision="float32", vector="on")
+    errors = [accuracy_columns.shown_rmse(_way(run, "cpp", sampler="jittered", samples=side)) for side in (4, 8)]
+    one = f"with one sample a pixel every renderer has an RMSE of {accuracy_columns.shown_rmse(python)}"
+    slow, fast = quantity.seconds(python.steady), quantity.seconds(quick.steady)
+    told = f"{one}: Python takes {slow} for it, C++ in lanes of float32 on two cores {fast}"
+    more = f"4 × 4 samples have {errors[0]}, 8 × 8 {errors[1]}"
+    return f"**Samples decide the error**: {told}; {more}. [Speed against accuracy](docs/speed-and-accuracy.md)."
+
+
+def _of_depth() -> str:
+    run = _run("epyc-2x", "sweeps")
+    base = {"variant": "cpp", "side": 128, "objects": 48, "lights": 3, "depth": 4}
+
+    def grown(name: str, few: int, many: int) -> str:
+        return quantity.times(ranking.ratio(*(_cell(run, **{**base, name: n}) for n in (many, few))))
+
+    told = f"depth 8 takes C++ {grown('depth', 1, 8)} the time of depth 1, since mirror rays leave the scene"
+    more = f"9 lights take it {grown('lights', 1, 9)} that of 1"
+    return f"**Depth is no factor**, as it is in the study's equation 4.1: {told}; {more}. [Sweeps](docs/results.md)."
+
+
+def _pair(variant: str, precision: str) -> tuple[dict, dict]:
+    return _of(variant, precision, "on"), _of(variant, precision, "off")
+
+
+def _cases(run: Results) -> list[str]:
+    return sorted({cell.swept["case"] for cell in run.cells})
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "lanes": lanes(*_against_off("on"), *NUMBA_OVER_CPP),
+    "lanes-auto": lanes(*_against_off("auto")),
+    "times": times,
+    "fast": fast,
+    "findings": findings,
+}
+
+
+def page(text: str) -> str:
+    """Returns the text of a page with its tables made again."""
+    return MARK.sub(lambda found: f"{found[1]}{TABLES[found['name']]()}\n{found[3]}", text)
+
+
+if __name__ == "__main__":
+    to = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT
+    for name in PAGES:
+        (to / name).parent.mkdir(parents=True, exist_ok=True)
+        (to / name).write_text(page((ROOT / name).read_text("utf-8")), encoding="utf-8")

@@ -1,0 +1,102 @@
+"""Reads what Valgrind's callgrind counted, instruction by instruction, as stacks of functions of the source.
+
+A program that was built with -g -no-pie has its addresses in the file, so addr2line names, for each instruction, the
+function it is in and those it was inlined into. Callers of a function that was not inlined are callgrind's, up to
+DEEP. Sources: Valgrind's manual, "Callgrind Format Specification"; addr2line(1).
+"""
+
+import re
+import subprocess
+from collections import Counter
+from pathlib import Path
+
+DEEP = 6  # callers that are told apart
+OPTIONS = "-g", "-no-pie"
+POSITION = re.compile(r"0x[0-9a-f]+ ")
+Stack = tuple[str, ...]
+Costs = dict[tuple[str, str, int], int]  # instructions by object file, function with its callers, and address
+
+
+def words(folder: Path) -> list[str]:
+    """The words before a command that leave a file in the folder for each process."""
+    plain = ["--compress-strings=no", "--compress-pos=no", "--dump-instr=yes", f"--separate-callers={DEEP}"]
+    out = f"--callgrind-out-file={folder}/%p.callgrind"
+    return ["valgrind", "--tool=callgrind", *plain, "--trace-children=yes", out, f"--log-file={folder}/%p.log"]
+
+
+def read(folder: Path) -> Costs:
+    """The instructions that all processes executed, without what they called."""
+    costs: Counter = Counter()
+    for path in sorted(folder.glob("*.callgrind*")):
+        with path.open(encoding="utf-8", errors="replace") as lines:
+            _add(lines, costs)
+    return dict(costs)
+
+
+def _add(lines, costs: Counter) -> None:
+    binary = function = ""
+    called = False  # the next line is what a call took, with all that it called
+    for line in lines:
+        if line.startswith("ob="):
+            binary = line[3:].rstrip()
+        elif line.startswith("fn="):
+            function = line[3:].rstrip()
+        elif line.startswith("calls="):
+            called = True
+        elif POSITION.match(line):
+            if not called:
+                address, *_, cost = line.split()
+                costs[binary, function, int(address, 16)] += int(cost)
+            called = False
+
+
+def stacks(costs: Costs) -> dict[Stack, float]:
+    """Instructions by stack, the outermost function first."""
+    places = {binary: sorted({at for one, _, at in costs if one == binary}) for binary in {key[0] for key in costs}}
+    named = {(binary, at): names for binary, mine in places.items() for at, names in _named(binary, mine).items()}
+    found: Counter = Counter()
+    for (binary, function, address), cost in costs.items():
+        callers = [short(name) for name in reversed(function.split("'"))]
+        inlined = named.get((binary, address), [])
+        found[(*callers[:-1], *(inlined or callers[-1:]))] += cost
+    return dict(found)
+
+
+def _named(binary: str, addresses: list[int]) -> dict[int, list[str]]:
+    """The functions of each address, the outermost first; {} for a file that does not say."""
+    if not Path(binary).is_file():
+        return {}
+    asked = "".join(f"{address:#x}\n" for address in addresses)
+    try:
+        done = subprocess.run(
+            ["addr2line", "-a", "-f", "-i", "-C", "-e", binary],
+            input=asked,
+            capture_output=True,
+            text=True,
+            timeout=600,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return {}
+    found: dict[int, list[str]] = {}
+    lines = iter(done.stdout.splitlines())
+    address = None
+    for line in lines:
+        if line.startswith("0x"):
+            address = int(line, 16)
+            found[address] = []
+        elif address is not None:
+            next(lines, "")  # file and line
+            if line != "??":
+                found[address].insert(0, short(line))
+    return found
+
+
+def short(name: str) -> str:
+    """The name of a function without its arguments, those of templates, and the type that it returns."""
+    text, deep = "", 0
+    for letter in name.replace("operator<", "operator less").replace("operator>", "operator more"):
+        deep += {"<": 1, ">": -1}.get(letter, 0)
+        text += letter if deep == 0 and letter != ">" else ""
+    text = re.sub(r"\(anonymous namespace\)::", "", text)
+    text = text.partition("(")[0].strip() or name
+    return text.rpartition(" ")[2] if "operator" not in text else text

@@ -1,0 +1,123 @@
+"""The command `profile`: where the time of a frame goes, by the functions of a renderer's source."""
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rayrace.options import (
+    DepthOption,
+    FeelersOption,
+    FloatingPointOption,
+    GlossyRaysOption,
+    HeightOption,
+    JsonOption,
+    PrecisionOption,
+    RendererOption,
+    SamplerOption,
+    SamplesOption,
+    SceneArgument,
+    ShadowsOption,
+    VariantOption,
+    VectorOption,
+    WidthOption,
+)
+
+ROWS = 20
+PICTURES = ".png", ".svg", ".pdf"
+
+
+def profile(
+    scene: SceneArgument,
+    variant: VariantOption = "",
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", help="Flame graph: .json for speedscope, or a picture, .png, .svg, .pdf."),
+    ] = None,
+    width: WidthOption = 256,
+    height: HeightOption = 256,
+    depth: DepthOption = 10,
+    shadows: ShadowsOption = True,
+    sampler: SamplerOption = "",
+    samples: SamplesOption = 1,
+    feelers: FeelersOption = 0,
+    glossy_rays: GlossyRaysOption = 0,
+    vector: VectorOption = "off",
+    floating_point: FloatingPointOption = "strict",
+    precision: PrecisionOption = "float64",
+    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds, of each process.")] = 1800.0,
+    renderer: RendererOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Profile a frame of a renderer, and it alone: instructions by callgrind, of a Python program seconds by py-spy."""
+    from harness.errors import UserError
+    from harness.picture import picture
+    from harness.renderer import registry
+    from harness.scene import load
+    from harness.scene.flatten import flatten
+    from harness.scene.needs import needs as needs_of
+    from harness.single import profile as profiles
+    from harness.single import single
+    from rayrace import bundled
+
+    if out:
+        if out.suffix not in (".json", *PICTURES):
+            raise UserError(f"-o {out}: expected .json, {', '.join(PICTURES)}")
+        picture.check_folder(out)
+    read = load(bundled.scene(scene))
+    image = single.image(
+        "", width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
+        feelers=feelers, glossy_rays=glossy_rays, vector=vector, floating_point=floating_point, precision=precision,
+    )  # fmt: skip
+    job = image.parameters(1, 1)
+    needs = needs_of(read, job)
+    entry = single.pick(variant, registry.entries(tuple(renderer or ())), job, needs)
+    job = replace(job, threads=entry.threads())
+    found = profiles.take(entry, flatten(read, job.arithmetic), job, needs, timeout)
+    if isinstance(found, str):
+        raise UserError(f"{entry.name} was not profiled: {found}")
+    title = f"{entry.name}, {Path(scene).name}: a frame, {found.unit} by {found.tool}"
+    if found.size:
+        title += f", of {found.size[0]} x {found.size[1]} pixels, as Valgrind is slow"
+    if out and out.suffix == ".json":
+        out.write_text(json.dumps(speedscope(found, title)) + "\n", encoding="utf-8")
+    elif out:
+        from reports.paper import flame_figure, style
+
+        with style.styled():
+            flame_figure.draw(found.stacks, title).savefig(out)
+    if as_json:
+        functions = [{"name": name, "own": own, "whole": whole} for name, own, whole in found.functions()]
+        about = {"renderer": entry.name, "tool": found.tool, "unit": found.unit, "size": found.size}
+        print(json.dumps({**about, "total": found.total, "functions": functions}, indent=1))
+        return
+    print(title)
+    print(f"{'own':>7} {'whole':>7}  function")
+    rows = found.functions()
+    for name, own, whole in rows[:ROWS]:
+        print(f"{100 * own / found.total:6.1f}% {100 * whole / found.total:6.1f}%  {name}")
+    if len(rows) > ROWS:
+        print(f"and {len(rows) - ROWS} more", file=sys.stderr)
+
+
+def speedscope(found, title: str) -> dict:
+    """A profile in the format of speedscope (its file-format-schema.json): a weight for each stack."""
+    names = list(dict.fromkeys(name for stack in found.stacks for name in stack))
+    place = {name: number for number, name in enumerate(names)}
+    unit = "seconds" if found.unit == "seconds" else "none"
+    return {
+        "$schema": "https://www.speedscope.app/file-format-schema.json",
+        "exporter": "rayrace",
+        "name": title,
+        "shared": {"frames": [{"name": name} for name in names]},
+        "profiles": [
+            {
+                "type": "sampled", "name": title, "unit": unit, "startValue": 0, "endValue": found.total,
+                "samples": [[place[name] for name in stack] for stack in found.stacks],
+                "weights": list(found.stacks.values()),
+            }
+        ],
+    }  # fmt: skip
