@@ -30,12 +30,19 @@ def _run(machine: str, name: str) -> Results:
 
 
 def _cell(run: Results, **wanted) -> Cell:
-    (found,) = verdict.cells(run, wanted)
+    """The one cell with these values; `case` is a whole name."""
+    case = wanted.get("case")
+    (found,) = (one for one in verdict.cells(run, wanted) if case in (None, one.swept.get("case")))
     return found
 
 
 def _shown(run: Results, value: Estimate | Missing) -> str:
     return str(value) if isinstance(value, Missing) else quantity.ratio(value, run.floor.value)
+
+
+def _table(header: list[str], rows: list[list[str]]) -> str:
+    """A table of texts that need no escape."""
+    return markdown.table(header, [[markdown.Ready(text) for text in row] for row in rows])
 
 
 # --- Lanes, scene by scene ---
@@ -60,9 +67,9 @@ def lanes(*pairs: tuple[str, dict, dict]) -> Callable[[], str]:
         cases = _cases(run)
         gallery = [case for case in cases if case != "comparison"]
         rows = [[case, *(_shown(run, _ratio(run, case, *pair[1:])) for pair in pairs)] for case in cases]
-        means = [_shown(run, _mean(run, gallery, *pair[1:])) for pair in pairs]
+        means = [quantity.text(_mean(run, gallery, *pair[1:])) for pair in pairs]  # the noise floor is of one scene
         rows.append(["geometric mean of the gallery", *means])
-        return markdown.table(["scene", *(pair[0] for pair in pairs)], rows)
+        return _table(["scene", *(pair[0] for pair in pairs)], rows)
 
     return made
 
@@ -95,7 +102,7 @@ def times() -> str:
     """Times, errors and costs of the variants on the study's case, beside the study's times."""
     run = _comparison()
     base = _cell(run, variant="cpp", **WHOLE)
-    header = ["variant", "steady frame (s)", "times `cpp`", "RMSE", "agrees", "compile, cold (s)", "peak RSS (MB)"]
+    header = ["variant", "steady frame (s)", "÷ cpp", "RMSE", "agrees", "compile, cold (s)", "peak RSS (MB)"]
     rows = []
     for name in RACED:
         cell = _cell(run, variant=name, **WHOLE)
@@ -113,7 +120,7 @@ def times() -> str:
             ]
         )
     floor = f"The noise floor of the run, from running `cpp` twice in every round, is {100 * run.floor.value:.2g} %."
-    return markdown.table([*header, "the study, 2020 (s)"], rows) + f"\n\n{floor}"
+    return _table([*header, "the study, 2020 (s)"], rows) + f"\n\n{floor}"
 
 
 def fast() -> str:
@@ -126,7 +133,7 @@ def fast() -> str:
             cell = _cell(run, variant=name, **{**WHOLE, "vector": "on", "precision": precision})
             ratio, rmse = _shown(run, ranking.ratio(cell, base)), accuracy_columns.shown_rmse(cell)
             rows.append([f"{name}, {precision}", ratio, rmse, cell.agreement])
-    return markdown.table(["in lanes", "time ÷ `cpp`, one by one, float64", "RMSE", "agrees"], rows)
+    return _table(["in lanes", "time ÷ cpp, one by one, float64", "RMSE", "agrees"], rows)
 
 
 # --- What was found out ---
