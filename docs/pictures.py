@@ -26,7 +26,7 @@ COLUMNS, TILE, GAP = 4, (240, 172), 4  # pixels: width, height
 
 def write(folder: Path) -> None:
     """All of them, into the folder."""
-    with packed.opened(RUNS / "epyc-2x" / "comparison.tar.xz") as run:
+    with packed.opened(RUNS / "cascade-lake-2x" / "comparison.tar.xz") as run:
         loaded = results.load(run)
         cell = next(cell for cell in loaded.cells if cell.variant == "cpp" and cell.pixels > 1)
         Image.fromarray(_seen(loaded, cell)).save(folder / "comparison.png", optimize=True)

@@ -63,7 +63,7 @@ def lanes(*pairs: tuple[str, dict, dict]) -> Callable[[], str]:
     """Returns a table of ratios of times: a row for each scene, a column for each pair (title, above, below)."""
 
     def made() -> str:
-        run = _run("epyc-2x", "lanes")
+        run = _run("cascade-lake-2x", "lanes")
         cases = _cases(run)
         gallery = [case for case in cases if case != "comparison"]
         rows = [[case, *(_shown(run, _ratio(run, case, *pair[1:])) for pair in pairs)] for case in cases]
@@ -95,7 +95,7 @@ RACED = "python", "numpy", "numba", "numba-parallel", "cpp", "cpp-threads"
 
 
 def _comparison() -> Results:
-    return _run("epyc-2x", "comparison")
+    return _run("cascade-lake-2x", "comparison")
 
 
 def times() -> str:
@@ -169,7 +169,7 @@ def _of_style() -> str:
 
 
 def _of_lanes() -> str:
-    run, race = _run("epyc-2x", "lanes"), _comparison()
+    run, race = _run("cascade-lake-2x", "lanes"), _comparison()
     gallery = [case for case in _cases(run) if case != "comparison"]
     means = [quantity.text(_mean(run, gallery, *_pair("cpp", one))) for one in PRECISIONS]
     threads = ranking.ratio(*(_cell(race, variant=name, **WHOLE) for name in ("cpp-threads", "cpp")))

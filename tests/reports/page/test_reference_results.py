@@ -38,6 +38,15 @@ def test_a_run_is_whole_and_says_where_it_is_from(run):
     assert f"| {run.parent.name} |" in (FOLDER / "README.md").read_text("utf-8")
 
 
+@pytest.mark.parametrize("machine", sorted({path.parent for path in RUNS}), ids=lambda path: path.name)
+def test_all_runs_of_a_machine_are_of_one_processor(machine):
+    found = set()
+    for run in sorted(machine.glob("*.tar.xz")):
+        with packed.opened(run) as folder:
+            found.add(store.read(folder)[0]["environment"]["cpu"])
+    assert len(found) == 1, found
+
+
 @pytest.mark.nightly(
     "test_every_number_is_there_or_why_not has its sections by day; all reference results take about a minute"
 )
