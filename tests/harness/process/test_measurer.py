@@ -44,8 +44,9 @@ class Host:
 
     def watch(self):
         gpu = SimpleNamespace(sample=lambda pids, now: [None] * len(EMPTY))
+        rapl = SimpleNamespace(joules=lambda: 2.5)
         words = SimpleNamespace(readline=lambda: self.words)
-        return measurer.watch(TARGET, INTERVAL, SimpleNamespace(writerow=self.rows.append), gpu, words)
+        return measurer.watch(TARGET, INTERVAL, SimpleNamespace(writerow=self.rows.append), gpu, rapl, words)
 
 
 def test_ticks_keep_to_the_deadlines_and_those_missed_are_counted(monkeypatch):
@@ -53,7 +54,7 @@ def test_ticks_keep_to_the_deadlines_and_those_missed_are_counted(monkeypatch):
     host = Host(monkeypatch, [0, 0, 1.25, 0.25, 0])
     seen = host.watch()
     assert seen.ticks == [100, 100.5, 101, 102.5, 103] and seen.missed == 2 and not seen.saw_end
-    assert host.rows[0] == ["0.500000", 0.125, 10, 20, 1, "", *EMPTY] and len(host.rows) == 5
+    assert host.rows[0] == ["0.500000", 0.125, 10, 20, 1, "", 2.5, *EMPTY] and len(host.rows) == 5
 
 
 def test_a_look_that_ends_at_a_deadline_misses_it(monkeypatch):
@@ -65,7 +66,7 @@ def test_the_last_row_is_of_the_end(monkeypatch):
     host = Host(monkeypatch, [0] * 99, told=102)
     seen = host.watch()
     assert seen.ticks == [100, 100.5, 101, 101.5] and seen.saw_end and seen.family is host
-    assert host.rows[-1] == ["4.750000", 0.75, "", "", "", "", *EMPTY]
+    assert host.rows[-1] == ["4.750000", 0.75, "", "", "", "", "", *EMPTY]
     assert all(len(row) == len(measurer.COLUMNS) for row in host.rows)
 
 
@@ -77,7 +78,7 @@ def test_without_a_last_word_there_is_no_last_row(monkeypatch):
 def test_a_renderer_that_is_gone_already():
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    seen = measurer.watch({**TARGET, "pid": gone.pid}, INTERVAL, None, None, None)
+    seen = measurer.watch({**TARGET, "pid": gone.pid}, INTERVAL, None, None, None, None)
     assert seen == measurer.Watch()
 
 
