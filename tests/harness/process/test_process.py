@@ -246,7 +246,7 @@ def test_missed_ticks_are_counted(monkeypatch):
     with open(read, "rb", buffering=0) as words, open(write, "wb") as other:
         threading.Timer(2, other.close).start()
         target = {"pid": 0, "launcher": 0, "spawned": 0.0}
-        seen = measurer.watch(target, 0.1, Rows, measurer.Gpu(), words)
+        seen = measurer.watch(target, 0.1, Rows, measurer.Gpu(), measurer.Rapl(), words)
     gaps = [round((b - a) / 0.1) for a, b in itertools.pairwise(seen.ticks)]
     assert len(seen.ticks) == 5 and all(gap >= 3 for gap in gaps) and not seen.saw_end
     assert seen.missed >= sum(gap - 1 for gap in gaps)
