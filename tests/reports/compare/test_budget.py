@@ -6,6 +6,7 @@ import re
 import pytest
 
 from harness.errors import UserError
+from harness.system import counters
 from reports import exporters
 from reports.compare import budget
 from reports.run import results
@@ -84,6 +85,8 @@ def test_a_file_that_is_none(tmp_path, text, why):
 @pytest.mark.slow
 def test_a_run_is_held_to_it(experiment, rayrace, tmp_path):
     """What a run took is its budget; a run that takes ten times as much is over it."""
+    if isinstance(why := counters.find(), str):
+        pytest.skip(why)
     scene = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n"
     file, kept = experiment(["cpp"], "[measure]\ncount = true\n", scene=scene), tmp_path / "budget.json"
     rayrace("run", file, "--out", tmp_path / "a", code=0)
