@@ -24,11 +24,11 @@ def fresnel(materials, i, t, cosine):
     """
     real = type(cosine)
     zero, one, half = real(0), real(1), real(0.5)
-    n = materials[i, INDEX] / materials[t, INDEX]
-    m = materials[i, PERMEABILITY] / materials[t, PERMEABILITY]
     # Of equals, the quotient of a fast division need not be 1.
     if materials[i, INDEX] == materials[t, INDEX] and materials[i, PERMEABILITY] == materials[t, PERMEABILITY]:
-        return zero, one, n, False
+        return zero, one, one, False
+    n = materials[i, INDEX] / materials[t, INDEX]
+    m = materials[i, PERMEABILITY] / materials[t, PERMEABILITY]
     if CLAMPED:
         c = min(one, abs(cosine))
         x = one - n * n * (one - c * c)
