@@ -3,6 +3,7 @@
 A page holds a table, or a list of findings with their numbers, between <!-- table: NAME --> and <!-- end -->.
 """
 
+import itertools
 import re
 import sys
 from collections.abc import Callable, Iterable
@@ -15,6 +16,7 @@ from reports.accuracy import accuracy_columns
 from reports.paper import markdown, quantity
 from reports.run import ranking, results, study
 from reports.run.results import Cell, Missing, Results
+from reports.scaling import sweep, sweep_figure
 from reports.study import ladder, verdict
 from reports.times import startup_table
 
@@ -136,6 +138,41 @@ def fast() -> str:
     return _table(["in lanes", "time ÷ cpp, one by one, float64", "RMSE", "agrees"], rows)
 
 
+# --- Sweeps ---
+
+
+def crossings() -> str:
+    """A line for each place where one renderer overtakes another."""
+    run = _run("epyc-2x", "sweeps")
+    found = sweep_figure.crossings(run, sweep.panels(run), sweep.TIME)
+    return markdown.bullets([sweep_figure.words(panel, sweep.TIME, one) for panel in found for _, one in found[panel]])
+
+
+# --- Beside POV-Ray ---
+
+LARGEST = 4  # of the sizes of balls.toml
+
+
+def balls() -> str:
+    """Times of the largest balls, beside POV-Ray on as many threads."""
+    run = _run("xeon-2x", "balls")
+    rows = []
+    for name, vector in itertools.product(("cpp", "cpp-threads", "numba", "numba-parallel"), ("off", "on")):
+        if name.startswith("numba") and vector == "on":
+            continue  # as `where` of the experiment has it
+        cell = _cell(run, variant=name, size=LARGEST, vector=vector)
+        theirs = "povray-threads" if name in ("cpp-threads", "numba-parallel") else "povray"
+        ratio = _shown(run, ranking.ratio(_cell(run, variant=theirs, size=LARGEST), cell))
+        rows.append(
+            [f"{name}, in lanes" if vector == "on" else name, quantity.text(cell.steady), ratio, cell.agreement]
+        )
+    for name in ("povray", "povray-threads"):
+        cell = _cell(run, variant=name, size=LARGEST)
+        rows.append([name, quantity.text(cell.steady), "1", cell.agreement])
+    floor = f"The noise floor of the run is {100 * run.floor.value:.2g} %."
+    return _table(["variant", "steady frame (s)", "POV-Ray's time ÷ its own", "agrees"], rows) + f"\n\n{floor}"
+
+
 # --- What was found out ---
 
 FRONT = "mirrors"  # the case of accuracy.toml
@@ -214,6 +251,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "lanes-auto": lanes(*_against_off("auto")),
     "times": times,
     "fast": fast,
+    "crossings": crossings,
+    "balls": balls,
     "findings": findings,
 }
 
