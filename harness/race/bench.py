@@ -10,7 +10,7 @@ from harness.judge import judge
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
 from harness.process.session import Sessions
-from harness.race import contradiction, counting, energy_use, gpu_use, row
+from harness.race import contradiction, counting, energy_use, gpu_use, operations, row
 from harness.race.host import Host
 from harness.race.judging import Judging
 from harness.renderer import events, job
@@ -74,6 +74,7 @@ class Bench:
             "repetition": number,
             "started": started,
             "shapes": job.count_shapes(arrays),
+            "scene_bytes": job.count_bytes(arrays),
             "lights": len(arrays["lights"]),
             "unranked": row.STRESSED if cell.stressed else row.unranked(cell.entry, result.said),
             "pass": kind,
@@ -123,15 +124,17 @@ class Bench:
         """The record of a count, without anything that a table of times could take."""
         started, begun, arrays = timestamp(), self.host.clock(), self.plan.arrays[cell.scene_version]
         # A cache of its own: it may compile for another processor.
-        told = counting.count(cell, arrays, self.host, self.caches / f"{cell.key}.count")
-        status, reason, counts = told
+        cache = self.caches / f"{cell.key}.count"
+        status, reason, counts = counting.count(cell, arrays, self.host, cache)
         return {
             **rows.blank(cell.facts(), number, "count", status, reason, started),
             "host": self.store.host,
             "shapes": job.count_shapes(arrays),
+            "scene_bytes": job.count_bytes(arrays),
             "lights": len(arrays["lights"]),
             "unranked": row.unranked(cell.entry, events.Said()),
             "counts": counts,
+            "operations": operations.count(cell, arrays, self.host, cache),
             "took_s": self.host.clock() - begun,
         }
 

@@ -22,6 +22,8 @@ CLOCKS = 0.01  # by which the clock of a device may differ from the system's
 DEVICE_COUNTS = ("multiprocessors", "memory_bytes", "shared_bytes_per_block", "registers_per_multiprocessor")
 DEVICE_NUMBERS = ("clock_mhz", "peak_fp32_flops", "peak_fp64_flops")
 
+# Of a build that counts floating-point operations; functions: powers, sines, logarithms.
+OPERATIONS = "sums", "products", "divisions", "roots", "functions"
 KERNEL_COUNTS = (
     *("registers", "shared_bytes", "local_bytes", "constant_bytes", "spill_store_bytes", "spill_load_bytes"),
     *("threads_per_block", "float64_instructions", "contracted"),
@@ -36,6 +38,7 @@ class Said:
     phases: list[dict] = field(default_factory=list)
     frames: list[dict] = field(default_factory=list)
     rays: dict | None = None
+    operations: dict | None = None
     memory: dict | None = None
     versions: dict | None = None
     used: dict | None = None
@@ -102,6 +105,8 @@ def _take(said: Said, kind: str, event: dict) -> None:
         said.rays = {
             name: _count(event[name]) for name in ("primary", "reflected", "transmitted", "shadow", "non_finite")
         }
+    elif kind == "operations":
+        said.operations = {name: _count(event[name]) for name in OPERATIONS}
     elif kind == "memory":
         said.memory = {
             name: None if event.get(name) is None else _count(event[name])

@@ -50,6 +50,11 @@ def count_shapes(arrays: dict[str, np.ndarray]) -> dict[str, int]:
     return {**counts, "triangle": int(arrays["mesh_ranges"][:, 1].sum()), "csg": len(arrays["csg_ranges"])}
 
 
+def count_bytes(arrays: dict[str, np.ndarray]) -> int:
+    """How many bytes the numbers of a scene have, as the job gives them: in float64, without rays."""
+    return sum(array.nbytes for name, array in arrays.items() if name != "rays")
+
+
 def fingerprint(arrays: dict[str, np.ndarray], *more) -> str:
     """Hash of the content of arrays and anything else that has a stable repr."""
     digest = hashlib.sha256()

@@ -53,6 +53,15 @@ class Count(Strict):
     environment: dict[str, str] = {}
 
 
+class Operations(Strict):
+    """A build whose numbers count the floating-point operations of a frame (harness/race/operations.py).
+
+    options: words at the end of the build command.
+    """
+
+    options: tuple[str, ...] = Field(min_length=1)
+
+
 class Variant(Strict):
     """requires: beside the renderer's own. methods: in place of the renderer's, if given. simulator: of device cuda, if
     it has one.
@@ -96,6 +105,7 @@ class Manifest(Strict):
     inspect: Inspect | None = None
     spots: Spots | None = None
     count: dict[str, Count] = {}
+    operations: Operations | None = None
     variant: tuple[Variant, ...] = Field(min_length=1)
 
 

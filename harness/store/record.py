@@ -13,7 +13,19 @@ MASK = 0.01  # share of ill-conditioned pixels from which on it is told
 CONTRADICTED = (
     "its marks contradict "  # begins why a row is unranked whose times cannot be (harness/race/contradiction.py)
 )
-AROUND = "shapes", "lights", "unranked", "peaks", "disturbed", "gpu", "build", "took_s", "truth_s", "host"
+AROUND = (
+    "shapes",
+    "scene_bytes",
+    "lights",
+    "unranked",
+    "peaks",
+    "disturbed",
+    "gpu",
+    "build",
+    "took_s",
+    "truth_s",
+    "host",
+)
 
 
 def identity(told: dict) -> tuple[str, str, str]:

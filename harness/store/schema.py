@@ -11,6 +11,7 @@ from pydantic import ConfigDict, Field, Strict, TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
 from harness.errors import UserError
+from harness.renderer.events import OPERATIONS
 from harness.renderer.parameters import Parameters
 
 Real = Annotated[float, Field(ge=-1e150, le=1e150, allow_inf_nan=False)]
@@ -66,6 +67,7 @@ Row = _some(
     wall_s=Long | None,
     took_s=Seconds | None,
     truth_s=Seconds | None,
+    scene_bytes=Count | None,
     shapes=dict[str, Count] | None,
     lights=Count | None,
     phases=list[Phase] | None,
@@ -105,6 +107,7 @@ Row = _some(
         environment=Required[dict[str, str]],
     )
     | None,
+    operations=_some("Operations", **dict.fromkeys(OPERATIONS, Required[Count])) | Unavailable | None,
     build=_some("Build", seconds=Seconds, compiler=Text, command=list[str]) | None,
     picture=_some("Picture", file=Required[str], sha256=str) | None,
     agreement=_some("Agreement", **_JUDGED, **dict.fromkeys(_NUMBERS, Known)) | None,

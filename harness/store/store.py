@@ -32,6 +32,7 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
     lines       of source code of the renderer
     without     {kind, proof}: of what is left out of its scene or job, which `point` names; proof: why no picture can
                 change by it, or "". Cells of whole scenes lack it
+    scene_bytes of the scene's numbers, in float64
     shapes      {sphere, box, polygon, ellipsoid, triangle, csg}: number of shapes that a ray is tested against
     lights      number of lights
     pass        timed; pair: the second process of the A/A pair, which only the noise floor uses; load: it repeats the
@@ -59,6 +60,8 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
     counts      null, or of a steady frame {instructions, cycles, branches, branch_misses, cache_misses, rays, spread,
                 tool, version, width, height, smaller, options, environment}: counting.py; only rows of the pass count
                 have the key, and Valgrind has instructions alone
+    operations  null, or of a frame {sums, products, divisions, roots, functions}, floating-point operations of the
+                source, one ray after another; or {unavailable: reason}: operations.py; only in rows of the pass count
     gpu         null, or {utilisation_percent, power_w, energy_j, energy_s, joules_per_mray, process_memory_bytes,
                 temperature_c, throttled}, each a number (throttled: [reason, ..]) or {unavailable: reason}: gpu_use.py
     energy      null, or of the processor {power_w, energy_j, energy_s, joules_per_frame, joules_per_mray}, each a
@@ -107,7 +110,7 @@ from harness.store import alone, confined, jobs, lines, merge, schema
 
 FORMAT = 1
 # Keys whose values are mostly equal in all rows of a cell.
-REPEATED = {"used", "versions", "build", "device", "shapes", "agreement", "error", "bound", "stability"}
+REPEATED = {"used", "versions", "build", "device", "shapes", "scene_bytes", "agreement", "error", "bound", "stability"}
 
 
 class Run:

@@ -14,6 +14,13 @@
 // which its box is padded at load, and that of the ray's origin, for which the ray's is.
 constexpr int rounding = 64;  // of 2 u = numeric_limits::epsilon()
 
+// Real for the compilers' vectors; also where numbers are counted (counted.hpp).
+template<typename Real>
+struct Machine {
+    using Number = Real;
+    typedef Real Four [[gnu::vector_size(4 * sizeof(Real))]];
+};
+
 template<typename Real>
 class Bvh {
 public:
@@ -26,7 +33,7 @@ public:
         items.reserve(numbers.size());
         for (const int number : numbers) {
             const auto [low, high] = boxes[std::size_t(number)].padded(rounding);
-            items.push_back({{Four{low.x, low.y, low.z}, Four{high.x, high.y, high.z}}, number});
+            items.push_back({{four(low), four(high)}, number});
         }
         nodes.reserve(items.size());
         nodes.emplace_back();
@@ -121,11 +128,14 @@ private:
     static bool reached(Real near, Real most) { return near <= most && near < infinity; }
 
     // x, y, z and a number that means nothing, side by side as the compilers' own vectors are; of a `?`, all four.
-    typedef Real Four [[gnu::vector_size(4 * sizeof(Real))]];
+    using Number = typename Machine<Real>::Number;
+    using Four = typename Machine<Real>::Four;
+
+    static Four four(Vec3<Real> a) { return Four{Number(a.x), Number(a.y), Number(a.z)}; }
 
     // Bounds.
     struct Box {
-        Four low = infinity - Four{}, high = -infinity - Four{};  // that number in all four
+        Four low = Number(infinity) - Four{}, high = Number(-infinity) - Four{};  // that number in all four
 
         void hold(const Box& other)
         {
@@ -166,7 +176,7 @@ private:
         auto operator()(const Item& item) const
         {
             typedef int Places [[gnu::vector_size(4 * sizeof(int))]];
-            const Four place = Real(bins) * ((item.box.middle().low - low) / width), last = Real(bins - 1) - Four{};
+            const Four place = Number(bins) * ((item.box.middle().low - low) / width), last = Number(bins - 1) - Four{};
             return __builtin_convertvector(place < last ? place : last, Places);
         }
     };

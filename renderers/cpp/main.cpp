@@ -1,4 +1,10 @@
 // A renderer after SPEC.md, in C++20 and nothing else: flags, then load, render, save (README.md has the contract).
+#ifdef COUNT_OPERATIONS  // before all that calls std::sqrt and the like
+#include "counted.hpp"
+template<typename Real> using Number = Counted<Real>;
+#else
+template<typename Real> using Number = Real;
+#endif
 #include "events.hpp"
 #include "job.hpp"
 #include "sample.hpp"
@@ -77,6 +83,13 @@ void render(const Job& job, const Frame& frame)
     }
     memory.say_peaks();
     say_phase("render");
+#ifdef COUNT_OPERATIONS
+    operations = {};
+    frame();
+    say("operations", {{"sums", json(operations.sums)}, {"products", json(operations.products)},
+                       {"divisions", json(operations.divisions)}, {"roots", json(operations.roots)},
+                       {"functions", json(operations.functions)}});
+#endif
 }
 
 std::string names(const std::vector<std::string>& list)
@@ -277,7 +290,7 @@ void answer_ray(const Shapes<Real>& shapes, const Ray<Real>& ray, Desk<Real>& de
     const Probe<Real> probe = desk.probe(ray);
     const Hit<Real> hit = shapes.nearest(probe);
     std::fill(answer, answer + 8, 0.0);
-    answer[0] = hit.t;
+    answer[0] = double(hit.t);
     answer[7] = -1;
     if constexpr (needs::csg)
         if (std::exchange(desk.scratch.overflow, false)) {  // CSG-6
@@ -287,8 +300,8 @@ void answer_ray(const Shapes<Real>& shapes, const Ray<Real>& ray, Desk<Real>& de
     if (hit.shape < 0)
         return;
     const Surface<Real> at = shapes.surface(probe, hit);
-    answer[1] = at.point.x, answer[2] = at.point.y, answer[3] = at.point.z;
-    answer[4] = at.normal.x, answer[5] = at.normal.y, answer[6] = at.normal.z;
+    answer[1] = double(at.point.x), answer[2] = double(at.point.y), answer[3] = double(at.point.z);
+    answer[4] = double(at.normal.x), answer[5] = double(at.normal.y), answer[6] = double(at.normal.z);
     answer[7] = shapes.roles[std::size_t(hit.shape)].object;
 }
 
@@ -357,9 +370,9 @@ try {
     const Job job(flags);
     say_phase("import");
     if (job.precision == Precision::float32)
-        run<float, needs::float32>(job);
+        run<Number<float>, needs::float32>(job);
     else
-        run<double, needs::float64>(job);
+        run<Number<double>, needs::float64>(job);
     return 0;
 }
 catch (const Unsupported& refusal) {

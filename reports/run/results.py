@@ -75,6 +75,12 @@ class Results:
             return Missing("the run ended before it was counted" if self.counted else "the run did not count")
         return record.get("counts") or Missing(record["reason"])
 
+    def operations(self, cell: Cell) -> dict | None:
+        """Returns `operations` of a cell (store.py); None if they were not counted."""
+        record = self.counted.get((cell.scene, point_label(cell.swept), cell.variant)) or {}
+        found = record.get("operations")
+        return None if not found or "unavailable" in found else found
+
     @cached_property
     def _by_scene(self) -> dict[str, list[Cell]]:
         return grouped(self.cells, lambda cell: cell.scene)

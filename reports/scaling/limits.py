@@ -74,12 +74,12 @@ class Limits:
 
     def share(self, cell: Cell) -> Estimate | Missing:
         """Returns the share of the machine's peak, 0 to 1."""
-        count = operations.tests(self.results, cell)
+        count = operations.flops(self.results, cell)
         if isinstance(count, Missing):
             return count
         peaks = self._peaks(cell, "all", cell.parameters["precision"])
         times = cell.rounds("steady_s")
-        shared = [operations.FLOPS * count / times[number] / peaks[number] for number in times if number in peaks]
+        shared = [count / times[number] / peaks[number] for number in times if number in peaks]
         return statistics.median(shared) if shared else self._no_peaks(cell)
 
     def rate(self, cell: Cell) -> Estimate | Missing:
@@ -87,12 +87,11 @@ class Limits:
         return operations.rate(self.results, cell, "steady_s")
 
     def intensity(self, cell: Cell) -> float | Missing:
-        """Returns the operations per byte that must go to memory, the picture's."""
-        count = operations.tests(self.results, cell)
-        size = {"float64": 8, "float32": 4}.get(cell.parameters["precision"])
-        if isinstance(count, Missing) or size is None:
-            return count if isinstance(count, Missing) else Missing("the size of its numbers is not known")
-        return operations.FLOPS * count / (3 * size * cell.pixels)
+        """Returns the floating-point operations per byte moved."""
+        count, moved = operations.flops(self.results, cell), operations.moved(self.results, cell)
+        if isinstance(count, Missing):
+            return count
+        return moved if isinstance(moved, Missing) else count / moved
 
     def speed_up(self, cell: Cell) -> Estimate | Missing:
         """Returns the time of the same renderer's kernel on one thread over its time on several."""

@@ -74,8 +74,7 @@ def _roofline(axes, limits, points) -> None:
             axes.plot([x, x], [y.low / 1e9, y.high / 1e9], color=shade, lw=1)
         axes.plot(x, y.value / 1e9, MARKS[limits.vector(cell)], color=shade, mfc=face, ms=5)
     axes.set(
-        xscale="log", yscale="log", xlim=(low, high), ylabel="Gflop/s of tests of spheres",
-        xlabel="flop for each byte of the picture",
+        xscale="log", yscale="log", xlim=(low, high), ylabel="Gflop/s", xlabel="flop for each byte moved",
     )  # fmt: skip
     style.log_ticks(axes.xaxis)
     style.log_ticks(axes.yaxis)

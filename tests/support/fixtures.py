@@ -11,7 +11,8 @@ import pytest
 
 from harness.experiment import experiment as experiments
 from harness.plan import plan
-from harness.renderer import registry
+from harness.renderer import manifest, registry
+from harness.renderer.registry import Entry, Renderer
 from harness.store import store
 from harness.system import cuda
 
@@ -20,6 +21,17 @@ BAD = Path(__file__).parents[1] / "harness" / "bad_renderers"
 # Nothing to hit: every pixel is the background, so a renderer of a few lines can be right, or wrong by exactly so much.
 EMPTY_SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n"
 SPHERE_SCENE = EMPTY_SCENE + "LIGHT (4,5,6) (1,1,1) 0\nSPHERE (0,0,-1) 0.8 (0.7,0.5,0.3) 0.4 20 (0,0,0) 1e6 1\n"
+
+
+def a_copy(known, name, folder, file, old, new):
+    """The variant `name` of a renderer in a folder of its own, with other text in a file."""
+    renderer = known[name].renderer
+    shutil.copytree(renderer.folder, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    told = (folder / file).read_text()
+    assert told.count(old) == 1
+    (folder / file).write_text(told.replace(old, new))
+    made = manifest.load(folder)
+    return Entry(Renderer(folder, made), next(one for one in made.variant if one.name == name))
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ import stat
 import sys
 
 import pytest
-from fixtures import SPHERE_SCENE
+from fixtures import SPHERE_SCENE, a_copy
 from mock_host import Behaviour, Mock, planned
 
 from harness.errors import UserError
@@ -14,9 +14,7 @@ from harness.plan.forecast import Forecast
 from harness.plan.plan import Cell
 from harness.race import counting, race
 from harness.race.host import ThisHost
-from harness.renderer import manifest
 from harness.renderer.parameters import Parameters
-from harness.renderer.registry import Entry, Renderer
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs
@@ -50,17 +48,6 @@ def counts(entry, cache, **parameters):
     status, reason, found = counting.count(*cell(entry, **parameters), ThisHost(), cache)
     assert (status, reason) == ("ok", ""), reason
     return found
-
-
-def a_copy(known, name, folder, file, old, new):
-    """The variant `name` of a renderer in a folder of its own, with other text in a file."""
-    renderer = known[name].renderer
-    shutil.copytree(renderer.folder, folder, ignore=shutil.ignore_patterns("__pycache__"))
-    told = (folder / file).read_text()
-    assert told.count(old) == 1
-    (folder / file).write_text(told.replace(old, new))
-    made = manifest.load(folder)
-    return Entry(Renderer(folder, made), next(one for one in made.variant if one.name == name))
 
 
 @needs_valgrind

@@ -111,7 +111,7 @@ def test_what_a_gpu_does_not_tell_has_a_reason(report_text, tmp_path, gpu_record
 def test_flops_are_rays_times_spheres_times_twenty_over_the_kernel(load, gpu_record):
     results = load([gpu_record(kernel_s=(9, 0.1, 0.3))])
     (cell,) = results.cells
-    assert operations.tests(results, cell) == 20 * 48  # 20 rays
+    assert operations.flops(results, cell) == 20 * 20 * 48  # 20 rays
     assert roofline_figure.rate(results, cell).value == pytest.approx(20 * 48 * 20 / 0.2)
     assert roofline_figure.share(results, cell).value == pytest.approx(20 * 48 * 20 / 0.2 / 2e13)
     results = load([gpu_record(parameters={"precision": "float32"})], name="single")

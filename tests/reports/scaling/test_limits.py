@@ -96,6 +96,56 @@ def test_shares_follow_the_machine_of_each_round(load, told):
     assert group.intensity(cells["cpp", "float64", "on"]) == pytest.approx(20 * TESTS / (16 * 24))
 
 
+COUNTED = {"sums": 5000, "products": 6000, "divisions": 700, "roots": 80, "functions": 9}
+
+
+@pytest.fixture
+def with_counts(told):
+    """A function that gives the rows of `told`, and the count of cpp one ray after another: of operations alone, or
+    with those of perf too."""
+
+    def make(counts=None, operations=COUNTED, **changes):
+        rows = told(**changes)
+        first = next(row for row in rows if row["cell"] == "cpp-float64-off")
+        done = {"status": "ok"} if counts else {"status": "unavailable", "reason": "no program perf"}
+        return [*rows, first | {"pass": "count", "repetition": 0, "counts": counts, "operations": operations, **done}]
+
+    return make
+
+
+@pytest.mark.parametrize("changes", [{}, {"shapes": {"triangle": 320}}, {"used": {"methods": {"accel": "bvh"}}}])
+def test_counted_operations_are_those_of_all_that_make_the_picture(load, with_counts, tmp_path, changes):
+    loaded = load(with_counts(**changes))
+    group, cells = the(loaded)
+    for key, seconds in (
+        (("cpp", "float64", "off"), 0.4),
+        (("cpp", "float32", "on"), 0.05),
+        (("povray", "float64", "off"), 2),
+    ):
+        assert group.rate(cells[key]).low == pytest.approx(11_780 / seconds)
+    assert group.share(cells["cpp", "float32", "on"]).value == pytest.approx(11_780 / 0.05 / 2e6)
+    assert "Gflop/s" in limits.write(loaded, tmp_path)
+
+
+def test_operations_that_could_not_be_counted_are_those_of_tests(load, with_counts):
+    group, cells = the(load(with_counts(operations={"unavailable": "failed: no"})))
+    assert group.rate(cells["cpp", "float64", "off"]).low == pytest.approx(20 * TESTS / 0.4)
+    group, cells = the(load(with_counts(operations=None, shapes={"box": 3}), name="boxes"))
+    assert "measure.count" in group.rate(cells["cpp", "float64", "off"]).reason
+
+
+def test_bytes_moved_are_misses_of_a_cache_or_the_working_set(load, with_counts):
+    """The picture of 16 pixels has 384 bytes, the scene 800 in float64."""
+    size = {"width": 4, "height": 4, "rays": 20, "spread": 0.0, "options": [], "environment": {}}
+    perf = {"tool": "perf", "version": "6", "smaller": None, "cache_misses": 250, "instructions": 1, **size}
+    group, cells = the(load(with_counts(perf, scene_bytes=800)))
+    assert group.intensity(cells["cpp", "float64", "off"]) == pytest.approx(11_780 / (64 * 250))
+    assert group.intensity(cells["cpp", "float32", "on"]) == pytest.approx(11_780 / (192 + 400))
+    smaller = {**perf, "smaller": "Valgrind is slow"}
+    group, cells = the(load(with_counts(smaller, scene_bytes=800), name="smaller"))
+    assert group.intensity(cells["cpp", "float64", "off"]) == pytest.approx(11_780 / (384 + 800))
+
+
 def test_efficiency_is_of_what_the_machine_gained(load, told):
     group, cells = the(load(told()))
     threads = cells["cpp-threads", "float64", "off"]
