@@ -21,7 +21,7 @@ from reports.study import ladder, verdict
 from reports.times import startup_table
 
 ROOT = Path(__file__).parents[1]
-PAGES = "README.md", "docs/results.md", "docs/fast-paths.md"
+PAGES = "README.md", "docs/results.md", "docs/fast-paths.md", "docs/speed-and-accuracy.md"
 MARK = re.compile(r"(<!-- table: (?P<name>[\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -130,11 +130,10 @@ def fast() -> str:
     run = _comparison()
     base = _cell(run, variant="cpp", **WHOLE)
     rows = []
-    for name in ("cpp", "numba", "cpp-threads", "numba-parallel"):
-        for precision in ("float64", "float32"):
-            cell = _cell(run, variant=name, **{**WHOLE, "vector": "on", "precision": precision})
-            ratio, rmse = _shown(run, ranking.ratio(cell, base)), accuracy_columns.shown_rmse(cell)
-            rows.append([f"{name}, {precision}", ratio, rmse, cell.agreement])
+    for name, numbers in itertools.product(("cpp", "numba", "cpp-threads", "numba-parallel"), ("float64", "float32")):
+        cell = _cell(run, variant=name, **{**WHOLE, "vector": "on", "precision": numbers})
+        ratio, rmse = _shown(run, ranking.ratio(cell, base)), accuracy_columns.shown_rmse(cell)
+        rows.append([f"{name}, {numbers}", ratio, rmse, cell.agreement])
     return _table(["in lanes", "time ÷ cpp, one by one, float64", "RMSE", "agrees"], rows)
 
 
@@ -146,6 +145,33 @@ def crossings() -> str:
     run = _run("epyc-2x", "sweeps")
     found = sweep_figure.crossings(run, sweep.panels(run), sweep.TIME)
     return markdown.bullets([sweep_figure.words(panel, sweep.TIME, one) for panel in found for _, one in found[panel]])
+
+
+# --- Accuracy ---
+
+# Of accuracy.toml: one sample, strict, the default solvers and walk, depth 6, nothing cut off.
+ONE = {
+    **{"sampler": "one", "precision": "float64", "vector": "off", "depth": 6, "cutoff": 0.0, "sphere": "robust"},
+    **{"floating_point": "strict", "walk": "least", "samples": 1},
+}
+
+
+def cutoffs() -> str:
+    """What a cut-off of 2^-8 saves and changes, scene by scene."""
+    run = _run("epyc-2x", "accuracy")
+    rows = []
+    for case in _cases(run):
+        whole, cut = (_cell(run, **{**ONE, "case": case, "variant": "cpp", "cutoff": at}) for at in (0.0, "2^-8"))
+        if whole.unranked or cut.unranked:
+            continue
+        kept = _rays(run, cut) / _rays(run, whole)
+        errors = [accuracy_columns.shown_rmse(cell) for cell in (whole, cut)]
+        rows.append([case, quantity.percent(kept), _shown(run, ranking.ratio(cut, whole)), *errors])
+    return _table(["scene", "rays kept", "time ÷ without", "RMSE without", "with"], rows)
+
+
+def _rays(run: Results, cell: Cell) -> int:
+    return sum(run.record(cell)["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
 
 
 # --- Beside POV-Ray ---
@@ -179,10 +205,8 @@ FRONT = "mirrors"  # the case of accuracy.toml
 
 
 def _way(run: Results, variant: str, **more) -> Cell:
-    """A cell of the front: strict, the default solvers and walk, depth 6, nothing cut off."""
-    plain = {"sampler": "one", "precision": "float64", "vector": "off", "depth": 6, "cutoff": 0.0, "sphere": "robust"}
-    plain |= {"floating_point": "strict", "walk": "least", "samples": 1}
-    return _cell(run, case=FRONT, variant=variant, **{**plain, **more})
+    """A cell of the front, as ONE but for `more`."""
+    return _cell(run, case=FRONT, variant=variant, **{**ONE, **more})
 
 
 def findings() -> str:
@@ -253,6 +277,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "fast": fast,
     "crossings": crossings,
     "balls": balls,
+    "cutoffs": cutoffs,
     "findings": findings,
 }
 
