@@ -26,6 +26,7 @@ SlabOption = Annotated[str, typer.Option(help="branch or plain.", metavar="NAME"
 VectorOption = Annotated[
     str, typer.Option(help="off; on: many rays, or many shapes, at once; auto: where it is faster.", metavar="NAME")
 ]
+CsgOption = Annotated[str, typer.Option(help="intervals or stepping.", metavar="NAME")]
 MergeOption = Annotated[str, typer.Option(help="tolerant or none.", metavar="NAME")]
 VariantOption = Annotated[
     str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")

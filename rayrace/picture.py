@@ -8,6 +8,7 @@ import typer
 from rayrace.options import (
     AdaptiveDepthOption,
     AdaptiveThresholdOption,
+    CsgOption,
     CutoffOption,
     DepthOption,
     FeelersOption,
@@ -61,6 +62,7 @@ def render(
     sphere: SphereOption = "robust",
     triangle: TriangleOption = "watertight",
     slab: SlabOption = "branch",
+    csg: CsgOption = "intervals",
     merge: MergeOption = "tolerant",
     offset: Annotated[str, typer.Option(help="bounded, relative, fixed or none.", metavar="NAME")] = "bounded",
     epsilon: Annotated[str, typer.Option(help="Of the offset: 1e-4, 2^-20. Default: by method and precision.")] = "",
@@ -126,10 +128,10 @@ def render(
         adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold, lens_radius=lens_radius,
         focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
         glossy_weight=glossy_weight, seed=seed, walk=walk, accel=accel, sphere=sphere, triangle=triangle,
-        slab=slab, merge=merge, offset=offset, epsilon=epsilon or None, fresnel=fresnel, phong=phong,
-        renormalise=renormalise, kernel=kernel, vector=vector, floating_point=floating_point, cutoff=cutoff,
-        arithmetic=arithmetic, sample_x=sample_x, sample_y=sample_y, region=region, precision=precision,
-        threads=threads or "default", scene_memory=scene_memory, block_width=block_width,
+        slab=slab, csg=csg, merge=merge, offset=offset, epsilon=epsilon or None, fresnel=fresnel,
+        phong=phong, renormalise=renormalise, kernel=kernel, vector=vector, floating_point=floating_point,
+        cutoff=cutoff, arithmetic=arithmetic, sample_x=sample_x, sample_y=sample_y, region=region,
+        precision=precision, threads=threads or "default", scene_memory=scene_memory, block_width=block_width,
         block_height=block_height, total_threads=total_threads, max_registers=max_registers, gpu_wait=gpu_wait,
         device=device,
     )  # fmt: skip
@@ -168,6 +170,7 @@ def trace(
     sphere: SphereOption = "robust",
     triangle: TriangleOption = "watertight",
     slab: SlabOption = "branch",
+    csg: CsgOption = "intervals",
     merge: MergeOption = "tolerant",
     vector: VectorOption = "off",
     floating_point: FloatingPointOption = "strict",
@@ -181,7 +184,7 @@ def trace(
 
     scene = bundled.scene(scene)
     methods = {
-        "precision": precision, "sphere": sphere, "triangle": triangle, "slab": slab, "merge": merge, "vector": vector,
-        "floating_point": floating_point, "scene_memory": scene_memory,
+        "precision": precision, "sphere": sphere, "triangle": triangle, "slab": slab, "csg": csg, "merge": merge,
+        "vector": vector, "floating_point": floating_point, "scene_memory": scene_memory,
     }  # fmt: skip
     single.trace(scene, rays, variant, out, methods, timeout, tuple(renderer or ()))

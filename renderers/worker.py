@@ -49,6 +49,7 @@ class Job:
         self.sphere = flags.get("sphere", "robust")
         self.triangle = flags.get("triangle", "watertight")
         self.slab = flags.get("slab", "branch")
+        self.csg = flags.get("csg", "intervals")
         self.merge = flags.get("merge", "tolerant")
         self.offset = flags.get("offset", "bounded")
         self.fresnel = flags.get("fresnel", "clamped")

@@ -75,6 +75,7 @@ class Image(Strict):
     sphere: Literal["robust", "textbook", "stable", "wide"] = "robust"
     triangle: Literal["watertight", "moller-trumbore", "watertight-kahan"] = "watertight"
     slab: Literal["branch", "plain"] = "branch"
+    csg: Literal["intervals", "stepping"] = "intervals"
     merge: Literal["tolerant", "none"] = "tolerant"
     offset: Literal["bounded", "relative", "fixed", "none"] = "bounded"
     epsilon: Annotated[float, BeforeValidator(number), Field(gt=0, lt=1)] | None = None  # of the offset

@@ -33,8 +33,8 @@ FURTHER_ULPS = {"float64": 1, "float32": 4}  # float64 errs by 2^-29 of that, un
 SLIVERS = 1 / 8, 15 / 8
 # What a reference has as by default, whatever the picture's method.
 PLAIN = (
-    *("sphere", "triangle", "slab", "merge", "fresnel", "phong", "renormalise", "floating_point", "cutoff"),
-    *("kernel", "vector"),
+    *("sphere", "triangle", "slab", "csg", "merge", "fresnel", "phong", "renormalise", "floating_point"),
+    *("cutoff", "kernel", "vector"),
 )
 
 

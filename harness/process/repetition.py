@@ -24,7 +24,8 @@ HEAVIEST = 1e100  # dropped weight of a pixel; of more, what is worked out from 
 # Parameters that a manifest names the values of.
 METHODS = (
     *("precision", "walk", "accel", "kernel", "vector", "scene_memory", "gpu_wait", "floating_point"),
-    *("sphere", "triangle", "slab", "merge", "offset", "fresnel", "phong", "renormalise", "glossy_weight"),
+    *("sphere", "triangle", "slab", "csg", "merge", "offset", "fresnel", "phong", "renormalise"),
+    "glossy_weight",
 )
 
 

@@ -63,6 +63,7 @@ class Parameters:
     sphere: str = "robust"
     triangle: str = "watertight"
     slab: str = "branch"
+    csg: str = "intervals"
     merge: str = "tolerant"
     offset: str = "bounded"
     fresnel: str = "clamped"

@@ -9,8 +9,8 @@ from harness.stress.row import Row
 MODULES = (
     "geometry.spheres", "geometry.huge", "geometry.ellipsoids", "geometry.scales", "light.acne", "light.leak",
     "execution.drift", "geometry.cracks", "geometry.slivers", "geometry.slabs", "geometry.coincident",
-    "geometry.polygons", "light.refraction", "light.media", "light.furnace", "light.highlight", "light.codes",
-    "light.nan", "execution.table", "execution.threads", "pictures",
+    "geometry.stepping", "geometry.polygons", "light.refraction", "light.media", "light.furnace", "light.highlight",
+    "light.codes", "light.nan", "execution.table", "execution.threads", "pictures",
 )  # fmt: skip
 
 

@@ -85,11 +85,13 @@ struct Parts {
 template<typename Real>
 class Solid {
 public:
-    // `code` is that of csg_code.npy; `parts` must stay where they are. sliver: of CSG-4.
-    Solid(const Parts<Real>& parts, const std::int32_t* code, int length, Real sliver) : parts(&parts), sliver(sliver)
+    // `code` is that of csg_code.npy; `parts` must stay where they are. sliver: of CSG-4. epsilon: of OFF-1.
+    Solid(const Parts<Real>& parts, const std::int32_t* code, int length, Real sliver, Real epsilon)
+        : parts(&parts), sliver(sliver), epsilon(epsilon)
     {
         for (int i = 0; i < length; i++, code += 2) {
             steps.push_back(code[0]);
+            common = common && code[0] != Parts<Real>::mesh && code[0] != op_or && code[0] != op_not;
             if (code[0] > Parts<Real>::mesh)
                 continue;
             operands.push_back({code[0], std::size_t(code[1])});
@@ -97,10 +99,10 @@ public:
         }
     }
 
-    // HIT-6: as a part of it is.
+    // HIT-6: as a part of it is; a ray that steps is moved off its line (CSG-7), so bounds do not hold.
     bool always_tried() const
     {
-        return std::any_of(operands.begin(), operands.end(), [&](const Operand& operand) {
+        return methods::steps || std::any_of(operands.begin(), operands.end(), [&](const Operand& operand) {
             return (operand.kind == Parts<Real>::box && parts->boxes[operand.row].always_tried()) ||
                    (operand.kind == Parts<Real>::ellipsoid && parts->ellipsoids[operand.row].skewed());
         });
@@ -116,6 +118,8 @@ public:
 
     Real distance(const Probe<Real>& probe) const
     {
+        if constexpr (methods::steps)
+            return step(probe).t;
         const Boundary<Real>* hit = nearest(probe);
         return hit ? hit->crossing.t : 0;
     }
@@ -123,6 +127,8 @@ public:
     // CSG-5
     Surface<Real> surface(const Probe<Real>& probe, Real) const
     {
+        if constexpr (methods::steps)
+            return step(probe).at;
         const Boundary<Real>& hit = *nearest(probe);
         Surface<Real> at = face(probe, hit.crossing);
         if ((dot(probe.direction, at.normal) > 0) != hit.leaves)
@@ -192,10 +198,49 @@ private:
     };
 
     const Parts<Real>* parts;
-    Real sliver;
+    Real sliver, epsilon;
+    bool common = true;             // an AND of convex parts alone
     std::vector<Operand> operands;  // in the order of the postfix
     std::vector<int> steps;         // the postfix: kinds of operands, and operators
     std::size_t capacity = 0;
+
+    struct Stepped {
+        Real t = 0;  // not greater than 0: no hit
+        Surface<Real> at{};
+    };
+
+    // CSG-7: the ray starts anew behind each face, until it is in the solid or out of it.
+    Stepped step(const Probe<Real>& probe) const
+    {
+        Scratch<Real>& scratch = *probe.scratch;
+        Vec3<Real> origin = probe.origin;
+        bool started = false, value = false;
+        for (std::size_t step = 0; step < capacity; step++) {
+            const Probe<Real> ray({origin, probe.direction}, probe.scratch);
+            const auto first = scratch.crossings.begin(), last = first + std::ptrdiff_t(cross_parts(ray, scratch));
+            const auto next = std::find_if(first, last, [](const auto& crossing) { return crossing.t > 0; });
+            if (!std::exchange(started, true)) {
+                std::fill_n(scratch.inside.begin(), operands.size(), char(false));
+                for (auto behind = first; behind != next; behind++)
+                    scratch.inside[std::size_t(behind->part)] ^= 1;
+                value = evaluate(scratch);
+            }
+            if (next == last)
+                return {};
+            scratch.inside[std::size_t(next->part)] ^= 1;
+            Surface<Real> at = face(ray, *next);
+            const bool leaves = dot(ray.direction, at.normal) > 0;
+            if (evaluate(scratch) != value) {
+                if (leaves != value)
+                    at.normal = -at.normal;
+                return {dot(origin - probe.origin, probe.direction) + next->t, at};
+            }
+            if (common && !scratch.inside[std::size_t(next->part)])
+                return {};
+            origin = at.leave(leaves ? 1 : -1, epsilon);
+        }
+        return {};
+    }
 
     // CSG-1: fills scratch.crossings, in order, and returns how many there are: none if one mesh has too many.
     std::size_t cross_parts(const Probe<Real>& probe, Scratch<Real>& scratch) const

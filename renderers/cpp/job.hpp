@@ -202,7 +202,7 @@ private:
     // VEC-1: something of the job that rays in lanes cannot do; "" if they can do all.
     std::string not_in_lanes() const
     {
-        constexpr std::string_view usual[] = {"sphere", "offset",  "triangle", "slab",
+        constexpr std::string_view usual[] = {"sphere", "offset",  "triangle", "slab",       "csg",
                                               "merge",  "fresnel", "phong",    "renormalise"};
         for (const methods::Method& method : methods::all)
             if (method.built != 0 && std::find(std::begin(usual), std::end(usual), method.key) != std::end(usual))

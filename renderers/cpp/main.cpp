@@ -110,6 +110,7 @@ inline std::string built_methods(const Job& job, const Scene& scene)
         {"offset", bounces || (image && needs::shadows && job.shadows)},
         {"triangle", scene.mesh_ranges.rows() > 0},
         {"slab", scene.boxes.rows() > 0},
+        {"csg", scene.csg_ranges.rows() > 0},
         {"merge", scene.csg_ranges.rows() > 0},
         {"fresnel", bounces},
         {"phong", image && needs::phong},
@@ -323,7 +324,7 @@ void answer_rays(const Job& job)
 
     Scene scene;
     read_scene(job.folder, scene);
-    Shapes<Real> shapes(scene, job.sliver);
+    Shapes<Real> shapes(scene, job);
     std::vector<Desk<Real>> desks(std::size_t(job.threads));
     for (Desk<Real>& desk : desks)
         shapes.make_room(desk.scratch);

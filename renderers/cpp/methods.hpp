@@ -30,6 +30,7 @@ constexpr TriangleForm triangle = BUILT(TRIANGLE_MOLLER_TRUMBORE)    ? TriangleF
                                   : BUILT(TRIANGLE_WATERTIGHT_KAHAN) ? TriangleForm::watertight_kahan
                                                                      : TriangleForm::watertight;
 constexpr bool plain_slabs = BUILT(SLAB_PLAIN);             // BOX-3
+constexpr bool steps = BUILT(CSG_STEPPING);                 // CSG-7
 constexpr bool merges = !BUILT(MERGE_NONE);                 // CSG-4
 constexpr bool clamps_fresnel = !BUILT(FRESNEL_UNCLAMPED);  // REF-2
 constexpr bool clamps_phong = !BUILT(PHONG_UNCLAMPED);      // LOC-4
@@ -50,6 +51,7 @@ inline const Method all[] = {
     {"offset", {"bounded", "relative", "fixed", "none"}, int(offset)},
     {"triangle", {"watertight", "moller-trumbore", "watertight-kahan"}, int(triangle)},
     {"slab", {"branch", "plain"}, plain_slabs},
+    {"csg", {"intervals", "stepping"}, steps},
     {"merge", {"tolerant", "none"}, !merges},
     {"fresnel", {"clamped", "unclamped"}, !clamps_fresnel},
     {"phong", {"clamped", "unclamped"}, !clamps_phong},

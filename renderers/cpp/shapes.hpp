@@ -33,8 +33,7 @@ public:
 
     Shapes(const Shapes&) = delete;  // solids point to `parts`
 
-    // sliver: of CSG-4, as the job has it.
-    Shapes(const Scene& scene, double sliver)
+    Shapes(const Scene& scene, const Job& job)
     {
         if constexpr (needs::sphere)
             for (std::size_t i = 0; i < scene.spheres.rows(); i++) {
@@ -65,7 +64,7 @@ public:
                 roles.resize(roles.size() + std::size_t(range[1]), role(scene, scene.mesh_ids.row(i), !closed));
             }
         if constexpr (needs::csg)
-            add_solids(scene, Real(sliver));
+            add_solids(scene, Real(job.sliver), Real(job.epsilon));
     }
 
     // HIT-6: builds the hierarchies that are wanted, those for rays in lanes too (VEC-3); false if none is.
@@ -229,7 +228,7 @@ private:
             list.emplace_back(scene.mesh_vertices.data.data(), scene.mesh_triangles.row(std::size_t(k)), closed);
     }
 
-    void add_solids(const Scene& scene, Real sliver)
+    void add_solids(const Scene& scene, Real sliver, Real epsilon)
     {
         for (std::size_t i = 0; i < scene.csg_spheres.rows(); i++)
             parts.spheres.emplace_back(scene.csg_spheres.row(i));
@@ -243,7 +242,7 @@ private:
         }
         for (std::size_t i = 0; i < scene.csg_ranges.rows(); i++) {
             const std::int32_t* range = scene.csg_ranges.row(i);
-            solids.emplace_back(parts, scene.csg_code.row(std::size_t(range[0])), range[1], sliver);
+            solids.emplace_back(parts, scene.csg_code.row(std::size_t(range[0])), range[1], sliver, epsilon);
             roles.push_back(role(scene, scene.csg_ids.row(i), false));
         }
     }

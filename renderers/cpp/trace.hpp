@@ -57,7 +57,7 @@ struct Tracer {
     bool shadows, study_weight;
 
     Tracer(const Scene& scene, const Job& job)
-        : shapes(scene, job.sliver), media(scene), ambient(rounded<Real>(vec(scene.ambient.row(0)))),
+        : shapes(scene, job), media(scene), ambient(rounded<Real>(vec(scene.ambient.row(0)))),
           background(rounded<Real>(vec(scene.background.row(0)))), epsilon(Real(job.epsilon)), depth(job.depth),
           feelers(needs::soft ? job.feelers : 0), glossy_rays(needs::glossy ? job.glossy_rays : 0),
           shadows(needs::shadows && job.shadows), study_weight(job.weight == Weight::study)

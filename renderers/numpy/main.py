@@ -17,6 +17,7 @@ METHODS = {
     "sphere": ("robust", "textbook", "stable", "wide"),
     "triangle": ("watertight",),
     "slab": ("branch",),
+    "csg": ("intervals",),
     "merge": ("tolerant",),
     "offset": ("bounded", "relative", "fixed", "none"),
     "fresnel": ("clamped",),

@@ -18,6 +18,7 @@ METHODS = {
     "offset": ("bounded", "relative", "fixed", "none"),
     "triangle": ("watertight", "moller-trumbore", "watertight-kahan"),
     "slab": ("branch", "plain"),
+    "csg": ("intervals",),
     "merge": ("tolerant", "none"),
     "fresnel": ("clamped", "unclamped"),
     "phong": ("clamped", "unclamped"),

@@ -1,8 +1,8 @@
-"""Solids made of others by OR, AND and NOT (CSG-1 to CSG-6)."""
+"""Solids made of others by OR, AND and NOT (CSG-1 to CSG-7)."""
 
 from . import bvh, mesh
 from .shape import Shape
-from .vector import add, corners, dot, largest, scale
+from .vector import add, corners, dot, largest, scale, subtract
 
 OR, AND, NOT = "OR", "AND", "NOT"
 MOST_CROSSINGS = 64  # of one mesh (CSG-6)
@@ -95,14 +95,19 @@ class Solid(Shape):
                 stack.append(inside[word])
         return stack[0]
 
-    def boundaries(self, origin, direction):
-        """Returns the solid's boundaries on the whole line, without slivers and gaps (CSG-3, CSG-4)."""
+    def crossings(self, origin, direction):
+        """The boundaries (t, part, shape, face) of all parts on the whole line, in the order of CSG-3."""
         found = []
         for index, part in enumerate(self.parts):
             found += [(t, index, shape, face) for t, shape, face in part.crossings(origin, direction)]
+        found.sort(key=lambda crossing: crossing[0])
+        return found
+
+    def boundaries(self, origin, direction):
+        """Returns the solid's boundaries on the whole line, without slivers and gaps (CSG-3, CSG-4)."""
+        found = self.crossings(origin, direction)
         if not found:
             return found
-        found.sort(key=lambda crossing: crossing[0])
         inside = [False] * len(self.parts)
         value = self.value(inside)
         kept = []
@@ -137,6 +142,47 @@ class Solid(Shape):
             else:
                 stack.append((self.parts[word].bounds(), None))
         return stack[0][0]
+
+
+class Stepping(Solid):
+    """A solid that a ray finds by starting anew behind each face, until it is in it or out of it (CSG-7).
+
+    leave: of shade.leaving.
+    """
+
+    def __init__(self, code, material, identity, number, leave):
+        super().__init__(code, material, identity, number)
+        self.leave = leave
+        self.most = sum(min(len(part.rows), MOST_CROSSINGS) if isinstance(part, Mesh) else 2 for part in self.parts)
+        self.common = not self.meshes and not {OR, NOT} & set(self.code)  # an AND of convex parts alone
+
+    def boundaries(self, origin, direction):
+        """Returns the hit alone, if there is one."""
+        start, inside = origin, None
+        for _ in range(self.most):
+            found = self.crossings(start, direction)
+            if inside is None:
+                inside = [False] * len(self.parts)
+                for t, part, _, _ in found:
+                    inside[part] ^= t <= 0
+                value = self.value(inside)
+            crossed = next((crossing for crossing in found if crossing[0] > 0), None)
+            if crossed is None:
+                break
+            t, part, shape, face = crossed
+            inside[part] = not inside[part]
+            if self.value(inside) != value:
+                hit = Boundary(self, t, shape, face, value, start, direction)
+                hit.t += dot(subtract(start, origin), direction)
+                return [hit]
+            if self.common and not inside[part]:
+                break
+            point, normal = shape.surface(start, direction, t, face)
+            start = self.leave(point, normal, shape.size, 1 if dot(direction, normal) > 0 else -1)
+        return []
+
+    def bounds(self):
+        """None: a ray that steps is moved off its line."""
 
 
 def union(a, b):

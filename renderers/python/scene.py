@@ -53,7 +53,7 @@ class Scene:
         self.air = Medium(air[0], air[1], air[2:5], number)
         self.materials = [Material(row, self.air, number) for row in read.rows("materials")]
         self.media = Media(read.integers("media"), self.air, self.materials)
-        self.accelerate(job.accel, shapes(read, self.materials, job.accel))
+        self.accelerate(job.accel, shapes(read, self.materials, job.accel, self.leave))
 
     def accelerate(self, accel, items):
         """Choose the search among `items`, pairs (search, shape) in the order of HIT-2. grown: is it by a tree?"""
@@ -105,7 +105,7 @@ class Scene:
         return None if best is nothing else best
 
 
-def shapes(read, materials, accel):
+def shapes(read, materials, accel, leave):
     """All shapes as pairs (search, shape), in the order of HIT-2."""
     job, number = read.job, read.number
     ball = sphere.Sphere if job.renormalise == "on" else sphere.Unnormalised
@@ -152,7 +152,11 @@ def shapes(read, materials, accel):
             return {4: csg.OR, 5: csg.AND, 6: csg.NOT}[operation]
 
         words = [word(*row) for row in code[first : first + count]]
-        items.append((csg.nearest, csg.Solid(words, *common, job.merge, job.sliver and number.real(job.sliver))))
+        if job.csg == "stepping":
+            solid = csg.Stepping(words, *common, leave)
+        else:
+            solid = csg.Solid(words, *common, job.merge, job.sliver and number.real(job.sliver))
+        items.append((csg.nearest, solid))
     return items
 
 

@@ -13,8 +13,8 @@ from reports.run.view import View
 DIALS = ("samples", "feelers", "glossy_rays", "adaptive_threshold", "cutoff", "depth")
 # Methods of single steps, with the word that follows their value in a name.
 STEPS = {
-    "sphere": "spheres", "triangle": "triangles", "slab": "slabs", "merge": "merging", "offset": "offset",
-    "fresnel": "Fresnel", "phong": "Phong", "renormalise": "renormalising",
+    "sphere": "spheres", "triangle": "triangles", "slab": "slabs", "csg": "CSG", "merge": "merging",
+    "offset": "offset", "fresnel": "Fresnel", "phong": "Phong", "renormalise": "renormalising",
 }  # fmt: skip
 PLACE = "sample_x", "sample_y"  # of a pixel's one sample
 CHOICES = (

@@ -12,9 +12,10 @@ from reports.run.results import Results, grouped
 
 # Values that the catalogue calls naive: a way with one of them is not robust.
 NAIVE = {
-    "sphere": ("textbook", "stable"), "triangle": ("moller-trumbore",), "slab": ("plain",), "merge": ("none",),
-    "offset": ("fixed", "none"), "fresnel": ("unclamped",), "phong": ("unclamped",), "renormalise": ("off",),
-    "floating_point": ("contract", "fast"), "arithmetic": ("srgb",), "walk": ("table", "recursion"),
+    "sphere": ("textbook", "stable"), "triangle": ("moller-trumbore",), "slab": ("plain",), "csg": ("stepping",),
+    "merge": ("none",), "offset": ("fixed", "none"), "fresnel": ("unclamped",), "phong": ("unclamped",),
+    "renormalise": ("off",), "floating_point": ("contract", "fast"), "arithmetic": ("srgb",),
+    "walk": ("table", "recursion"),
 }  # fmt: skip
 KNOWN = "stress", "level", "precision"  # of a swept point; its other values distinguish ways
 PLAIN = "default"  # name of the only way of a row

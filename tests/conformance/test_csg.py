@@ -1,4 +1,4 @@
-"""CSG solids against point membership, closed forms and each other (CSG-1 to CSG-5)."""
+"""CSG solids against point membership, closed forms and each other (CSG-1 to CSG-7)."""
 
 import itertools
 
@@ -97,6 +97,43 @@ def test_first_hits_are_where_membership_changes(bench, serial, seed):
     sides = np.einsum("ij,ij->i", normals, directions[hit])
     assert ((sides > 0) == starts[hit])[changed].all()
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("accel", ["none", "bvh"])
+def test_stepping_finds_the_same_in_general_position(bench, serial, tmp_path, accel):
+    """CSG-7 for nested solids, NOT and meshes, from outside and inside: hits as by intervals, and as Python steps."""
+    if "stepping" not in bench.entry(serial).methods.get("csg", ()):
+        pytest.skip(f"{serial} has no csg stepping")
+    path = tmp_path / "ball.obj"
+    path.write_text(obj(*ball(1)))
+    cut = f'AND MESH "{path}" (0.2,-0.1,0.3) (20,30,40) 1.2 NOT SPHERE (0.8,0.7,0.9) 0.8 END END'
+    for seed in (40, 43, 47, 48, "mesh"):
+        rng = np.random.default_rng(90 if seed == "mesh" else seed)
+        solid = cut if seed == "mesh" else random_tree(rng, 3).text
+        rays = random_rays(rng, 400, far=4.0)
+        rays[:100, :3] /= 8
+        scene = f"{STAGE}{solid} {MATTE}\nSPHERE (3,0,0) 0.5 {MATTE}\n"
+        found, by_intervals, by_python = (
+            bench.hits(name, scene, rays, csg=csg, accel=accel)
+            for name, csg in ((serial, "stepping"), (serial, "intervals"), ("python", "stepping"))
+        )
+        hit = np.isfinite(found[:, 0])
+        print(seed, hit.mean(), np.abs(found[hit] - by_intervals[hit]).max())
+        np.testing.assert_allclose(found, by_intervals, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(found, by_python, rtol=0, atol=1e-12)
+
+
+def test_an_and_of_many_parts_is_stepped_through(bench, serial):
+    """The ray enters one part after the other, and leaves some before it is in all; from inside it leaves at once."""
+    if "stepping" not in bench.entry(serial).methods.get("csg", ()):
+        pytest.skip(f"{serial} has no csg stepping")
+    solid = "AND SPHERE (0,0,0) 2 SPHERE (0.5,0,0) 1.8 BOX (-1,-1,-1) (2,0,0) (0,2,0) (0,0,2) SPHERE (0,0,0.5) 1.2 END"
+    rays = [[0.1, 0.2, z, 0, 0, -1] for z in (5, 0)] + [[1.9, 0.1, 5, 0, 0, -1], [0.1, 0.2, -5, 0, 0, -1]]
+    found = bench.hits(serial, f"{STAGE}{solid} {MATTE}\n", rays, csg="stepping")
+    lowest = 0.5 - np.sqrt(1.2**2 - 0.05)
+    np.testing.assert_allclose(found[:, 0], [4, -lowest, np.inf, np.inf], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found[0, 4:7], [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(found[1, 4:7], np.array([0.1, 0.2, lowest - 0.5]) / 1.2, atol=1e-12)
 
 
 def test_de_morgan(bench, serial):

@@ -12,7 +12,7 @@ from harness.scene.model import Scene
 from harness.scene.needs import needs
 
 # Methods that are naive on purpose and change the right picture: the reference is made with the same method.
-NAIVE = ("fresnel", "phong")
+NAIVE = {"fresnel": True, "phong": True, "csg": False}  # whether pixels of such a picture may be no numbers
 NO_NUMBER = 1e3  # replaces pixels that are not finite in such a picture and in its reference
 
 
@@ -24,20 +24,21 @@ class Court:
 
     def reference(self, makers: tuple[str, ...], scene: Scene, parameters: Parameters):
         """The Reference of a picture, made by the first of the variants `makers` that has its naive methods."""
-        usual = {name: getattr(Parameters, name) for name in NAIVE}
-        naive = {name: getattr(parameters, name) for name in NAIVE if getattr(parameters, name) != usual[name]}
+        needed = needs(scene, parameters)
+        naive = naive_of(parameters, needed)
         entries = [entry for entry in map(self.bench.known.get, makers) if entry and not entry.unavailable]
         fits = (e for e in entries if all(value in e.methods.get(name, ()) for name, value in naive.items()))
         maker = next(fits, None)
         assert maker, f"none of {', '.join(makers)} is here and has {naive}"
-        needed = needs(scene, parameters)
         key = scene, maker.name, reference.job_of(parameters), parameters.precision, tuple(naive.items())
         if key not in self.kept:
 
             def run(entry, arrays, wanted, needed, cache):
                 wanted = self.bench.sharing(entry, replace(wanted, **naive), needed)
                 result = self.bench.run(entry, arrays, wanted, needed)
-                return replace(result, array=told(result.array)) if naive and result.status == "ok" else result
+                return (
+                    replace(result, array=told(result.array)) if may_break(naive) and result.status == "ok" else result
+                )
 
             found = reference.make(
                 maker, flatten(scene), parameters, reference.needs_of(needed), self.bench.caches, run
@@ -49,13 +50,23 @@ class Court:
     def wrong(self, makers: tuple[str, ...], scene: Scene, parameters: Parameters, result: Result) -> str | None:
         """None, or what is wrong with the picture and the counts of a Result."""
         found = self.reference(makers, scene, parameters)
-        naive = any(getattr(parameters, name) != getattr(Parameters, name) for name in NAIVE)
-        picture = told(result.array) if naive else result.array
+        broken = may_break(naive_of(parameters, needs(scene, parameters)))
+        picture = told(result.array) if broken else result.array
         verdict = judge.judge(picture, found, parameters.precision)
         wrong = verdict.wrong or _counts(result.said.rays, found, parameters.precision)
-        if result.said.rays["non_finite"] and not naive:
+        if result.said.rays["non_finite"] and not broken:
             wrong = wrong or f"{result.said.rays['non_finite']} samples are not finite"
         return f"by {found.maker}: {wrong}" if wrong else None
+
+
+def naive_of(parameters: Parameters, needed: tuple[str, ...]) -> dict[str, str]:
+    """The naive methods of a picture; CSG is stepped through only where there is a solid."""
+    chosen = {name: getattr(parameters, name) for name in NAIVE if name != "csg" or "csg" in needed}
+    return {name: value for name, value in chosen.items() if value != getattr(Parameters, name)}
+
+
+def may_break(naive: dict[str, str]) -> bool:
+    return any(NAIVE[name] for name in naive)
 
 
 def told(picture: np.ndarray) -> np.ndarray:
