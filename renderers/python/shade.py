@@ -2,6 +2,7 @@
 
 import math
 
+from .mesh import Triangle
 from .random import GLOSSY
 from .vector import add, dot, largest, scale
 
@@ -65,6 +66,13 @@ def local(scene, lights, direction, point, normal, shape, shadows, counts):
         green += (kg * cosine + phong) * light_green
         blue += (kb * cosine + phong) * light_blue
     return red, green, blue
+
+
+def facing(scene, lights, direction, point, normal, shape, shadows, counts):
+    """As `local`, but a triangle of a closed mesh is a flat thing, lit on the side that the ray comes from (TRI-4)."""
+    if isinstance(shape, Triangle) and dot(direction, normal) > 0:
+        normal = scale(normal, -1)
+    return local(scene, lights, direction, point, normal, shape, shadows, counts)
 
 
 def power(base, exponent):

@@ -6,7 +6,7 @@ from functools import partial
 from . import shade, walk
 from .random import Random
 from .scene import first_hit
-from .shade import WEIGHTS, gloss, local, spread, transmit
+from .shade import WEIGHTS, gloss, spread, transmit
 from .vector import dot, normalise
 
 
@@ -35,6 +35,7 @@ class Tracer:
         self.cuts = "cutoff" in job.needs
         self.cutoff = scene.number.real(job.cutoff if self.cuts else -1)  # no weight is so small
         self.dropped = 0
+        self.local = shade.facing if job.variant == "python-flat-meshes" else shade.local
         self.weigh = WEIGHTS[job.glossy_weight]
         if job.fresnel == "clamped":
             self.fresnel, self.beyond = shade.fresnel, shade.beyond
@@ -68,7 +69,7 @@ class Tracer:
     def mirrors(self, origin, direction, _pixel, _sample):
         """The colour of an eye ray if nothing transmits or attenuates: a loop along its chain of reflected rays."""
         scene, depth, shadows, counts, lights = self.scene, self.depth, self.shadows, self.counts, self.lights
-        fresnel, reflect = self.fresnel, self.reflect
+        fresnel, reflect, local = self.fresnel, self.reflect, self.local
         red = green = blue = 0
         weight = 1
         for order in range(depth + 1):
@@ -116,7 +117,7 @@ class Tracer:
         lights = self.lights
         if self.feelers:
             lights = spread(scene.lights, self.feelers, partial(self.numbers, path), self.number)
-        colour = local(scene, lights, direction, point, normal, shape, self.shadows, self.counts)
+        colour = self.local(scene, lights, direction, point, normal, shape, self.shadows, self.counts)
         last = order == self.depth
         if last and not self.attenuates:
             return colour, ()
