@@ -43,13 +43,16 @@ LANE_METHODS = {name: METHODS[name] for name in ("precision", "accel", "vector",
 }
 RANKS = 31  # bits of a set of clear solids in lanes (MED-2)
 held = {}  # the kernel of this process, once a job has asked for one
+STUDY = {"walk": "table", "scene_memory": "global", "accel": "none"}  # of study-cuda-global (2.6.2, 2.7.4)
 FAULTS = {"numba-cuda-index-fault": "index", "numba-cuda-barrier-fault": "barrier"}
 
 
 def prepare(job):
     """Refuses a job that the kernel cannot do, or sets its constants. Call it before importing the kernel's modules."""
     worker.require(job, FEATURES)
-    cuda = job.variant.startswith("numba-cuda")
+    cuda = job.variant.startswith("numba-cuda") or job.variant == "study-cuda-global"
+    if job.variant == "study-cuda-global":
+        vars(job).update(STUDY)
     for name, known in (CUDA_METHODS if cuda else METHODS).items():
         if getattr(job, name) not in known:
             worker.refuse(f"does not support {name} {getattr(job, name)}")

@@ -1,5 +1,6 @@
 """Runs one job: a picture of spheres."""
 
+import os
 import sys
 
 from renderers import worker
@@ -34,14 +35,20 @@ def main(arguments):
     by_table = job.variant == "study-python-table"
     methods = {"precision": "float64", "floating_point": "strict", "accel": "none", "threads": 1}
     methods["walk"] = "table" if by_table else "recursion"
-    compiled, versions = job.variant.startswith("study-numba"), {}
+    compiled, versions, library, made = job.variant.startswith("study-numba"), {}, None, False
     with worker.importing():
         import numpy as np
 
         from . import target, trace
 
         versions["numpy"] = np.__version__
-        if compiled:
+        if job.variant == "study-numba-aot":
+            from . import ahead
+
+            library = ahead.library(job.cache)
+            made = os.path.exists(library)  # then nothing here needs Numba
+            methods["compile_cache"] = "warm" if made else "cold"
+        if compiled and not made:
             import numba
 
             versions["numba"] = numba.__version__
@@ -57,19 +64,26 @@ def main(arguments):
             worker.refuse(f"at most {numba.config.NUMBA_NUM_THREADS} threads here, by NUMBA_NUM_THREADS or cores")
         numba.set_num_threads(job.threads)
         methods["threads"] = job.threads
+
+    def define():
+        return trace.define(*target.decorators(job.variant), by_table, "tuples" in job.variant)
+
     with worker.phase("load"):
         x0, y0, x1, y1 = job.region
         picture, rays = np.zeros((y1 - y0, x1 - x0, 3)), np.zeros((y1 - y0, x1 - x0, 2))
         scene = tables(job, np)
-        render = trace.define(*target.decorators(job.variant), by_table, "tuples" in job.variant)
+        render = None if compiled else define()
+    if compiled:
+        with worker.phase("compile"):
+            if library and not made:
+                ahead.compile_library(library, define())
+            render = ahead.load(library) if library else define()
+            render(picture[:0], rays[:0], *scene)  # no row of pixels: the types are what a whole picture has
 
     def frame():
         picture[:], rays[:] = 0.0, 0.0
         render(picture, rays, *scene)
 
-    if compiled:
-        with worker.phase("compile"):  # no row of pixels: the types are what a whole picture has
-            render(picture[:0], rays[:0], *scene)
     worker.render(job, frame)
     with worker.phase("save"):
         np.save(job.output("image.npy"), picture)

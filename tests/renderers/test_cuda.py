@@ -239,6 +239,19 @@ def objects(bench, source, size):
     return bench.hits("numba", source, rays)[:, 7].astype(int).reshape(size["height"], size["width"])
 
 
+def test_the_studys_choices_are_a_variant(known, bench):
+    """Global memory and the table, whatever the job leaves open; the picture is right, other choices are refused."""
+    source, size = crowd(41, sphere=5), {"width": 6, "height": 5, "depth": 2, "block_width": 4, "block_height": 2}
+    result = bench.result("study-cuda-global", source, exact=True, **size)
+    np.testing.assert_allclose(result.array, bench.picture("numba", source, **size), rtol=0, atol=TOLERANCE)
+    used = result.said.used["methods"]
+    assert (used["walk"], used["walk_rows"], used["scene_memory"], used["accel"]) == ("table", 7, "global", "none")
+    assert row.unranked(known["study-cuda-global"], result.said).startswith("exhibit of a cost: ")
+    scene, stacked = text.read(source), Parameters(**size, walk="stack")
+    refused = repetition.run(known["study-cuda-global"], flatten(scene), stacked, needs(scene, stacked))
+    assert refused.status == "unsupported" and "walk stack" in refused.reason
+
+
 def test_exhibits_are_wrong_and_in_no_ranking(known, bench):
     scene = text.read(coloured(15))
     parameters = Parameters(width=16, height=16, depth=0, block_width=4, block_height=4)

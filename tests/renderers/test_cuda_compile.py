@@ -29,11 +29,11 @@ SIZE = {"width": 64, "height": 64}
 def inspect(tmp_path_factory):
     """inspect(scene text, target, **parameters): the kernels of the job. Skips without NVIDIA's compilers."""
 
-    def flags(source, **parameters):
+    def flags(source, variant="numba-cuda", **parameters):
         scene, wanted = text.read(source), Parameters(**{**SIZE, **parameters})
         folder, needed = tmp_path_factory.mktemp("job"), needs(scene, wanted)
         job.write(folder / "job", flatten(scene), wanted, needed)
-        return job.flags(folder / "job", folder, "numba-cuda", None, wanted, needed)
+        return job.flags(folder / "job", folder, variant, None, wanted, needed)
 
     def run(source, target="sm_90", **parameters):
         command = [sys.executable, "-m", "renderers.numba.gpu.inspect", *flags(source, **parameters)]
@@ -62,6 +62,13 @@ def test_no_memory_makes_the_mirrors_spill(inspect, memory):
         (kernel,) = inspect(comparison(), precision=precision, depth=10, scene_memory=memory)
         assert kernel["spill_store_bytes"] == kernel["spill_load_bytes"] == 0
         assert (kernel["float64_instructions"] == 0) == (precision == "float32")
+
+
+def test_the_studys_table_lies_in_the_local_memory_of_each_thread(inspect):
+    """2047 rows at depth 10, of an origin, a direction and a weight at least (2.7.4)."""
+    (kernel,) = inspect(comparison(), variant="study-cuda-global", depth=10)
+    print(kernel["local_bytes"])
+    assert kernel["local_bytes"] >= 2047 * 7 * 8
 
 
 def test_nothing_is_contracted_unless_the_job_asks_for_it(inspect):

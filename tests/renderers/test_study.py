@@ -12,6 +12,7 @@ from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs
+from renderers.study import target, trace
 
 COMPARISON = (Path(__file__).parents[2] / "experiments" / "scenes" / "comparison.txt").read_text()
 # The eye is inside the large sphere: what it sees is lit and mirrored from within.
@@ -22,7 +23,10 @@ INSIDE = (
 )
 JOB = {"width": 24, "height": 20, "depth": 6, "shadows": True}
 INTERPRETED = "study-python", "study-python-table", "study-python-tuples"
-COMPILED = "study-numba-parallel", "study-numba", "study-numba-tuples", "study-numba-object"
+COMPILED = (
+    *("study-numba-parallel", "study-numba", "study-numba-tuples", "study-numba-object"),
+    *("study-numba-signatures", "study-numba-aot"),
+)
 
 
 def reference_of(bench, known, source, **parameters):
@@ -62,6 +66,40 @@ def check(bench, found, variant, source):
         assert (methods["walk"], methods["walk_rows"]) == ("table", 2**7 - 1)
     else:
         assert methods["walk"] == "recursion"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", ["study-numba-signatures", "study-numba-aot"])
+def test_what_is_compiled_before_the_first_call(bench, variant):
+    """All compiling is in its own phase: a frame of nothing takes no time after it."""
+    result = bench.result(variant, COMPARISON, exact=True, width=2, height=2, depth=1)
+    first = result.said.frames[0]
+    spent = {phase["name"]: phase["end"] - phase["start"] for phase in result.said.phases}
+    print(spent, first)
+    assert first["end"] - first["start"] < 0.1 * (spent["compile"] + spent["import"])
+
+
+@pytest.mark.slow
+def test_a_library_is_made_once_and_then_needs_no_numba(bench, known, tmp_path):
+    entry, scene = bench.entry("study-numba-aot"), text.read(COMPARISON, "scene of the test")
+    wanted = Parameters(**JOB)
+    cold, warm = (
+        repetition.run(entry, flatten(scene), wanted, needs(scene, wanted), cache=tmp_path / "cache") for _ in range(2)
+    )
+    assert (cold.status, warm.status) == ("ok", "ok"), (cold.reason, cold.stderr, warm.reason, warm.stderr)
+    assert [one.said.used["methods"]["compile_cache"] for one in (cold, warm)] == ["cold", "warm"]
+    assert "numba" in cold.said.versions and "numba" not in warm.said.versions
+    assert cold.array.tobytes() == warm.array.tobytes()
+
+
+def test_every_function_has_a_signature(bench):
+    """A function that is added to the tracer is compiled at once too, or is named here."""
+    names = set()
+    trace.define(
+        lambda function: names.add(function.__name__) or function, lambda function: function, range, False, False
+    )
+    assert names - set(target.SIGNATURES) == {"ray_trace_by_table"}
+    assert set(target.SIGNATURES) - names == {"render"}
 
 
 def test_a_region_and_a_moved_sample(bench):
