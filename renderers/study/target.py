@@ -37,7 +37,7 @@ def decorators(variant):
     if variant == "study-numba-signatures":
         return _signed, _signed, range
     if variant == "study-numba-aot":
-        return _signed, _unchanged, range  # ahead.py compiles the loop
+        return _signed, _unchanged, range  # ahead.py compiles the loop, but in there no arrays lazily
     jit = numba.jit(nopython=True)
     if variant == "study-numba-parallel":
         return jit, numba.jit(nopython=True, parallel=True), numba.prange

@@ -21,6 +21,7 @@ SAME = {
     "sphere": ("textbook", "stable", "wide"),
     "triangle": ("moller-trumbore",),
     "slab": ("plain",),
+    "csg": ("stepping",),
     "merge": ("none",),
     "offset": ("relative",),
     "renormalise": ("off",),
