@@ -15,6 +15,7 @@ SAMPLERS = ("one", "uniform", "jittered", "adaptive")
 SHAPES = ("sphere", "box", "polygon", "ellipsoid", "mesh", "csg")  # in the order of HIT-2
 MOST_OF_MESH = 64  # crossings of a line with one mesh (CSG-6)
 MESH_PART, OPERATORS = 3, 4  # of csg_code
+POLYGON, CORNER = 4, 6  # numbers of each (kernel/scene.h)
 
 
 def layout_names():
@@ -41,11 +42,15 @@ class Tables:
         """All of them; never empty, as a device has no buffer of 0 bytes."""
         return np.concatenate([*self.parts, np.zeros(1, self.dtype)])
 
+    def nbytes(self):
+        """Bytes of `joined`."""
+        return (self.size + 1) * self.dtype(0).nbytes
+
 
 class Scene:
     """A job's scene, all numbers rounded once to the type `real` (NUM-1).
 
-    layout: integers by the names of scene.h. crossings, parts: the most that a CSG solid has.
+    layout: integers by the names of scene.h. crossings, parts: the most that a CSG solid has. corners: of a polygon.
     """
 
     def __init__(self, job, real):
@@ -61,6 +66,14 @@ class Scene:
         if job.sphere in ("textbook", "stable"):  # whose roots err by more than any padding (HIT-6)
             self.always[: len(read["spheres"])] = True
             self.always[self._kinds == SHAPES.index("ellipsoid")] = True
+
+    def size(self):
+        """Bytes of both tables."""
+        return self.numbers.nbytes() + self.integers.nbytes()
+
+    def corners_in(self, size):
+        """The most corners of a polygon that a tile of so many bytes holds, with what else there is of it."""
+        return (size // self.real(0).nbytes - POLYGON) // CORNER
 
     def work(self):
         """Work of trying all shapes, in spheres."""
@@ -190,6 +203,7 @@ class Scene:
         self.layout |= {name: len(table) for name, table in numbers.items()}
         self.layout |= {f"{name}_at": self.numbers.add(table) for name, table in numbers.items()}
         firsts = np.cumsum(ranges[:, 1]) - ranges[:, 1]
+        self.corners = int(ranges[:, 1].max(initial=0))
         self.layout["corners_at"] = self.numbers.add(corners)
         self.layout["polygon_ranges_at"] = self.integers.add(np.column_stack([firsts, ranges[:, 1]]))
 
@@ -273,7 +287,7 @@ def _triangle_table(vertices, triangles, closed):
 
 def _polygon_tables(vertices, ranges):
     """Normal and size of each polygon; place of each corner, and inward vector of its edge (POL-1, POL-2)."""
-    polygons, corners = [np.zeros((0, 4))], [np.zeros((0, 6))]
+    polygons, corners = [np.zeros((0, POLYGON))], [np.zeros((0, CORNER))]
     for first, count in ranges:
         v = vertices[first : first + count]
         normal = np.cross(v - v[0], np.roll(v, -1, axis=0) - v[0]).sum(axis=0)

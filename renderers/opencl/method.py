@@ -34,6 +34,7 @@ LEAST_ROW = 64  # bytes of a row of any kernel
 TABLE_LIMIT = 2**31  # bytes of a pixel in work (WLK-2)
 MANY = 64  # spheres from which on `auto` takes the hierarchy, or a quarter as many of other shapes
 CONSTANT_LIMIT = 2**16  # bytes of constant memory that every device has
+TILE = 4096  # bytes of a tile of a streamed scene (kernel/search.h)
 
 
 @dataclass(frozen=True)
@@ -82,16 +83,38 @@ def fault_of(job):
 
 def takes_tree(job, work):
     """Whether rays search in the hierarchy (HIT-6). work: of trying all shapes, in spheres."""
-    return job.accel == "bvh" or (job.accel == "auto" and work >= MANY and not fault_of(job))
+    return job.accel == "bvh" or (job.accel == "auto" and work >= MANY and not in_shared(job))
 
 
-def memory_of(job, tree, size):
-    """Where the kernel reads the scene. size: of the scene, in bytes."""
-    if fault_of(job):
+def in_shared(job):
+    """Whether the job asks for the scene in local memory (shared memory of CUDA)."""
+    return job.scene_memory == "shared" or fault_of(job) is not None
+
+
+def memory_of(job, walk, scene, tree, room):
+    """Where the kernel reads the scene: a value of scene_memory, or "tiles", in which it goes through local memory.
+
+    Refuses a scene that is too large for local memory and cannot go through it in tiles. room: bytes of local memory.
+    """
+    if not in_shared(job):
+        if job.scene_memory != "auto":
+            return job.scene_memory
+        return "constant" if not tree and scene.size() <= CONSTANT_LIMIT else "global"
+    if fault_of(job) or tree or scene.size() <= room:
         return "shared"
-    if job.scene_memory != "auto":
-        return job.scene_memory
-    return "constant" if not tree and size <= CONSTANT_LIMIT else "global"
+    large = "scene_memory shared: the scene is too large for it at once, and"
+    if walk.name == "table":
+        worker.refuse(f"{large} walk table cannot be streamed; use global")
+    if job.sampler == "adaptive":
+        worker.refuse(f"{large} adaptive samples cannot be streamed; use global")
+    if scene.layout["shapes"] == scene.layout["solids"]:
+        worker.refuse(f"{large} CSG solids cannot be streamed; use global")
+    most = scene.corners_in(TILE)
+    if scene.corners > most:
+        worker.refuse(
+            f"scene_memory shared: a polygon has {scene.corners} vertices, and a tile holds {most}; use global"
+        )
+    return "tiles"
 
 
 def used(job, walk, tree):

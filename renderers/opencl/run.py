@@ -31,9 +31,13 @@ def run(job, Session):
     with worker.phase("upload"):
         worker.say_device(**session.describe())
         numbers, integers = scene.numbers.joined(), scene.integers.joined()
-        size = numbers.nbytes + integers.nbytes
-        memory = method.memory_of(job, tree, size)
-        check_memory(session, job, memory, size)
+        room = session.room_of_memories()
+        room["shared"] -= scratch_bytes(job)
+        memory = method.memory_of(job, walk, scene, tree, room["shared"])
+        if scene.size() > room.get(memory, scene.size()):
+            worker.refuse(
+                f"scene_memory {memory}: the scene takes {scene.size()} bytes, more than {room[memory]}; use global"
+            )
         given = session.upload(numbers), session.upload(integers)
     with worker.phase("compile"):
         built = session.program(program.source(names(job, walk, scene, tree, memory, session.SIZED)), job)
@@ -43,8 +47,8 @@ def run(job, Session):
         thread_bytes, row_bytes = sizes(session, built, job, layout)
         if row_bytes > method.TABLE_LIMIT:
             worker.refuse(f"walk {walk.name}: one pixel takes {row_bytes} bytes, more than {method.TABLE_LIMIT}")
-        shared = [COUNT(0).nbytes * job.block_width * job.block_height]
-        shared += [numbers.nbytes, integers.nbytes] if memory == "shared" else []
+        in_shared = {"shared": [numbers.nbytes, integers.nbytes], "tiles": [method.TILE]}
+        shared = [scratch_bytes(job), *in_shared.get(memory, ())]
         make = Rays if job.kind == "rays" else Picture
         work = make(session, job, built, given, layout, thread_bytes, shared)
         answer = session.host(work.shape, real)
@@ -82,8 +86,9 @@ def run(job, Session):
         **method.used(job, walk, tree),
         **session.methods(job),
         **rows,
-        "scene_memory": memory,
-        "constant_bytes": size if memory == "constant" else 0,
+        "scene_memory": "shared" if memory == "tiles" else memory,
+        "streamed": memory == "tiles",
+        "constant_bytes": scene.size() if memory == "constant" else 0,
         **work.launches[-1].resources(),
     }
     worker.say("used", features=job.needs, methods=methods)
@@ -101,6 +106,9 @@ def names(job, walk, scene, tree, memory, sized):
     """Returns what is defined before the kernel's source. sized: memories for which the sizes of the tables are."""
     found = {f"MEMORY_{memory.upper()}": 1, f"WALK_{walk.name.upper()}": 1, "TREE": int(tree)}
     found |= {"CROSSINGS": next_power_of_two(scene.crossings), "PARTS": next_power_of_two(scene.parts)}
+    found["STREAMED"] = int(memory == "tiles")
+    if memory == "tiles":  # adaptive samples, which no such job has, are not even compiled
+        found |= {"TILE_NUMBERS": method.TILE // REAL[job.precision](0).nbytes, "NEED_ADAPTIVE": 0}
     if method.fault_of(job):
         found[method.fault_of(job)] = 1
     if memory in sized:
@@ -108,12 +116,9 @@ def names(job, walk, scene, tree, memory, sized):
     return program.names(job, **found)
 
 
-def check_memory(session, job, memory, size):
-    """Refuses a scene that a memory has no room for. size: of the scene, in bytes."""
-    limits = session.room_of_memories()
-    limits["shared"] -= COUNT(0).nbytes * job.block_width * job.block_height
-    if size > limits.get(memory, size):
-        worker.refuse(f"scene_memory {memory}: the scene takes {size} bytes, more than {limits[memory]}; use global")
+def scratch_bytes(job):
+    """Bytes of local memory in which a group adds up its counts."""
+    return COUNT(0).nbytes * job.block_width * job.block_height
 
 
 def next_power_of_two(count):

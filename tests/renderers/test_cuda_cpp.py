@@ -1,23 +1,17 @@
 """cuda-cpp without a GPU: host and kernel on the processor, what compilers say of the kernel, and what it refuses."""
 
 import json
-import tempfile
-from pathlib import Path
 
 import cuda_on_host
 import numpy as np
 import pytest
+import rendered_here
 from feature_scenes import features
 from random_scenes import random_rays
+from rendered_here import SMALL, flags
 
 from harness.renderer import builder
-from harness.renderer import job as jobs
-from harness.renderer.parameters import Parameters
-from harness.scene import text
-from harness.scene.flatten import flatten
 from harness.scene.generate.comparison import comparison
-from harness.scene.needs import needs
-from harness.scene.needs import shapes as shapes_of
 from harness.system import cuda
 from renderers import worker
 from renderers.opencl import method, run
@@ -25,17 +19,6 @@ from renderers.opencl.cuda.occupancy import occupancy
 
 INSTALL = "pip install 'rayrace[cuda]'"
 real = pytest.importorskip("cuda.bindings.driver", reason=INSTALL)
-SMALL = {"width": 15, "height": 11, "block_width": 4, "block_height": 3}
-
-
-def flags(folder, source, variant="cuda-cpp", rays=None, **parameters):
-    """The flags of a job, written to a new folder in `folder`, where its output belongs too."""
-    folder = Path(tempfile.mkdtemp(dir=folder)) / "job"
-    scene = text.read(source, "scene")
-    wanted = Parameters(**{**SMALL, **parameters, **({} if rays is None else {"kind": "rays"})})
-    needed = needs(scene, wanted) if rays is None else shapes_of(scene)
-    jobs.write(folder, flatten(scene) if rays is None else {**flatten(scene), "rays": rays}, wanted, needed)
-    return jobs.flags(folder, folder, variant, None, wanted, needed)
 
 
 @pytest.fixture
@@ -54,12 +37,7 @@ def host(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(run, "sessions", {})
 
     def render(source, variant="cuda-cpp", rays=None, **parameters):
-        job = worker.Job(flags(tmp_path, source, variant, rays, **parameters))
-        method.check(job)
-        run.run(job, session.Session)
-        said = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-        name = next(event["file"] for event in said if event["event"] == "output")
-        return np.load(Path(job.out) / name), {event["event"]: event for event in said}
+        return rendered_here.render(tmp_path, capsys, session.Session, source, variant, rays, **parameters)
 
     render.driver = driver
     return render
@@ -91,6 +69,29 @@ def test_the_picture_on_the_processor(bench, host, tmp_path, name, more):
         assert used["total_threads"] == 24
 
 
+STREAMED = {
+    "a shape of each kind, and a solid": ("mix: all of it", {}),
+    "a stack, of glass": ("media", {}),
+    "a chain, and fewer threads than pixels": ("spheres", {"total_threads": 24, "cutoff": 0.01}),
+    "float32": ("mix: glass, mirrors, shadows", {"precision": "float32"}),
+}
+
+
+@pytest.mark.parametrize("case", STREAMED)
+def test_a_scene_larger_than_shared_memory_on_the_processor(host, monkeypatch, tmp_path, case):
+    """Tile by tile the picture and the counts are, to the last bit, those from global memory."""
+    name, more = STREAMED[case]
+    source, parameters = features(tmp_path)[name]
+    host.driver.device = {**cuda_on_host.DEVICE, "MAX_SHARED_MEMORY_PER_BLOCK": 0}
+    monkeypatch.setattr(method, "TILE", 600)
+    job = {**parameters, "accel": "none", "sampler": "one", **more}
+    right, direct = host(source, **job, scene_memory="global")
+    mine, said = host(source, **job, scene_memory="shared")
+    used = said["used"]["methods"]
+    assert used["scene_memory"] == "shared" and used["streamed"] and not direct["used"]["methods"]["streamed"]
+    assert mine.tobytes() == right.tobytes() and said["rays"] == direct["rays"]
+
+
 def test_rays_on_the_processor(bench, host, tmp_path):
     source = features(tmp_path)["mix: glass mesh and solid in water"][0]
     rays = random_rays(np.random.default_rng(4), 30)
@@ -113,7 +114,7 @@ def test_what_a_device_refuses(host, monkeypatch, capsys):
         "no CUDA device 7; there are: 0 Host": {"device": "7"},
         'no CUDA device "other"; there are: 0 Host': {"device": "other"},
         "block 64x32: a block of Host has at most 1024 threads": {"block_width": 64, "block_height": 32},
-        "scene_memory shared: the scene takes": {"scene_memory": "shared", "accel": "none"},
+        "scene_memory shared: the scene takes": {"scene_memory": "shared", "accel": "bvh"},
     }
     for reason, parameters in refused.items():
         with pytest.raises(SystemExit) as refusal:
@@ -130,7 +131,7 @@ def test_without_a_driver(tmp_path, capsys):
     except RuntimeError:
         pass
     with pytest.raises(SystemExit) as refusal:
-        run.run(worker.Job(flags(tmp_path, comparison(spheres=1))), session.Session)
+        run.run(worker.Job(flags(tmp_path, comparison(spheres=1), "cuda-cpp")), session.Session)
     assert refusal.value.code == worker.UNSUPPORTED and "no CUDA device" in capsys.readouterr().out
 
 
@@ -147,7 +148,7 @@ def inspect(tmp_path, capsys):
     from renderers.opencl.cuda import inspect as inspector
 
     def ask(source, *targets, **parameters):
-        told = flags(tmp_path, source, block_width=16, block_height=16, **parameters)
+        told = flags(tmp_path, source, "cuda-cpp", block_width=16, block_height=16, **parameters)
         try:
             inspector.main([*told, "--targets=" + ",".join(targets or ("sm_90",))])
         except SystemExit:
@@ -171,6 +172,18 @@ def test_the_mirrors_spill_nothing_in_any_memory(inspect, memory):
         assert kernel["float64_instructions"] == kernel["local_bytes"] == 0 < kernel["occupancy"]
         assert (kernel["constant_bytes"] > 0) == (memory == "constant")
         assert (kernel["shared_bytes"] > 2048) == (memory == "shared") and kernel["shared_bytes"] >= 2048
+
+
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_tiles_spill_nothing(inspect, precision):
+    """A scene of 64 KiB and more takes shared memory for one tile, whatever its size."""
+    targets = "sm_75", "sm_90", "sm_100"
+    kernels = inspect(comparison(spheres=2000), *targets, depth=10, precision=precision, scene_memory="shared")
+    assert [kernel["target"] for kernel in kernels] == [*targets]
+    for kernel in kernels:
+        assert kernel["shared_bytes"] == 8 * 256 + method.TILE and kernel["constant_bytes"] == 0
+        assert kernel["spill_store_bytes"] == kernel["spill_load_bytes"] == kernel["local_bytes"] == 0
+        assert (kernel["float64_instructions"] == 0) == (precision == "float32")
 
 
 @pytest.mark.parametrize("precision", ["float64", "float32"])
@@ -214,6 +227,17 @@ def test_no_feature_brings_float64_into_float32(inspect, tmp_path, name):
     kernels = inspect(source, precision="float32", **parameters)
     assert {kernel["name"] for kernel in kernels} >= {"render_pixels"}
     assert not any(kernel["float64_instructions"] for kernel in kernels)
+
+
+@pytest.mark.slow
+def test_nor_do_tiles_of_every_shape(inspect, tmp_path, monkeypatch):
+    from renderers.opencl.cuda import inspect as inspector
+
+    monkeypatch.setattr(inspector, "SHARED_BYTES", 0)
+    source, parameters = features(tmp_path)["mix: all of it"]
+    more = {"precision": "float32", "scene_memory": "shared", "accel": "none", "sampler": "one"}
+    (kernel,) = inspect(source, **{**parameters, **more})
+    assert kernel["shared_bytes"] == 8 * 256 + method.TILE and kernel["float64_instructions"] == 0
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import rendered_here
 from feature_scenes import features
-from random_scenes import random_material, random_scene, random_stage
+from random_scenes import random_material, random_rays, random_scene, random_stage
 
 from harness.machine import fitness_gpu
 from harness.process import repetition
@@ -120,12 +121,108 @@ def test_what_it_refuses(bench, scenes, name):
     assert result.status == "unsupported" and reason in result.reason, result
 
 
-def test_a_scene_too_large_for_local_memory(bench):
-    wanted = Parameters(**SMALL, scene_memory="shared", accel="none", threads=bench.entry("opencl").threads())
-    scene = text.read(crowd(43, sphere=60000), "crowd")
-    result = bench.run(bench.entry("opencl"), flatten(scene), wanted, needs(scene, wanted))
-    assert result.status == "unsupported", result
-    assert "scene_memory shared: the scene takes" in result.reason and "; use global" in result.reason
+def test_a_scene_larger_than_local_memory_is_streamed(bench):
+    job = {"width": 10, "height": 6, "depth": 1, "shadows": True, "accel": "none", "block_width": 4, "block_height": 4}
+    scene = crowd(43, sphere=60000)
+    right, streamed = (
+        bench.result("opencl", scene, exact=True, **job, scene_memory=name) for name in ("global", "shared")
+    )
+    assert streamed.said.used["methods"]["streamed"] and not right.said.used["methods"]["streamed"]
+    assert streamed.array.tobytes() == right.array.tobytes() and streamed.said.rays == right.said.rays
+
+
+@pytest.fixture
+def here(bench, tmp_path, monkeypatch, capsys):
+    """here(scene text, rays, **parameters): array and events of a job in this process.
+
+    No scene fits into local memory. Tiles have 75 numbers, as many as two boxes or five triangles take.
+    """
+    bench.entry("opencl")
+    from renderers.opencl import method, session
+
+    of_device = session.Session.room_of_memories
+    monkeypatch.setattr(session.Session, "room_of_memories", lambda self: {**of_device(self), "shared": 0})
+
+    def render(source, rays=None, **parameters):
+        monkeypatch.setattr(method, "TILE", 300 if parameters.get("precision") == "float32" else 600)
+        return rendered_here.render(tmp_path, capsys, session.Session, source, "opencl", rays, **parameters)
+
+    return render
+
+
+MANY = crowd(46, sphere=40)
+# Of a scene: more parameters, and the walk that the job takes.
+STREAMED = {
+    "a chain": ("40 spheres", {"cutoff": 0.01, "precision": "float32"}, "chain"),
+    "a stack, of glass": ("media", {"shadows": True}, "stack"),
+    "a mesh of glass in water": ("mix: glass mesh and solid in water", {}, "stack"),
+    "soft shadows and gloss": ("mix: soft shadows and gloss through a lens", {"precision": "float32"}, "stack"),
+    "several samples": ("mix: jittered glass, soft shadows", {}, "stack"),
+    "every shape": ("mix: all of it", {"sampler": "one", "precision": "float32"}, "stack"),
+}
+GROUPS = {
+    "rows left over": {"block_width": 5, "block_height": 3},
+    "a thread alone": {"block_width": 1, "block_height": 1},
+    "more threads than pixels": {"block_width": 16, "block_height": 16},
+    "fewer threads than pixels": {"block_width": 4, "block_height": 3, "total_threads": 30},
+    "a region": {"block_width": 8, "block_height": 4, "region": (3, 2, 14, 9)},
+}
+
+
+def of_both(here, source, **job):
+    """Renders from global memory and through tiles: array and counts are the same bytes. Returns `used` of tiles."""
+    (right, direct), (mine, said) = (here(source, **job, scene_memory=name) for name in ("global", "shared"))
+    used = said["used"]["methods"]
+    assert used["scene_memory"] == "shared" and used["streamed"] and not direct["used"]["methods"]["streamed"]
+    assert mine.tobytes() == right.tobytes() and said.get("rays") == direct.get("rays")
+    return used
+
+
+@pytest.mark.parametrize("case", STREAMED)
+def test_tiles_change_no_bit_of_the_picture(here, scenes, case):
+    name, more, walk = STREAMED[case]
+    source, parameters = {**scenes, "40 spheres": (MANY, {"depth": 2, "shadows": True})}[name]
+    used = of_both(here, source, **{**parameters, **more}, accel="none")
+    assert used["walk"] == walk
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_tiles_change_no_bit_whatever_the_groups(here, group):
+    of_both(here, MANY, depth=2, shadows=True, **GROUPS[group], accel="none")
+
+
+def test_tiles_change_no_bit_of_hits(here, scenes):
+    source, _ = scenes["mix: all of it"]
+    rays = random_rays(np.random.default_rng(7), 50)
+    of_both(here, source, rays=rays, accel="none", block_width=4, block_height=4)
+
+
+def test_auto_takes_no_tree_in_local_memory(here):
+    """As numba-cuda: a tree of shapes that do not fit would leave nothing to choose but to refuse."""
+    assert of_both(here, crowd(44, sphere=150), depth=1)["accel"] == "none"
+
+
+UNSTREAMED = {
+    "a table": ({"walk": "table", "depth": 2}, "walk table cannot be streamed"),
+    "adaptive samples": ({"sampler": "adaptive"}, "adaptive samples cannot be streamed"),
+    "a tree": ({"accel": "bvh"}, "scene_memory shared: the scene takes"),
+    "solids alone": ({"solids": 40}, "CSG solids cannot be streamed"),
+    "many corners": ({"corners": 13}, "a polygon has 13 vertices, and a tile holds 11; use global"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", UNSTREAMED)
+def test_what_cannot_be_streamed(here, capsys, name):
+    job, reason = UNSTREAMED[name]
+    job = {"depth": 1, "accel": "none", **job}
+    source = COLOURS.partition("SPHERE")[0] if "solids" in job else crowd(45, sphere=150)
+    for k in range(job.pop("solids", 0)):
+        source += f"AND SPHERE ({k},0,0) 1.1 SPHERE ({k},1,0) 0.9 END (0.5,0.6,0.7) 0.4 20 (0,0,0) 9 1\n"
+    if corners := job.pop("corners", 0):
+        angles = 2 * np.pi * np.arange(corners) / corners
+        ring = " ".join(f"({np.cos(a):.17g},{np.sin(a):.17g},0)" for a in angles)
+        source += f"POLYGON {corners} {ring} (0.5,0.6,0.7) 0.4 20 (0,0,0) 9 1\n"
+    assert reason in refusal(capsys, lambda: here(source, scene_memory="shared", **job))
 
 
 def refusal(capsys, call):

@@ -43,6 +43,7 @@ static int __clzll(long long set) { return __builtin_clzll((unsigned long long)s
 static float __int_as_float(int bits) { return bits_of<float>(bits); }
 static unsigned __float_as_uint(float x) { return bits_of<unsigned>(x); }
 static long long __double_as_longlong(double x) { return bits_of<long long>(x); }
+static int atomicOr(int *place, int bits) { return __atomic_fetch_or(place, bits, __ATOMIC_SEQ_CST); }
 static unsigned __umulhi(unsigned a, unsigned b) { return (unsigned)((uint64_t)a * b >> 32); }
 static double cospi(double x) { return std::cos(M_PI * x); }
 static double sinpi(double x) { return std::sin(M_PI * x); }

@@ -11,11 +11,12 @@ import time
 from renderers import worker
 
 from .. import method, program
-from ..run import names, read
+from ..run import names, read, scratch_bytes
 from . import compiler
 from .occupancy import occupancy
 from .session import Session
 
+SHARED_BYTES = 49152  # that a kernel may declare for a block, on every GPU
 COUNTS = {  # what the assembler says of a kernel
     "registers": r"Used (\d+) registers",
     "shared_bytes": r"(\d+) bytes smem",
@@ -56,7 +57,7 @@ def source_of(job):
     walk, scene, tree = read(job)
     if tree:
         scene.build()
-    memory = method.memory_of(job, tree, scene.numbers.joined().nbytes + scene.integers.joined().nbytes)
+    memory = method.memory_of(job, walk, scene, tree, SHARED_BYTES - scratch_bytes(job))
     return program.source(names(job, walk, scene, tree, memory, Session.SIZED))
 
 

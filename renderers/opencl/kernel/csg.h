@@ -92,7 +92,8 @@ DEVICE void cross_parts(const Scene *scene, Scratch *scratch, Ray ray, SCENE con
         else if (kind == PART_ELLIPSOID)
             crossed = ellipsoid_crossed(scene->numbers + scene->at.part_ellipsoids_at + ELLIPSOID * row, ray, &in, &out);
         else if (kind == PART_BOX) {
-            const Span span = box_span(scene->numbers + scene->at.part_boxes_at + BOX * row, ray);
+            SCENE const real *box = scene->numbers + scene->at.part_boxes_at + BOX * row;
+            const Span span = box_span(SIDES_OF(box), ray);
             in = span.t0, out = span.t1, in_face = span.in, out_face = 8 + span.out;
             crossed = in <= out;
         }

@@ -2,17 +2,18 @@
 
 enum { ELLIPSOID_AXIS = 3, ELLIPSOID_RECIPROCAL = 12, ELLIPSOID_SIZE = 21 };
 
-DEVICE real3 to_unit_sphere(SCENE const real *ellipsoid, real3 a)
-{
-    SCENE const real *g = ellipsoid + ELLIPSOID_RECIPROCAL;
-    return R3(dot3(LOAD3(g), a), dot3(LOAD3(g + 3), a), dot3(LOAD3(g + 6), a));
-}
+// An ellipsoid's reciprocal vectors, in whatever address space it is.
+#define RECIPROCALS_OF(ellipsoid)                                                                                      \
+    LOAD3((ellipsoid) + ELLIPSOID_RECIPROCAL), LOAD3((ellipsoid) + ELLIPSOID_RECIPROCAL + 3),                          \
+        LOAD3((ellipsoid) + ELLIPSOID_RECIPROCAL + 6)
+
+DEVICE real3 to_unit_sphere(real3 g0, real3 g1, real3 g2, real3 a) { return R3(dot3(g0, a), dot3(g1, a), dot3(g2, a)); }
 
 // ELL-1, ELL-3
-DEVICE real ellipsoid_distance(SCENE const real *ellipsoid, Ray ray)
+DEVICE real ellipsoid_distance(TILE const real *ellipsoid, Ray ray)
 {
-    const real3 f = to_unit_sphere(ellipsoid, ray.origin - LOAD3(ellipsoid));
-    const real3 d = to_unit_sphere(ellipsoid, ray.direction);
+    const real3 f = to_unit_sphere(RECIPROCALS_OF(ellipsoid), ray.origin - LOAD3(ellipsoid));
+    const real3 d = to_unit_sphere(RECIPROCALS_OF(ellipsoid), ray.direction);
 #if defined(SPHERE_TEXTBOOK) || defined(SPHERE_STABLE)
     return first_root(dot3(d, d), 2 * dot3(f, d), dot3(f, f) - 1);
 #else
@@ -31,8 +32,8 @@ DEVICE real ellipsoid_distance(SCENE const real *ellipsoid, Ray ray)
 // CSG-1: where the line goes in and out.
 DEVICE bool ellipsoid_crossed(SCENE const real *ellipsoid, Ray ray, real *in, real *out)
 {
-    const real3 f = to_unit_sphere(ellipsoid, ray.origin - LOAD3(ellipsoid));
-    const real3 d = to_unit_sphere(ellipsoid, ray.direction);
+    const real3 f = to_unit_sphere(RECIPROCALS_OF(ellipsoid), ray.origin - LOAD3(ellipsoid));
+    const real3 d = to_unit_sphere(RECIPROCALS_OF(ellipsoid), ray.direction);
     const real a = dot3(d, d), b = -dot3(f, d);
     const real3 l = f + (b / a) * d;
     const real delta = 1 - dot3(l, l);
@@ -50,8 +51,8 @@ DEVICE bool ellipsoid_crossed(SCENE const real *ellipsoid, Ray ray, real *in, re
 DEVICE Surface ellipsoid_surface(SCENE const real *ellipsoid, Ray ray, real t)
 {
     SCENE const real *axis = ellipsoid + ELLIPSOID_AXIS, *g = ellipsoid + ELLIPSOID_RECIPROCAL;
-    const real3 centre = LOAD3(ellipsoid), f = to_unit_sphere(ellipsoid, ray.origin - centre);
-    const real3 m = normalise3(f + t * to_unit_sphere(ellipsoid, ray.direction));
+    const real3 centre = LOAD3(ellipsoid), f = to_unit_sphere(RECIPROCALS_OF(ellipsoid), ray.origin - centre);
+    const real3 m = normalise3(f + t * to_unit_sphere(RECIPROCALS_OF(ellipsoid), ray.direction));
     const real3 n = normalise3(m.x * LOAD3(g) + m.y * LOAD3(g + 3) + m.z * LOAD3(g + 6));
     const real3 p = centre + m.x * LOAD3(axis) + m.y * LOAD3(axis + 3) + m.z * LOAD3(axis + 6);
     return surface_at(p, n, ellipsoid[ELLIPSOID_SIZE]);

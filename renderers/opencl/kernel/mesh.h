@@ -33,14 +33,19 @@ typedef struct {
     real x[3], y[3], z[3], u, v, w;
 } Sheared;
 
-DEVICE Sheared sheared(SCENE const real *triangle, const Shear *shear)
+// The vertices of a triangle along the axes of that frame, in whatever address space it is.
+#define VERTEX_OF(vertex, shear) R3((vertex)[(shear)->kx], (vertex)[(shear)->ky], (vertex)[(shear)->kz])
+#define VERTICES_OF(triangle, shear)                                                                                   \
+    VERTEX_OF(triangle, shear), VERTEX_OF((triangle) + 3, shear), VERTEX_OF((triangle) + 6, shear)
+
+DEVICE Sheared sheared(real3 v0, real3 v1, real3 v2, const Shear *shear)
 {
+    const real3 vertices[3] = {v0, v1, v2};
     Sheared s;
     for (int i = 0; i < 3; i++) {
-        SCENE const real *vertex = triangle + 3 * i;
-        const real along = vertex[shear->kz] - shear->z;
-        s.x[i] = vertex[shear->kx] - shear->x - shear->sx * along;
-        s.y[i] = vertex[shear->ky] - shear->y - shear->sy * along;
+        const real along = vertices[i].z - shear->z;
+        s.x[i] = vertices[i].x - shear->x - shear->sx * along;
+        s.y[i] = vertices[i].y - shear->y - shear->sy * along;
         s.z[i] = along;
     }
     s.u = s.x[2] * s.y[1] - s.y[2] * s.x[1];
@@ -62,7 +67,7 @@ DEVICE real sheared_t(const Sheared *s, const Shear *shear)
            (s->u + s->v + s->w);
 }
 
-DEVICE real moller_trumbore(SCENE const real *triangle, Ray ray)
+DEVICE real moller_trumbore(TILE const real *triangle, Ray ray)
 {
     const real3 v0 = LOAD3(triangle), e = LOAD3(triangle + 3) - v0, f = LOAD3(triangle + 6) - v0;
     const real3 p = cross3(ray.direction, f);
@@ -81,12 +86,12 @@ DEVICE real moller_trumbore(SCENE const real *triangle, Ray ray)
 }
 
 // TRI-1, TRI-3
-DEVICE real triangle_distance(SCENE const real *triangle, Ray ray, const Shear *shear)
+DEVICE real triangle_distance(TILE const real *triangle, Ray ray, const Shear *shear)
 {
 #ifdef TRIANGLE_MOLLER_TRUMBORE
     return moller_trumbore(triangle, ray);
 #else
-    Sheared s = sheared(triangle, shear);
+    Sheared s = sheared(VERTICES_OF(triangle, shear), shear);
 #ifdef TRIANGLE_WATERTIGHT_KAHAN
     s.u = difference_of_products(s.x[2], s.y[1], s.y[2], s.x[1]);
     s.v = difference_of_products(s.x[0], s.y[2], s.y[0], s.x[2]);
@@ -108,7 +113,7 @@ DEVICE bool counts_as_positive(const Sheared *s, real area, int from, int to)
 // CSG-2: does the line cross? If so, at t. Of two triangles with an edge that it meets, exactly one is crossed.
 DEVICE bool triangle_crossed(SCENE const real *triangle, const Shear *shear, real *t)
 {
-    const Sheared s = sheared(triangle, shear);
+    const Sheared s = sheared(VERTICES_OF(triangle, shear), shear);
     const bool side = counts_as_positive(&s, s.u, 1, 2);
     if (counts_as_positive(&s, s.v, 2, 0) != side || counts_as_positive(&s, s.w, 0, 1) != side)
         return false;

@@ -2,7 +2,7 @@
 // edge that begins there.
 
 // POL-1, POL-2. corners: of this polygon, as many as `count`.
-DEVICE real polygon_distance(SCENE const real *polygon, SCENE const real *corners, int count, Ray ray)
+DEVICE real polygon_distance(TILE const real *polygon, TILE const real *corners, int count, Ray ray)
 {
     const real3 normal = LOAD3(polygon);
     const real w = dot3(ray.direction, normal);

@@ -36,7 +36,7 @@ DEVICE real3 sample_at(const Scene *scene, Desk *desk, real column, real row)
         desk->scratch.overflow = false;
     }
 #endif
-    desk->primary++;
+    desk->primary += desk->there;
     desk->non_finite += is_finite(colour.x) && is_finite(colour.y) && is_finite(colour.z) ? 0 : 1;
     return colour;
 }
@@ -184,21 +184,26 @@ __constant__ int constant_integers[INTEGERS];
 
 // What the threads of a group share: a number of each, and the scene if it is there. OpenCL gets it as arguments: PoCL 3.1
 // lets groups that run at once share what is declared in the kernel.
-#define THREADS (GROUP_WIDTH * GROUP_HEIGHT)
 #ifdef __OPENCL_VERSION__
-#ifdef MEMORY_SHARED
+#if defined(MEMORY_SHARED)
 #define SHARED_ARGUMENTS , LOCAL ulong *scratch, LOCAL real *shared_numbers, LOCAL int *shared_integers
+#elif STREAMED
+#define SHARED_ARGUMENTS , LOCAL ulong *scratch, LOCAL real *tile
 #else
 #define SHARED_ARGUMENTS , LOCAL ulong *scratch
 #endif
 #define DECLARE_SHARED
 #else
 #define SHARED_ARGUMENTS
-#ifdef MEMORY_SHARED
+#if defined(MEMORY_SHARED)
 #define DECLARE_SHARED                                                                                                 \
     LOCAL ulong scratch[THREADS];                                                                                      \
     LOCAL real shared_numbers[NUMBERS];                                                                                \
     LOCAL int shared_integers[INTEGERS];
+#elif STREAMED
+#define DECLARE_SHARED                                                                                                 \
+    LOCAL ulong scratch[THREADS];                                                                                      \
+    LOCAL real tile[TILE_NUMBERS];
 #else
 #define DECLARE_SHARED LOCAL ulong scratch[THREADS];
 #endif
@@ -208,13 +213,13 @@ __constant__ int constant_integers[INTEGERS];
 #if defined(MEMORY_SHARED)
 #define SCENE_ARGUMENTS GLOBAL const real *numbers, GLOBAL const int *integers, Layout at
 #define COPY(from, to, count)                                                                                          \
-    for (int k = ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP; k < count; k += THREADS)                                \
+    for (int k = RANK_IN_GROUP; k < count; k += THREADS)                                                               \
         to[k] = from[k];
 #if defined(FAULT_INDEX) || defined(FAULT_BARRIER)  // exhibits start from zeros, not from what was there before
 #define EMPTIED()                                                                                                      \
-    for (int k = ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP; k < NUMBERS; k += THREADS)                              \
+    for (int k = RANK_IN_GROUP; k < NUMBERS; k += THREADS)                                                             \
         shared_numbers[k] = 0;                                                                                         \
-    for (int k = ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP; k < INTEGERS; k += THREADS)                             \
+    for (int k = RANK_IN_GROUP; k < INTEGERS; k += THREADS)                                                            \
         shared_integers[k] = 0;                                                                                        \
     BARRIER();
 #else
@@ -223,7 +228,7 @@ __constant__ int constant_integers[INTEGERS];
 #ifdef FAULT_INDEX  // of an exhibit: rows of materials counted from the group's place in the picture, not from the first
 #define COPY_MATERIALS()                                                                                               \
     BARRIER();                                                                                                         \
-    for (int k = ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP; k < at.air * MATERIAL; k += THREADS)                    \
+    for (int k = RANK_IN_GROUP; k < at.air * MATERIAL; k += THREADS)                                                   \
         shared_numbers[at.materials_at + k] =                                                                          \
             numbers[at.materials_at + (k + (GROUP_ROW + GROUP_COLUMN) * MATERIAL) % (at.air * MATERIAL)];
 #else
@@ -254,25 +259,39 @@ __constant__ int constant_integers[INTEGERS];
 #define MAKE_SCENE()                                                                                                   \
     DECLARE_SHARED                                                                                                     \
     Scene scene;                                                                                                       \
-    scene.numbers = numbers, scene.integers = integers, scene.at = at;
+    scene.numbers = numbers, scene.integers = integers, scene.at = at;                                                 \
+    MAKE_TILE()
+#if STREAMED
+#define MAKE_TILE() scene.tile = tile, scene.vote = (SHARED int *)scratch;  // free until counts are added up
+#else
+#define MAKE_TILE()
+#endif
 #endif
 
 // The counts of all threads of a group, added up in pairs: five numbers for each group.
-DEVICE void add_up(SHARED ulong *scratch, ulong mine, GLOBAL ulong *sum)
+DEVICE void add_up(SHARED ulong *scratch, const Desk *desk, GLOBAL ulong *sums)
 {
-    const int rank = ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP;
-    BARRIER();
-    scratch[rank] = mine;
-    for (int left = THREADS; left > 1;) {
+    const int rank = RANK_IN_GROUP;
+    int which = 0;
+    do {
         BARRIER();
-        const int half_of_them = (left + 1) / 2;
-        if (rank + half_of_them < left)
-            scratch[rank] += scratch[rank + half_of_them];
-        left = half_of_them;
-    }
-    BARRIER();
-    if (rank == 0)
-        *sum = scratch[0];
+        scratch[rank] = which == 0   ? desk->primary
+                        : which == 1 ? desk->reflected
+                        : which == 2 ? desk->transmitted
+                        : which == 3 ? desk->shadow
+                                     : desk->non_finite;
+        int left = THREADS;
+        do {
+            BARRIER();
+            const int half_of_them = (left + 1) / 2;
+            if (rank + half_of_them < left)
+                scratch[rank] += scratch[rank + half_of_them];
+            left = half_of_them;
+        } while (left > 1);
+        BARRIER();
+        if (rank == 0)
+            sums[which] = scratch[0];
+    } while (++which < 5);
 }
 
 DEVICE Desk desk_of(const Scene *scene, GLOBAL uchar *memory)
@@ -283,20 +302,14 @@ DEVICE Desk desk_of(const Scene *scene, GLOBAL uchar *memory)
     desk.scratch.overflow = false;
 #endif
     desk.draws.seed = (uint)scene->at.seed, desk.draws.pixel = 0, desk.draws.sample = 0;
-    desk.dropped = 0;
+    desk.dropped = 0, desk.there = true;
     const int group = GROUP_ROW * GROUPS_ACROSS + GROUP_COLUMN;
     const int thread = (group * GROUP_HEIGHT + ROW_IN_GROUP) * GROUP_WIDTH + COLUMN_IN_GROUP;
     desk.memory = memory + thread * memory_bytes(&scene->at);
     return desk;
 }
 
-#define ADD_UP_COUNTS()                                                                                                \
-    GLOBAL ulong *of_group = counts + 5 * (GROUP_ROW * GROUPS_ACROSS + GROUP_COLUMN);                                  \
-    add_up(scratch, desk.primary, of_group);                                                                           \
-    add_up(scratch, desk.reflected, of_group + 1);                                                                     \
-    add_up(scratch, desk.transmitted, of_group + 2);                                                                   \
-    add_up(scratch, desk.shadow, of_group + 3);                                                                        \
-    add_up(scratch, desk.non_finite, of_group + 4);
+#define ADD_UP_COUNTS() add_up(scratch, &desk, counts + 5 * (GROUP_ROW * GROUPS_ACROSS + GROUP_COLUMN));
 
 #if KIND_IMAGE
 
@@ -308,17 +321,25 @@ KERNEL render_pixels(SCENE_ARGUMENTS, GLOBAL uchar *memory, GLOBAL const real *c
     MAKE_SCENE()
     Desk desk = desk_of(&scene, memory);
     const int columns = at.x1 - at.x0, rows = at.y1 - at.y0;
-    for (int row = GROUP_ROW * GROUP_HEIGHT + ROW_IN_GROUP; row < rows; row += GROUPS_DOWN * GROUP_HEIGHT)
-        for (int column = GROUP_COLUMN * GROUP_WIDTH + COLUMN_IN_GROUP; column < columns;
-             column += GROUPS_ACROSS * GROUP_WIDTH) {
+    int top = GROUP_ROW * GROUP_HEIGHT;
+    do {
+        int left = GROUP_COLUMN * GROUP_WIDTH;
+        do {
+            const int row = top + ROW_IN_GROUP, column = left + COLUMN_IN_GROUP;
+            desk.there = row < rows && column < columns;
+            if (!STREAMED && !desk.there)
+                continue;
             const real3 colour = pixel_of(&scene, &desk, corners, at.x0 + column, at.y0 + row);
+            if (!desk.there)
+                continue;
             GLOBAL real *pixel = picture + 3 * ((long)row * columns + column);
             pixel[0] = colour.x, pixel[1] = colour.y, pixel[2] = colour.z;
 #if NEED_CUTOFF
             dropped[(long)row * columns + column] = desk.dropped;
             desk.dropped = 0;
 #endif
-        }
+        } while ((left += GROUPS_ACROSS * GROUP_WIDTH) < columns);
+    } while ((top += GROUPS_DOWN * GROUP_HEIGHT) < rows);
     ADD_UP_COUNTS()
 }
 
@@ -349,11 +370,17 @@ KERNEL trace_rays(SCENE_ARGUMENTS, GLOBAL uchar *memory, GLOBAL const real *rays
     MAKE_SCENE()
     Desk desk = desk_of(&scene, memory);
     const int group = GROUP_ROW * GROUPS_ACROSS + GROUP_COLUMN;
-    const int thread = group * THREADS + ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP;
-    for (int k = thread; k < count; k += GROUPS_ACROSS * GROUPS_DOWN * THREADS) {
+    for (int first = group * THREADS; first < count; first += GROUPS_ACROSS * GROUPS_DOWN * THREADS) {
+        const int k = first + RANK_IN_GROUP;
+        desk.there = k < count;
+        if (!STREAMED && !desk.there)
+            continue;
+        const long from = desk.there ? k : 0;
         Ray ray;
-        ray.origin = LOAD3(rays + 6 * (long)k), ray.direction = LOAD3(rays + 6 * (long)k + 3);
-        const Hit hit = search(&scene, ray, &desk, FAR, false);
+        ray.origin = LOAD3(rays + 6 * from), ray.direction = LOAD3(rays + 6 * from + 3);
+        const Hit hit = search(&scene, ray, &desk, FAR, false, desk.there);
+        if (!desk.there)
+            continue;
         GLOBAL real *answer = hits + 8 * (long)k;
         for (int n = 0; n < 8; n++)
             answer[n] = 0;

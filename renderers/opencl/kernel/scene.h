@@ -35,6 +35,10 @@ typedef struct {
     SCENE const real *numbers;
     SCENE const int *integers;
     Layout at;
+#if STREAMED
+    SHARED real *tile;  // these two are the group's: shapes that all its threads try, and a vote of its threads (search.h)
+    SHARED int *vote;
+#endif
 } Scene;
 
 DEVICE real number(const Scene *scene, int which) { return scene->numbers[which]; }

@@ -56,7 +56,7 @@ DEVICE Twofold twofold_from_centre(Twofold f, real b, real d)
 }
 
 // SPH-3: f, l and k in twice the digits, f and l of the other sign.
-DEVICE real wide_sphere(SCENE const real *sphere, Ray ray)
+DEVICE real wide_sphere(TILE const real *sphere, Ray ray)
 {
     const real3 c = LOAD3(sphere), o = ray.origin, d = ray.direction;
     const real radius = sphere[3], b = dot3(c - o, d);
@@ -78,7 +78,7 @@ DEVICE real wide_sphere(SCENE const real *sphere, Ray ray)
 }
 
 // SPH-1. Of every shape, the t of the ray's first hit; anything not greater than 0, or NaN, is a miss (NUM-5).
-DEVICE real sphere_distance(SCENE const real *sphere, Ray ray)
+DEVICE real sphere_distance(TILE const real *sphere, Ray ray)
 {
 #ifdef SPHERE_WIDE
     return wide_sphere(sphere, ray);

@@ -34,6 +34,7 @@ typedef double3 real3;
 #define GROUP_ROW get_group_id(1)
 #define GROUPS_ACROSS get_num_groups(0)
 #define GROUPS_DOWN get_num_groups(1)
+#define RAISE(flag) atomic_or(flag, 1)
 #define HIGHEST_BIT(set) (63 - (int)clz(set))
 
 #else
@@ -55,6 +56,7 @@ typedef double3 real3;
 #define GROUP_ROW blockIdx.y
 #define GROUPS_ACROSS gridDim.x
 #define GROUPS_DOWN gridDim.y
+#define RAISE(flag) atomicOr(flag, 1)
 #define HIGHEST_BIT(set) (63 - __clzll((long long)(set)))
 #define INFINITY (__int_as_float(0x7f800000))
 #define NAN (__int_as_float(0x7fffffff))
@@ -88,6 +90,9 @@ DEVICE real3 operator-(real3 a) { return R3(-a.x, -a.y, -a.z); }
 
 #endif
 
+#define THREADS (GROUP_WIDTH * GROUP_HEIGHT)  // of a group
+#define RANK_IN_GROUP (ROW_IN_GROUP * GROUP_WIDTH + COLUMN_IN_GROUP)
+
 #ifdef FLOATING_POINT_FAST
 #define FAR R(3e38)  // of fast-math, which knows no infinity: a number near the largest float
 #else
@@ -111,4 +116,11 @@ DEVICE real3 operator-(real3 a) { return R3(-a.x, -a.y, -a.z); }
 #ifndef __OPENCL_VERSION__
 #undef SCENE
 #define SCENE
+#endif
+
+// Where a test finds its shape: in the tile, if the scene is streamed (search.h).
+#if STREAMED
+#define TILE SHARED
+#else
+#define TILE SCENE
 #endif

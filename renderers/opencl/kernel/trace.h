@@ -40,26 +40,30 @@ DEVICE Factor attenuation_of(const Scene *scene, int medium, real t)
     return UNDIMMED;
 }
 
-// LOC-2 to LOC-4: of a light at a place.
+// LOC-2 to LOC-4: of a light at a place. lit: whether there are a light and a surface; else it keeps step (search.h).
 DEVICE real3 light_from(const Scene *scene, Desk *desk, real3 place, real3 colour, Ray ray, const Surface *at,
-                        SCENE const real *material)
+                        SCENE const real *material, bool lit)
 {
     real3 sum = R3(0, 0, 0);
     const real3 to_light = place - at->point;
     const real distance = length3(to_light);
     const real3 l = to_light / distance;
     const real n_l = dot3(at->normal, l);
-    if (!(n_l > 0))
+    const bool faced = lit && n_l > 0;
+    if (!STREAMED && !faced)
         return sum;
 #if NEED_SHADOWS
-    if (scene->at.shadows) {
+    if (STREAMED || scene->at.shadows) {
+        const bool asks = faced && scene->at.shadows;
         Ray feeler;
         feeler.origin = leave(*at, 1, number(scene, EPSILON_OF_RAYS)), feeler.direction = l;
-        desk->shadow++;
-        if (search(scene, feeler, desk, distance, true).shape >= 0)
+        desk->shadow += asks;
+        if (search(scene, feeler, desk, distance, true, asks).shape >= 0)
             return sum;
     }
 #endif
+    if (!faced)
+        return sum;
 #if NEED_DIFFUSE
     sum = sum + n_l * LOAD3(material + DIFFUSE) * colour;
 #endif
@@ -70,53 +74,66 @@ DEVICE real3 light_from(const Scene *scene, Desk *desk, real3 place, real3 colou
     return sum;
 }
 
-// LOC: the light that reaches the eye from a surface without a mirror.
-DEVICE real3 light_at(const Scene *scene, Desk *desk, const Branch *branch, const Surface *at, SCENE const real *material)
+// LOC: the light that reaches the eye from a surface without a mirror. met: whether the ray met it.
+DEVICE real3 light_at(const Scene *scene, Desk *desk, const Branch *branch, const Surface *at, SCENE const real *material,
+                      bool met)
 {
     real3 sum = R3(0, 0, 0);
 #if NEED_AMBIENT
     sum = LOAD3(material + DIFFUSE) * triple(scene, AMBIENT);  // LOC-1
 #endif
 #if NEED_DIFFUSE || NEED_PHONG || NEED_SHADOWS
-    for (int i = 0; i < scene->at.lights; i++) {
+    const bool lit = met && scene->at.lights > 0;
+    int i = 0;
+    do {
         SCENE const real *light = scene->numbers + scene->at.lights_at + LIGHT * i;
         const real3 place = LOAD3(light), colour = LOAD3(light + 3);
 #if NEED_SOFT
-        const int feelers = scene->at.feelers;
-        if (scene->at.shadows && feelers > 0 && light[6] > 0) {  // SOF-1
-            real3 of_light = R3(0, 0, 0);
-            for (int f = 0; f < feelers; f++) {
-                const real3 omega = on_unit_sphere(draw(desk->draws, branch->path, 1 + (uint)i * (uint)feelers + (uint)f));
-                of_light = of_light + light_from(scene, desk, place + light[6] * omega, colour, branch->ray, at, material);
-            }
-            sum = sum + of_light / (real)feelers;
-            continue;
-        }
+        const bool soft = scene->at.shadows && scene->at.feelers > 0 && light[6] > 0;  // SOF-1
+        const int feelers = soft ? scene->at.feelers : 1;
+        real3 of_light = R3(0, 0, 0);
+        int f = 0;
+        do {
+            real3 target = place;
+            if (soft)
+                target =
+                    place +
+                    light[6] * on_unit_sphere(draw(desk->draws, branch->path, 1 + (uint)i * (uint)feelers + (uint)f));
+            of_light = of_light + light_from(scene, desk, target, colour, branch->ray, at, material, lit);
+        } while (++f < feelers);
+        sum = sum + (soft ? of_light / (real)feelers : of_light);
+#else
+        sum = sum + light_from(scene, desk, place, colour, branch->ray, at, material, lit);
 #endif
-        sum = sum + light_from(scene, desk, place, colour, branch->ray, at, material);
-    }
+    } while (++i < scene->at.lights);
 #endif
     return sum;
 }
 
-DEVICE Meeting meet(const Scene *scene, Desk *desk, const Branch *branch, int order)
+// busy: whether there is such a ray; else the thread keeps step (search.h), and what it gets means nothing.
+DEVICE Meeting meet(const Scene *scene, Desk *desk, const Branch *branch, int order, bool busy)
 {
     Meeting meeting;
     meeting.reflected = meeting.transmitted = 0;
     meeting.attenuation = UNDIMMED;
+    meeting.light = triple(scene, BACKGROUND);  // REF-6
     const Ray ray = branch->ray;
-    const Hit hit = search(scene, ray, desk, FAR, false);
-    if (hit.shape < 0) {  // REF-6
-        meeting.light = triple(scene, BACKGROUND);
+    Hit hit = search(scene, ray, desk, FAR, false, busy);
+    const bool met = hit.shape >= 0;
+    if (!STREAMED && !met)
         return meeting;
-    }
+    if (!met)
+        hit.t = 1, hit.shape = 0;  // to keep step from: any place does, as nothing is asked there
     const Surface at = surface_of(scene, ray, desk, hit);
     SCENE const int *role = scene->integers + scene->at.roles_at + ROLE * hit.shape;
     SCENE const real *material = scene->numbers + scene->at.materials_at + MATERIAL * role[MATERIAL_ROW];
     const real d_n = dot3(ray.direction, at.normal);
     const bool enters = d_n <= 0;
     const Sides sides = sides_of(scene, branch->inside, role[MATERIAL_ROW], role[RANK], enters);
-    meeting.light = light_at(scene, desk, branch, &at, material);
+    const real3 light = light_at(scene, desk, branch, &at, material, met);
+    if (!met)
+        return meeting;
+    meeting.light = light;
     meeting.attenuation = attenuation_of(scene, sides.i, hit.t);
 #if NEED_REFLECTION
     if (order == scene->at.depth || material[SPECULAR] == 0)  // REF-5

@@ -33,17 +33,27 @@ DEVICE real3 colour_of(const Scene *scene, Desk *desk, Branch branch)
 {
     real3 sum = R3(0, 0, 0);
     Factor weight = UNDIMMED;
-    for (int order = 0;; order++) {
-        const Meeting meeting = meet(scene, desk, &branch, order);
+    bool busy = desk->there;
+    int order = 0;
+    do {
+        const Meeting meeting = meet(scene, desk, &branch, order, busy);
+        if (!busy)
+            continue;
         weight = weight * meeting.attenuation;
         sum = sum + weight * meeting.light;
         Branch child;
         const real share = child_of(scene, desk, &branch, &meeting, 0, weight, &child);
-        if (share == 0)
-            return sum;
+        if (share == 0) {
+            if (!STREAMED)
+                return sum;
+            busy = false;
+            continue;
+        }
         weight = share * weight;
         branch = child;
-    }
+        order++;
+    } while (IN_STEP(busy));
+    return sum;
 }
 
 #elif defined(WALK_STACK)
@@ -56,10 +66,13 @@ DEVICE real3 colour_of(const Scene *scene, Desk *desk, Branch eye)
     const uint children = path_base(scene);
     real3 sum = R3(0, 0, 0);
     int count = 0;
+    bool busy = desk->there;
     Waiting now;
     now.branch = eye, now.weight = UNDIMMED, now.order = 0;
-    for (;;) {
-        const Meeting meeting = meet(scene, desk, &now.branch, now.order);
+    do {
+        const Meeting meeting = meet(scene, desk, &now.branch, now.order, busy);
+        if (!busy)
+            continue;
         const Factor weight = now.weight * meeting.attenuation;
         sum = sum + weight * meeting.light;
         bool more = false;
@@ -74,13 +87,15 @@ DEVICE real3 colour_of(const Scene *scene, Desk *desk, Branch eye)
             more = true;
             next.branch = child, next.weight = share * weight, next.order = now.order + 1;
         }
-        if (!more) {
-            if (count == 0)
+        if (!more && count == 0) {
+            if (!STREAMED)
                 return sum;
-            next = waiting[--count];
+            busy = false;
+            continue;
         }
-        now = next;
-    }
+        now = more ? next : waiting[--count];
+    } while (IN_STEP(busy));
+    return sum;
 }
 
 #else
@@ -97,7 +112,7 @@ DEVICE real3 colour_of(const Scene *scene, Desk *desk, Branch eye)
             continue;
         const Branch branch = table[p].branch;
         const int order = table[p].order;
-        const Meeting meeting = meet(scene, desk, &branch, order);
+        const Meeting meeting = meet(scene, desk, &branch, order, true);
         table[p].light = meeting.light, table[p].attenuation = meeting.attenuation;
         for (uint which = 0; which < children; which++) {
             Branch child;
