@@ -30,11 +30,13 @@ METHODS = {
     "floating_point": ("strict", "contract", "fast"),
     "glossy_weight": ("plain", "study"),
     "scene_memory": ("auto",),
+    "gpu_wait": ("auto",),
 }
 CUDA_METHODS = METHODS | {
     "walk": ("least", "table", "stack", "chain"),
     "vector": ("off",),
     "scene_memory": ("auto", "global", "constant", "shared"),
+    "gpu_wait": ("auto", "spin", "yield", "block"),
 }
 # What there is in lanes (VEC-1); of methods that are not named here, the first.
 LANES = tuple(name for name in FEATURES if name not in ("adaptive", "rays"))
@@ -150,6 +152,8 @@ def on_gpu(job, walk, tree, in_shared):
     simulated = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
     if simulated and job.floating_point != "strict":
         worker.refuse(f"floating_point {job.floating_point}: the simulator of a GPU is strict")
+    if simulated and job.gpu_wait != "auto":
+        worker.refuse(f"gpu_wait {job.gpu_wait}: the simulator of a GPU has no driver that waits")
     return {
         "walk": "stack" if streamed else walk,
         "target": "cuda",

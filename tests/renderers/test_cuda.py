@@ -173,6 +173,7 @@ REFUSED = {
     "solids": ({"solids": 500}, {"scene_memory": "shared"}, "CSG solids cannot be streamed"),
     "cut-off": ({"sphere": 2}, {"walk": "table", "cutoff": 0.1}, "cutoff: with the walks chain and stack"),
     "fast": ({"sphere": 2}, {"floating_point": "fast"}, "the simulator of a GPU is strict"),
+    "waiting": ({"sphere": 2}, {"gpu_wait": "block"}, "gpu_wait block: the simulator of a GPU has no driver"),
     "table": ({"sphere": 2}, {"walk": "table", "depth": 15, "glass": True}, "work memory takes"),
 }  # fmt: skip
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cuda_on_host
 import numpy as np
 import pytest
 from feature_scenes import features
@@ -174,6 +175,33 @@ def test_what_is_asked_of_a_device_is_known():
         assert hasattr(bindings.CUdevice_attribute, "CU_DEVICE_ATTRIBUTE_" + name), name
     for name in re.findall(r"\bcompiled\.(\w+)", sources):
         assert hasattr(dispatcher._Kernel, name), name
+
+
+@pytest.mark.parametrize(
+    ("wait", "flag"),
+    [("auto", None), ("spin", "SPIN"), ("yield", "YIELD"), ("block", "BLOCKING_SYNC")],
+)
+def test_how_to_wait_is_set_before_the_context_is_made(monkeypatch, wait, flag):
+    """By Numba's driver, of which only the calls of cuda.bindings are replaced."""
+    bindings = pytest.importorskip("cuda.bindings.driver")
+    from numba.cuda.cudadrv import driver
+
+    from renderers.numba.gpu import device
+
+    stand = cuda_on_host.Driver(bindings)
+    stand.CUresult, stand.flags = bindings.CUresult, None
+    numbas = object.__new__(driver.Driver)
+    numbas.is_initialized, numbas.initialization_error = False, None
+    seen = []
+    monkeypatch.setattr(driver, "driver", numbas)
+    monkeypatch.setattr(driver, "binding", stand)
+    monkeypatch.setattr(device.numba_cuda, "current_context", lambda: seen.append(stand.flags))
+    monkeypatch.setattr(device, "held", {"wait": "auto"})
+    device.begin(wait)
+    right = None if flag is None else int(getattr(bindings.CUctx_flags, f"CU_CTX_SCHED_{flag}"))
+    assert seen == [right]
+    device.begin("auto")  # of another job of this process
+    assert seen == [right, None if flag is None else 0]
 
 
 def test_cases_of_the_report_are_what_they_say():

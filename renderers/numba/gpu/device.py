@@ -39,6 +39,24 @@ LANES = {
 }  # fmt: skip
 
 
+WAITS = {"auto": "AUTO", "spin": "SPIN", "yield": "YIELD", "block": "BLOCKING_SYNC"}  # CU_CTX_SCHED_.., by gpu_wait
+held = {"wait": "auto"}  # the flag of this process's context
+
+
+def begin(wait):
+    """Makes the GPU's context, in which a thread of the processor waits for the GPU as `wait` says."""
+    if SIMULATED:
+        return
+    if wait != held["wait"]:
+        from cuda.bindings.driver import CUctx_flags
+        from numba.cuda.cudadrv.driver import driver
+
+        flag = getattr(CUctx_flags, "CU_CTX_SCHED_" + WAITS[wait])
+        driver.cuDevicePrimaryCtxSetFlags(driver.cuDeviceGet(0), int(flag))  # Numba's GPU is the first
+        held["wait"] = wait
+    numba_cuda.current_context()
+
+
 def describe():
     """The event `device` of the contract."""
     unknown = (

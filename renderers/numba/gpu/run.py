@@ -88,8 +88,7 @@ def run(job):
     with worker.phase("load"):
         fields = tables(job, real)
         rays = np.load(job.array("rays")).astype(real) if job.kind == "rays" else None
-        if not needs.SIMULATED:
-            cuda.current_context()  # begins the GPU, which is no part of what follows
+        device.begin(job.gpu_wait)  # which is no part of what follows
     if needs.TREE:
         with worker.phase("build"):
             build(fields, real)
@@ -134,7 +133,7 @@ def run(job):
         for launch in launches:
             launch.start()
         end.record()
-        end.synchronize()
+        cuda.synchronize()  # as gpu_wait says; an event is waited for in another way
         after = time.monotonic()
         answer.copy_to_host(host)
         spent["kernel"] += after - before if needs.SIMULATED else begin.elapsed_time(end) / 1000
@@ -172,6 +171,7 @@ def run(job):
         "blocks": launches[-1].grid[0] * launches[-1].grid[1],
         "total_threads": launches[-1].grid[0] * launches[-1].grid[1] * needs.THREADS,
         "max_registers": job.max_registers,
+        "gpu_wait": job.gpu_wait,
         "local_bytes": layout.local_bytes,
         "shared_bytes": layout.shared_bytes,
         "constant_bytes": layout.constant_bytes,
