@@ -174,11 +174,12 @@ def left_out(renderer: str) -> set[tuple[str, str]]:
     """Methods and values of a manifest that no case has.
 
     mp60 takes minutes for a picture; the oracle has tests of its own. The simulator of a GPU is strict and compiles
-    nothing; the memory of a GPU has tests of its own (test_cuda.py, test_opencl.py).
+    nothing, and waits for nothing; the memory of a GPU has tests of its own (test_cuda.py, test_opencl.py).
     """
     of_gpu = [("floating_point", "contract"), ("floating_point", "fast"), ("kernel", "general")]
     memories = [("scene_memory", value) for value in ("auto", "global", "constant", "shared")]
-    left = {"python": [("precision", "mp60")], "numba-cuda": of_gpu + memories, "opencl": memories}
+    waits = [("gpu_wait", value) for value in ("auto", "spin", "yield", "block")]
+    left = {"python": [("precision", "mp60")], "numba-cuda": of_gpu + memories + waits, "opencl": memories}
     return set(left.get(renderer, ()))
 
 
