@@ -4,6 +4,7 @@ A page holds a table, or a list of findings with their numbers, between <!-- tab
 """
 
 import itertools
+import json
 import re
 import sys
 from collections.abc import Callable, Iterable
@@ -21,7 +22,7 @@ from reports.study import ladder, verdict
 from reports.times import startup_table
 
 ROOT = Path(__file__).parents[1]
-PAGES = "README.md", "docs/results.md", "docs/fast-paths.md", "docs/speed-and-accuracy.md"
+PAGES = "README.md", *(f"docs/{name}.md" for name in ("results", "fast-paths", "speed-and-accuracy", "on-a-gpu"))
 MARK = re.compile(r"(<!-- table: (?P<name>[\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -270,6 +271,48 @@ def _cases(run: Results) -> list[str]:
     return sorted({cell.swept["case"] for cell in run.cells})
 
 
+# --- What kernels take of a GPU ---
+
+KERNELS = ROOT / "results" / "reference" / "kernels.json"
+
+
+def kernels() -> str:
+    """Registers, spilled bytes and occupancy of the kernels in the file that docs/kernels.py writes."""
+    stored = json.loads(KERNELS.read_text("utf-8"))
+    rows = stored["kernels"]
+    columns = list(dict.fromkeys(_compiled(row) for row in rows))
+    lines: dict[tuple[str, str], dict[str, str]] = {}
+    for row in rows:
+        lines.setdefault((row["case"], row["precision"]), {})[_compiled(row)] = _taken(row)
+    table = [[*line, *(cells[column] for column in columns)] for line, cells in lines.items()]
+    mixed = sum(row["precision"] == "float32" and row["float64_instructions"] > 0 for row in rows)
+    told = f"Registers of a thread, and occupancy in blocks of {rows[0]['block']}. "
+    told += "" if any(map(_spilled, rows)) else "Nothing is spilled. "
+    told += f"{mixed or 'No'} float32 kernels have"
+    told += f" instructions of float64. Constant memory of {rows[0]['case']}: {_constants(rows)}."
+    versions = ", ".join(f"{name} {version}" for name, version in stored["versions"].items())
+    return f"{_table(['scene', 'precision', *columns], table)}\n\n{told} Compiled with {versions}."
+
+
+def _compiled(row: dict) -> str:
+    return f"{row['variant']}, {row['target']}"
+
+
+def _taken(row: dict) -> str:
+    spilled = f", {_spilled(row)} B spilled" if _spilled(row) else ""
+    return f"{row['registers']}, {100 * row['occupancy']:.0f} %{spilled}"
+
+
+def _spilled(row: dict) -> int:
+    return row["spill_store_bytes"] + row["spill_load_bytes"]
+
+
+def _constants(rows: list[dict]) -> str:
+    of_case = [row for row in rows if row["case"] == rows[0]["case"]]
+    taken = {(row["variant"], row["precision"]): row["constant_bytes"] for row in of_case}  # of all targets alike
+    return ", ".join(f"{size} bytes of `{variant}` in {precision}" for (variant, precision), size in taken.items())
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "lanes": lanes(*_against_off("on"), *NUMBA_OVER_CPP),
     "lanes-auto": lanes(*_against_off("auto")),
@@ -279,6 +322,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "balls": balls,
     "cutoffs": cutoffs,
     "findings": findings,
+    "kernels": kernels,
 }
 
 
