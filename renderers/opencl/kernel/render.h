@@ -49,12 +49,13 @@ DEVICE real3 one_sample(const Scene *scene, Desk *desk, int i, int j)
 }
 
 #if NEED_SUPERSAMPLING
-// SAM-1 to SAM-3
+// SAM-1 to SAM-3, and CAM-4 as one of one sample.
 DEVICE real3 mean_of_samples(const Scene *scene, Desk *desk, int i, int j)
 {
-    const int n = scene->at.samples;
+    const int n = scene->at.sampler == ONE ? 1 : scene->at.samples;
     real3 sum = R3(0, 0, 0);
-    for (int s = 0; s < n * n; s++) {
+    int s = 0;
+    do {
         desk->draws.pixel = (uint)j * (uint)scene->at.width + (uint)i, desk->draws.sample = (uint)s;
         real x = R(0.5), y = R(0.5);
         if (scene->at.sampler == JITTERED) {
@@ -63,8 +64,10 @@ DEVICE real3 mean_of_samples(const Scene *scene, Desk *desk, int i, int j)
         }
         x = ((real)(s % n) + x) / (real)n + (number(scene, SAMPLE) - R(0.5));
         y = ((real)(s / n) + y) / (real)n + (number(scene, SAMPLE + 1) - R(0.5));
+        if (scene->at.sampler == ONE)
+            x = number(scene, SAMPLE), y = number(scene, SAMPLE + 1);
         sum = sum + sample_at(scene, desk, (real)i + x, (real)j + y);
-    }
+    } while (++s < n * n);
     desk->dropped = desk->dropped / ((real)n * (real)n);  // CUT-2
     return sum / ((real)n * (real)n);
 }
@@ -171,10 +174,10 @@ DEVICE real3 pixel_of(const Scene *scene, Desk *desk, GLOBAL const real *corners
         return adaptive(scene, desk, corners, i, j);
 #endif
 #if NEED_SUPERSAMPLING
-    if (scene->at.sampler != ONE)
-        return mean_of_samples(scene, desk, i, j);
-#endif
+    return mean_of_samples(scene, desk, i, j);
+#else
     return one_sample(scene, desk, i, j);
+#endif
 }
 
 #if defined(MEMORY_CONSTANT) && !defined(__OPENCL_VERSION__)
