@@ -25,7 +25,11 @@ typedef double3 real3;
 #define LOCAL __local
 #define SHARED __local
 #define CONSTANT __constant
+#if GROUP_WIDTH * GROUP_HEIGHT > 1
 #define BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
+#else  // a thread alone waits for none, and PoCL 3.1 fails where it should (an assertion of its compiler)
+#define BARRIER()
+#endif
 #define R3(x, y, z) ((real3)(x, y, z))
 #define LOAD3(p) vload3(0, p)
 #define COLUMN_IN_GROUP get_local_id(0)
