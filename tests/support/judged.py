@@ -22,7 +22,7 @@ class Court:
     def __init__(self, bench):
         self.bench, self.kept = bench, {}
 
-    def reference(self, makers: tuple[str, ...], scene: Scene, parameters: Parameters):
+    def reference(self, makers: tuple[str, ...], scene: Scene, parameters: Parameters, masked: bool = True):
         """The Reference of a picture, made by the first of the variants `makers` that has its naive methods."""
         needed = needs(scene, parameters)
         naive = naive_of(parameters, needed)
@@ -30,7 +30,7 @@ class Court:
         fits = (e for e in entries if all(value in e.methods.get(name, ()) for name, value in naive.items()))
         maker = next(fits, None)
         assert maker, f"none of {', '.join(makers)} is here and has {naive}"
-        key = scene, maker.name, reference.job_of(parameters), parameters.precision, tuple(naive.items())
+        key = scene, maker.name, reference.job_of(parameters), parameters.precision, tuple(naive.items()), masked
         if key not in self.kept:
 
             def run(entry, arrays, wanted, needed, cache):
@@ -40,16 +40,23 @@ class Court:
                     replace(result, array=told(result.array)) if may_break(naive) and result.status == "ok" else result
                 )
 
-            found = reference.make(
-                maker, flatten(scene), parameters, reference.needs_of(needed), self.bench.caches, run
-            )
+            needed = reference.needs_of(needed)
+            found = reference.make(maker, flatten(scene), parameters, needed, self.bench.caches, run, masked)
             assert isinstance(found, reference.Reference), found
             self.kept[key] = found
         return self.kept[key]
 
     def wrong(self, makers: tuple[str, ...], scene: Scene, parameters: Parameters, result: Result) -> str | None:
-        """None, or what is wrong with the picture and the counts of a Result."""
-        found = self.reference(makers, scene, parameters)
+        """None, or what is wrong with the picture and the counts of a Result.
+
+        The mask takes dozens of pictures: it is made only where some pixel or count does not agree.
+        """
+        return self._wrong(makers, scene, parameters, result, False) and self._wrong(
+            makers, scene, parameters, result, True
+        )
+
+    def _wrong(self, makers, scene, parameters, result, masked):
+        found = self.reference(makers, scene, parameters, masked)
         broken = may_break(naive_of(parameters, needs(scene, parameters)))
         picture = told(result.array) if broken else result.array
         verdict = judge.judge(picture, found, parameters.precision)
