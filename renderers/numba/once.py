@@ -11,10 +11,7 @@ RUNTIME = "nrt"  # Numba's library of functions for reference counts, which kern
 
 
 def optimise_only(names):
-    """From here on, optimises functions of these names alone, with all that they call, and makes machine code of them.
-
-    A function that calls itself must be among them: it finds itself by its address.
-    """
+    """From here on, optimises and compiles functions of these names alone, with all that they call."""
     names = {RUNTIME, *names}
     optimise, finish = CPUCodeLibrary._optimize_final_module, CPUCodeLibrary._finalize_final_module
     set_env = JITCPUCodegen.set_env

@@ -55,7 +55,6 @@ def run(job):
     numba.config.NUMBA_NUM_THREADS = threads  # how many the first parallel call starts
     real = np.dtype(job.precision).type
     work = {} if needs.VECTOR else work_of_walk(job, real)
-    cached = job.cache and needs.WALK != "recursion"  # Numba's cache breaks functions that call themselves
 
     with worker.phase("load"):
         x0, y0, x1, y1 = job.region
@@ -79,8 +78,8 @@ def run(job):
     scene = scene_of(loaded)
     with worker.phase("compile"):
         if not entry.signatures:
-            optimise_only((entry.__qualname__, "recurse"))  # walk.py
-            if cached:
+            optimise_only((entry.__qualname__,))
+            if job.cache:
                 numba.config.CACHE_DIR = cache_folder(job)
                 entry.enable_caching()
                 load_kernel_alone(entry)
@@ -109,7 +108,7 @@ def run(job):
         **work,
         "threads": threads,
         "threading_layer": numba.threading_layer() if parallel else "none",
-        "compile_cache": ("warm" if entry.stats.cache_hits else "cold") if cached else "off",
+        "compile_cache": ("warm" if entry.stats.cache_hits else "cold") if job.cache else "off",
     }
     worker.say("used", features=job.needs, methods=methods)
     worker.say_python_versions(numba=numba.__version__, llvmlite=llvmlite.__version__, numpy=np.__version__)

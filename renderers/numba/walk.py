@@ -203,8 +203,14 @@ def recurse(scene, thread, place, ray, order, depth):
 
 @kernel
 def walk_recursion(scene, thread, place, ray, depth):
-    """A function that calls itself."""
-    colour, reflected, transmitted, feelers = recurse(scene, thread, place, ray, 0, depth)
+    """A function that calls itself.
+
+    It is compiled for numbers: for the constants of an eye ray Numba would compile another, which called the first by
+    an address that its cache does not keep.
+    """
+    origin, direction, members, path = ray
+    ray = origin, direction, np.int64(members), np.int64(path)
+    colour, reflected, transmitted, feelers = recurse(scene, thread, place, ray, np.int64(0), depth)
     return colour, type(scene.epsilon)(0), reflected, transmitted, feelers
 
 

@@ -14,25 +14,33 @@ from harness.renderer import job, registry
 from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
+from harness.scene.needs import needs
 
 pytest.importorskip("numba")
 RENDERERS = Path(__file__).parents[2] / "renderers"
 SCENE = (
     "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,4)\nAMBIENT (1,1,1)\nSPHERE (0.2,0.6,-1) 0.8 (0.6,0.5,0.4) 0 1 (0,0,0) 4 1\n"
 )
+MIRRORS = """
+CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,4)
+AMBIENT (0.4,0.5,0.6)
+SPHERE (0.2,0.6,-1) 0.8 (0.6,0.5,0.4) 0.5 1 (0,0,0) 4 1
+SPHERE (-0.9,0.1,-1.3) 0.7 (0.3,0.5,0.4) 0.7 1 (0,0,0) 4 1
+"""
 
 
 @pytest.fixture
 def render(tmp_path):
     """render(variant, precision, ..) with a copy of the renderers that may be edited: the picture, "cold" or "warm"."""
     shutil.copytree(RENDERERS, tmp_path / "renderers", ignore=shutil.ignore_patterns("__pycache__"))
-    parameters = Parameters(width=9, height=9, depth=0)
-    job.write(tmp_path / "job", flatten(text.read(SCENE)), parameters, ("sphere", "ambient"))
     (tmp_path / "neutral").mkdir()
 
-    def run(variant="numba", precision="float64", **methods):
-        wanted = Parameters(width=9, height=9, depth=0, precision=precision, threads=2, **methods)
-        given = ("sphere", "ambient", *wanted.carried(()))
+    def run(variant="numba", precision="float64", source=SCENE, depth=0, **methods):
+        scene = text.read(source)
+        wanted = Parameters(width=9, height=9, depth=depth, precision=precision, threads=2, **methods)
+        given = (*needs(scene, wanted), *wanted.carried(()))
+        shutil.rmtree(tmp_path / "job", ignore_errors=True)
+        job.write(tmp_path / "job", flatten(scene), wanted, given)
         flags = job.flags(tmp_path / "job", tmp_path, variant, tmp_path / "cache", wanted, given)
         done = subprocess.run(
             [sys.executable, "-m", "renderers.numba.main", *flags],
@@ -65,6 +73,17 @@ def test_an_edit_of_any_module_is_seen(render):
     camera.write_text(source)
     back, state = render()
     assert state == "warm" and np.array_equal(first, back)
+
+
+@pytest.mark.slow
+@pytest.mark.whole
+@pytest.mark.parametrize("variant", ["numba", "numba-parallel"])
+def test_a_function_that_calls_itself_is_kept(render, bench, variant):
+    asked = {"variant": variant, "source": MIRRORS, "depth": 3, "walk": "recursion"}
+    (first, cold), (again, warm) = render(**asked), render(**asked)
+    assert (cold, warm) == ("cold", "warm") and np.array_equal(first, again)
+    expected = bench.picture("python", MIRRORS, width=9, height=9, depth=3)
+    assert np.abs(first - expected).max() < 1e-9 and np.ptp(first) > 0.01
 
 
 @pytest.mark.slow

@@ -71,7 +71,7 @@ def render(folder, variant, **methods):
     [
         ("numba", {}, ["render_rows"]),
         ("numba", {"vector": "on"}, ["render_tiles"]),
-        ("numba", {"walk": "recursion"}, ["recurse", "recurse", "render_rows"]),  # for order 0, and for order + 1
+        ("numba", {"walk": "recursion"}, ["render_rows"]),
         ("numba-parallel", {}, ["render_rows_parallel"]),
     ],
 )
