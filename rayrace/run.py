@@ -138,9 +138,11 @@ def run(
 
 def _budget(file: Path | None):
     """The budget in a file, read before anything is measured; None without one."""
+    if file is None:
+        return None
     from reports.compare import budget
 
-    return None if file is None else budget.read(file)
+    return budget.read(file)
 
 
 def new_run(experiment: Path, out: Path | None) -> Path:

@@ -79,6 +79,25 @@ def test_help_loads_nothing_heavy():
     assert not imported(done.stderr) & {"pandas", "matplotlib", "numba", "scipy", "numpy", "pydantic", "psutil"}
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "smoke", "--dry-run"),
+        ("render", "local", "-r", "python", "--width", "4", "--height", "4", "-o", "a.png"),
+        ("list",),
+        ("experiments",),
+    ],
+    ids=" ".join,
+)
+def test_what_only_reports_need_is_loaded_by_them_alone(words, tmp_path):
+    """pandas takes seconds to load, several times as long as these commands."""
+    command = [sys.executable, "-X", "importtime", "-m", "rayrace", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    loaded = imported(done.stderr)
+    assert "harness" in loaded and not loaded & {"pandas", "matplotlib", "numba", "scipy", "pyarrow"}
+
+
 def test_help_is_quick(rayrace):
     """Some 0.3 s of processor time, whatever else runs; the quickest of five, with room for slower machines."""
     times = []

@@ -85,7 +85,8 @@ def test_a_run_from_a_checkout_among_temporary_files(tmp, environment):
     killed = left_behind(tmp / f"rayrace-{secrets.token_hex(16)}")
     before = {path: told for path, told in state(tmp).items() if not path.startswith(str(killed))}
     del before[str(tmp)]
-    known = {**environment, "TMPDIR": str(tmp), "PYTHONPATH": str(checkout), "PYTHONDONTWRITEBYTECODE": "1"}
+    known = {**environment, "TMPDIR": str(tmp), "PYTHONPATH": str(checkout)}
+    known["PYTHONPYCACHEPREFIX"] = str(tmp.parent / "bytecode")  # kept for dozens of processes, outside of the checkout
     known["RAYRACE_CACHE"] = str(tmp.parent / "cache")
     words = [sys.executable, "-P", "-m", "rayrace", "run", "experiments/smoke.toml", "--out", tmp.parent / "run"]
     done = subprocess.run(words, cwd=checkout, env=known, capture_output=True, text=True, timeout=600)
