@@ -13,7 +13,6 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
-from scipy import optimize
 
 from harness.statistics import statistics
 from harness.statistics.statistics import LEVEL, Estimate
@@ -55,16 +54,23 @@ def gustafson(serial: float, threads):
     return threads - serial * (threads - 1)
 
 
+def _least_squares(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Returns the numbers x >= 0 with the least |matrix x - right|."""
+    from scipy import optimize  # here, since it takes long to import, and few runs have laws
+
+    return optimize.nnls(matrix, right)[0]
+
+
 def _amdahl_fit(threads: np.ndarray, works: np.ndarray, times: np.ndarray) -> float:
     """Returns the share p that weighted least squares finds."""
-    (a, b), _ = optimize.nnls(np.column_stack([1 / times, 1 / (threads * times)]), np.ones(len(times)))
+    a, b = _least_squares(np.column_stack([1 / times, 1 / (threads * times)]), np.ones(len(times)))
     return b / (a + b)
 
 
 def _gustafson_fit(threads: np.ndarray, works: np.ndarray, times: np.ndarray) -> float:
     """Returns the serial share a, likewise."""
     gain = works / works[0] * times[0] / times
-    (serial,), _ = optimize.nnls(((threads - 1) / gain)[:, None], (threads - gain) / gain)
+    (serial,) = _least_squares(((threads - 1) / gain)[:, None], (threads - gain) / gain)
     return min(1.0, serial)
 
 
