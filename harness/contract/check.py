@@ -306,7 +306,7 @@ class Examination:
         maker = self._other(parameters, needs)
         if mine.status != "ok" or maker is None:
             return Check(what, mine.status == "ok", mine.reason or "not checked: no other renderer here")
-        theirs = repetition.run(maker, arrays, reference.job_of(parameters), needs)
+        theirs = repetition.run(maker, arrays, reference.for_any_scene(maker, reference.job_of(parameters)), needs)
         if mine.array.shape != theirs.array.shape:
             return Check(what, False, f"shape {mine.array.shape}, expected {theirs.array.shape}")
         hit = np.isfinite(theirs.array[:, 0])

@@ -11,7 +11,7 @@ import numpy as np
 from harness.experiment.image import Image
 from harness.judge import span
 from harness.judge.judge import Reference, Verdict
-from harness.judge.reference import SEED, ULPS, NoReference, job_of, others, perturbations, succeeding
+from harness.judge.reference import SEED, ULPS, NoReference, for_any_scene, job_of, others, perturbations, succeeding
 from harness.process import repetition
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
@@ -85,7 +85,7 @@ def make(
     span: (S, 4), of each object that such a ray hits in it or in a perturbed reference: the row of the ray, the object,
     the smallest and the largest distance.
     """
-    wanted, precision = job_of(parameters), parameters.precision
+    wanted, precision = for_any_scene(entry, job_of(parameters)), parameters.precision
     rays, count = arrays["rays"], perturbations(precision)
 
     def results():

@@ -70,10 +70,18 @@ def _runs(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) -> bool:
     if entry.unavailable:
         return False
     try:
-        entry.renderer.build(parameters, needs)
+        entry.renderer.build(for_any_scene(entry, parameters), needs)
     except BuildError:
         return False
     return True
+
+
+def for_any_scene(entry: Entry, parameters: Parameters) -> Parameters:
+    """`parameters` with the kernel that has everything, where `entry` is compiled beforehand: one build judges all
+    scenes. Its pictures are the same, byte for byte.
+    """
+    general = entry.renderer.manifest.build and "general" in entry.methods.get("kernel", ())
+    return replace(parameters, kernel="general") if general else parameters
 
 
 def job_of(parameters: Parameters) -> Parameters:
@@ -142,7 +150,7 @@ def make(
     if run is None:
         with Sessions() as sessions:
             return make(entry, arrays, parameters, needs, cache, sessions.run, masked)
-    wanted, precision = job_of(parameters), parameters.precision
+    wanted, precision = for_any_scene(entry, job_of(parameters)), parameters.precision
     count = perturbations(precision) if masked else 0
     jobs = [wanted]
     if masked:

@@ -14,7 +14,7 @@ import numpy as np
 from harness.experiment.experiment import Reference as Wanted
 from harness.judge import judge
 from harness.judge.cache import Kept
-from harness.judge.reference import job_of
+from harness.judge.reference import for_any_scene, job_of
 from harness.process import repetition
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
@@ -213,7 +213,7 @@ def make(told: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | N
     """
 
     def picture(parameters: Parameters) -> np.ndarray:
-        asked = replace(parameters, threads=maker.threads())
+        asked = for_any_scene(maker, replace(parameters, threads=maker.threads()))
         result = run(maker, arrays, asked, told.needs, cache=cache)
         if result.status != "ok":
             raise LookupError(f"{maker.name} could not make the truth: {result.status}: {result.reason}")

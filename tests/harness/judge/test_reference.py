@@ -169,3 +169,11 @@ def test_the_mask_holds_the_pixels_that_float32_gets_wrong(known, tmp_path):
     assert wrong.any() and not np.any(wrong & ~made.mask)
     assert made.mask.mean() < 0.03
     assert judge.judge(rough, made, "float32").wrong is None
+
+
+def test_one_build_judges_any_scene(bench):
+    cpp, job = bench.entry("cpp"), reference.job_of(SMALL)
+    asked = reference.for_any_scene(cpp, job)
+    builds = {cpp.renderer.build(asked, needed).folder for needed in (("sphere",), ("box", "mesh", "transmission"))}
+    assert len(builds) == 1
+    assert reference.for_any_scene(bench.known["numpy"], job) == job
