@@ -23,6 +23,7 @@ from harness.renderer.registry import Entry
 SAMPLED = {"supersampling", "adaptive", "lens", "soft", "glossy"}  # needs: a picture that has one is an estimate
 MAKERS = ("cpp-threads", "numba-parallel", "cpp", "numba", "numpy", "python")  # the quickest first
 PICTURES = 4  # at least, of which a truth is the mean; few and large, as many samples of a pixel are better in one
+FEW = 10_000_000  # samples up to which a kernel of the scene alone saves less than its build takes
 FAMILY = 0x9E3779B9  # the golden ratio: seeds of truths are multiples of it, far from those that people choose
 # Depth and cut-off, doubled and divided by 16 until the picture changes by less than UNCHANGED (RMS, linear RGB).
 DEPTHS = (8, 16, 32, 64)
@@ -213,7 +214,9 @@ def make(told: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | N
     """
 
     def picture(parameters: Parameters) -> np.ndarray:
-        asked = for_any_scene(maker, replace(parameters, threads=maker.threads()))
+        asked = replace(parameters, threads=maker.threads())
+        if parameters.width * parameters.height * samples(parameters) * len(told.seeds) <= FEW:
+            asked = for_any_scene(maker, asked)
         result = run(maker, arrays, asked, told.needs, cache=cache)
         if result.status != "ok":
             raise LookupError(f"{maker.name} could not make the truth: {result.status}: {result.reason}")

@@ -205,8 +205,8 @@ def recurse(scene, thread, place, ray, order, depth):
 def walk_recursion(scene, thread, place, ray, depth):
     """A function that calls itself.
 
-    It is compiled for numbers: for the constants of an eye ray Numba would compile another, which called the first by
-    an address that its cache does not keep.
+    It is called with numbers: for the constants of an eye ray Numba would compile a second signature, which calls the
+    first by an address that the cache does not keep.
     """
     origin, direction, members, path = ray
     ray = origin, direction, np.int64(members), np.int64(path)
