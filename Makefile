@@ -56,8 +56,8 @@ gallery: .venv/installed  ## the study's figures, with scenes of our own
 figures: .venv/installed  ## regenerates every table and figure from the reference results; measures nothing
 	$(BIN)/rayrace report $(sort $(wildcard results/reference/*/*.tar.xz)) -o build/figures
 
-# Runs with the minutes that each may take, and 2 for each check: 25 in all.
-GPU_RUNS = gpu:6 launch-memory:3 launch-blocks:5 launch-threads:4 launch-faults:1 gpu-wait:2
+# Runs with the minutes that each may take, 2 for each check and 3 for the scenes of features: 25 in all.
+GPU_RUNS = gpu:5 launch-memory:3 launch-blocks:4 launch-threads:3 launch-faults:1 gpu-wait:2
 MACHINE ?= $(shell hostname)
 GPU = build/gpu/$(MACHINE)
 PACKED ?= results/reference/$(MACHINE)
@@ -70,6 +70,9 @@ gpu: .venv/installed  ## all that a GPU's owner should run, in 25 minutes; again
 	    test -f $(GPU)/checked-$$checked && continue; \
 	    timeout --foreground 2m $(BIN)/rayrace check renderers/$$checked && touch $(GPU)/checked-$$checked; \
 	    true; done
+	-test -f $(GPU)/checked-scenes \
+	    || timeout --foreground 3m $(BIN)/pytest -q -k at_real_sizes $(SHARED) worksteal tests/conformance/test_features.py \
+	    && touch $(GPU)/checked-scenes
 	for run in $(GPU_RUNS); do \
 	    name=$${run%:*}; folder=$(GPU)/$$name; \
 	    if [ -d $$folder ]; then into=--resume; else into=--out; fi; \
@@ -80,6 +83,7 @@ gpu: .venv/installed  ## all that a GPU's owner should run, in 25 minutes; again
 	    true; done
 	@for checked in opencl numba; do \
 	    test -f $(GPU)/checked-$$checked || echo "left: rayrace check renderers/$$checked"; done
+	@test -f $(GPU)/checked-scenes || echo "left: pytest -k at_real_sizes tests/conformance/test_features.py"
 	@echo "packed in $(PACKED); a run that is not whole says above what is left, and make gpu goes on with it"
 
 docs: .venv/installed  ## the documentation as a site, in build/site, with reports of the reference results

@@ -1,5 +1,6 @@
 """Each feature alone and several mixed: every renderer against another, whatever its walk, threads or hierarchy."""
 
+import conformance_spaces as spaces
 import numpy as np
 import pytest
 from feature_scenes import features
@@ -82,11 +83,12 @@ def test_pictures_and_counts_agree(bench, reference_of, scenes, serial, name):
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 @pytest.mark.parametrize("name", NAMES)
-def test_opencl_at_real_sizes(bench, court, scenes, name, precision):
-    """Where its groups are many, and run at the same time."""
+@pytest.mark.parametrize("device", spaces.ON_DEVICES)
+def test_devices_at_real_sizes(bench, court, scenes, device, name, precision):
+    """Where their groups are many, and run at the same time."""
     source, job = scenes[name]
     job = {"width": 128, "height": 128, **job, "precision": precision}
-    result = bench.result("opencl", source, exact=True, **job)
+    result = bench.result(device, source, exact=True, **job)
     assert court.wrong(("cpp",), text.read(source, name), Parameters(**job), result) is None
 
 

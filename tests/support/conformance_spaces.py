@@ -13,6 +13,7 @@ from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.model import Scene
 from harness.scene.needs import needs
+from harness.system import cuda
 from renderers.numba.needs import MATTERS
 
 DEPTH = 3
@@ -21,6 +22,8 @@ USUAL = ("sphere", "offset", "fresnel", "phong", "renormalise")  # of these, ray
 MANY = 64  # shapes from which Numba uses a tree if accel is auto
 THREADED = {"cpp": "cpp-threads", "numba": "numba-parallel"}
 RENDERERS = ("cpp", "numba", "python", "numpy", "opencl", "numba-cuda")
+# Renderers of devices that can be tried here, where an OpenCL driver of a processor is enough; a GPU has three.
+ON_DEVICES = ("opencl", *(("numba-cuda", "cuda-cpp") if cuda.devices() and not cuda.simulated() else ()))
 # The methods of Numba's constants.
 METHOD_OF = {name: name.lower().removesuffix("_method") for name in MATTERS} | {"STUDY_WEIGHT": "glossy_weight"}
 # Scenes that equal others here, since samplers and weights are factors of their own.
@@ -174,12 +177,17 @@ def left_out(renderer: str) -> set[tuple[str, str]]:
     """Methods and values of a manifest that no case has.
 
     mp60 takes minutes for a picture; the oracle has tests of its own. The simulator of a GPU is strict and compiles
-    nothing, and waits for nothing; the memory of a GPU has tests of its own (test_cuda.py, test_opencl.py).
+    nothing; the memory of a GPU, and waiting for it, have tests of their own (test_cuda.py, test_opencl.py).
     """
-    of_gpu = [("floating_point", "contract"), ("floating_point", "fast"), ("kernel", "general")]
+    compiled = [("floating_point", "contract"), ("floating_point", "fast"), ("kernel", "general")]
     memories = [("scene_memory", value) for value in ("auto", "global", "constant", "shared")]
     waits = [("gpu_wait", value) for value in ("auto", "spin", "yield", "block")]
-    left = {"python": [("precision", "mp60")], "numba-cuda": of_gpu + memories + waits, "opencl": memories}
+    left = {
+        "python": [("precision", "mp60")],
+        "numba-cuda": memories + waits + (compiled if cuda.simulated() or not cuda.devices() else []),
+        "cuda-cpp": memories + waits,
+        "opencl": memories,
+    }
     return set(left.get(renderer, ()))
 
 
