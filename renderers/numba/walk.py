@@ -109,34 +109,36 @@ def walk_stack(scene, thread, place, ray, depth):
     reflected, transmitted, feelers = 0, 0, 0
     keep(scene, thread, 0, unit_weight(scene), ray, 0)
     height = 1
-    while unfinished(height):
+    while True:
         waiting = height > 0  # but not of a thread that only keeps step
         height = max(0, height - 1)
         weight, ray, order = kept(scene, thread, height)
         light, weight, mirror, through, more, surroundings = meet(scene, thread, place, ray, weight, order == depth)
-        if not waiting:
-            continue
-        colour = gather(colour, weight, light)
-        feelers += more
-        if TRANSMISSION and through != 0:
-            onward = weigh(weight, through)
-            if CUTOFF and greatest(onward) <= scene.cutoff:
-                dropped += greatest(onward)
-            else:
-                keep(scene, thread, height, onward, leave_through(scene, ray, surroundings), order + 1)
-                height, transmitted = height + 1, transmitted + 1
-        if mirror != 0:
-            for g in range(reflections(scene)):
-                leaving, lobe = leave_mirrored(scene, place, ray, surroundings, g)
-                if mirror * lobe == 0:
-                    continue
-                onward = weigh(weight, mirror * lobe)
+        if waiting or not STREAMED:
+            colour = gather(colour, weight, light)
+            feelers += more
+            if TRANSMISSION and through != 0:
+                onward = weigh(weight, through)
                 if CUTOFF and greatest(onward) <= scene.cutoff:
                     dropped += greatest(onward)
                 else:
-                    keep(scene, thread, height, onward, leaving, order + 1)
-                    height, reflected = height + 1, reflected + 1
-    return colour, dropped, reflected, transmitted, feelers
+                    keep(scene, thread, height, onward, leave_through(scene, ray, surroundings), order + 1)
+                    height, transmitted = height + 1, transmitted + 1
+            if mirror != 0:
+                for g in range(reflections(scene)):
+                    leaving, lobe = leave_mirrored(scene, place, ray, surroundings, g)
+                    if mirror * lobe == 0:
+                        continue
+                    onward = weigh(weight, mirror * lobe)
+                    if CUTOFF and greatest(onward) <= scene.cutoff:
+                        dropped += greatest(onward)
+                    else:
+                        keep(scene, thread, height, onward, leaving, order + 1)
+                        height, reflected = height + 1, reflected + 1
+        # Not as the condition of the loop, which Python compiles twice, before the loop and at its end: threads that
+        # keep step would vote in one place, the others in the other, and on a GPU wait for each other for ever.
+        if not unfinished(height):
+            return colour, dropped, reflected, transmitted, feelers
 
 
 @kernel

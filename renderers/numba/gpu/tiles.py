@@ -2,7 +2,8 @@
 
 A barrier stands before a tile is overwritten, since others may still read it, and one after, since they may not yet.
 All threads of a block must reach each barrier. So they go in step: they ask for the nearest shape, and for shadows, as
-often as the one of them that has the most rays, and what is not their own they forget.
+often as the one of them that has the most rays, and what is not their own they forget. Each barrier stands in one place
+of the machine code: of a warp whose threads come to two copies of it, none goes on (test_barriers.py).
 """
 
 from ..box import nearest_box
