@@ -15,7 +15,7 @@ from harness.statistics.statistics import Estimate
 from harness.store import packed
 from reports.accuracy import accuracy_columns
 from reports.paper import markdown, quantity
-from reports.run import ranking, results, study
+from reports.run import gpu, ranking, results, study
 from reports.run.results import Cell, Missing, Results
 from reports.scaling import sweep, sweep_figure
 from reports.study import ladder, verdict
@@ -211,8 +211,8 @@ def _way(run: Results, variant: str, **more) -> Cell:
 
 
 def findings() -> str:
-    """Five findings, each with its numbers and the run that shows it."""
-    return markdown.bullets([_of_numba(), _of_style(), _of_lanes(), _of_samples(), _of_depth()])
+    """Six findings, each with its numbers and the run that shows it."""
+    return markdown.bullets([_of_numba(), _of_style(), _of_lanes(), _of_gpu(), _of_samples(), _of_depth()])
 
 
 def _of_numba() -> str:
@@ -238,6 +238,20 @@ def _of_lanes() -> str:
     told = f"rays side by side take {means[0]} of the time of C++ in float32 and {means[1]} in float64"
     more = f"(geometric means over the gallery); a second core, {_shown(race, threads)}"
     return f"**Lanes buy more than a second core**: {told} {more}. [The fast paths](docs/fast-paths.md)."
+
+
+def _of_gpu() -> str:
+    run = _run(GPU, "gpu")
+    cells = {
+        name: _cell(run, variant=name, precision="float64", floating_point="strict")
+        for name in ("cpp-threads", "numba-cuda", "cuda-cpp")
+    }
+    base = cells["cpp-threads"]
+    numba, cuda = (quantity.plain(ranking.ratio(base, cells[name]).value, 2) for name in ("numba-cuda", "cuda-cpp"))
+    device, cores = gpu.device(run, cells["cuda-cpp"], "name"), run.facts["environment"]["cores"]["usable"]
+    told = f"on one {device} Numba is {numba} times as fast as C++ on {cores} cores, and CUDA C++ {cuda} times"
+    note = f"in float64 (medians of {base.steady.processes} processes)"
+    return f"**A GPU beats all cores, from Python too**: {told}, {note}. [On a GPU](docs/on-a-gpu.md)."
 
 
 def _of_samples() -> str:
@@ -271,7 +285,62 @@ def _cases(run: Results) -> list[str]:
     return sorted({cell.swept["case"] for cell in run.cells})
 
 
-# --- What kernels take of a GPU ---
+# --- On a GPU ---
+
+GPU = "h200-16x"
+NO_INTERVAL = "Medians of {} processes or fewer, too few for intervals; a first look."
+
+
+def gpu_times() -> str:
+    """Times, energy and errors of the comparison on a GPU, beside all cores of the processor."""
+    run = _run(GPU, "gpu")
+    rows, most = [], 0
+    for name, numbers, arithmetic in itertools.product(
+        ("cpp-threads", "numba-cuda", "cuda-cpp"), ("float64", "float32"), ("strict", "fast")
+    ):
+        cell = _cell(run, variant=name, precision=numbers, floating_point=arithmetic)
+        base = _cell(run, variant="cpp-threads", precision=numbers, floating_point=arithmetic)
+        most = max(most, cell.steady.processes)
+        on_gpu = name != "cpp-threads"
+        rows.append(
+            [
+                f"{name}, {numbers}, {arithmetic}",
+                _value(cell.steady, 1e3),
+                _value(cell.median("kernel_s", ""), 1e3) if on_gpu else "",
+                "1" if cell is base else quantity.plain(ranking.ratio(base, cell).value),
+                _value(gpu.observed(run, cell, "power_w")) if on_gpu else "",
+                _value(gpu.observed(run, cell, "joules_per_mray")) if on_gpu else "",
+                accuracy_columns.shown_rmse(cell),
+                cell.agreement,
+            ]
+        )
+    header = ["variant", "steady frame (ms)", "kernel (ms)", "times as fast as cpp-threads", "power of the GPU (W)"]
+    table = _table([*header, "energy (J a million rays)", "RMSE", "agrees"], rows)
+    return f"{table}\n\n{NO_INTERVAL.format(most)}"
+
+
+def gpu_memories() -> str:
+    """Times of the kernel by the memory that holds the scene."""
+    run = _run(GPU, "launch-memory")
+    rows, most = [], 0
+    for scene, numbers in itertools.product(run.scenes, ("float64", "float32")):
+        row = [f"{Path(scene).stem}, {numbers}"]
+        for memory, name in itertools.product(("global", "constant", "shared"), ("numba-cuda", "cuda-cpp")):
+            cell = _cell(run, scene=scene, variant=name, precision=numbers, scene_memory=memory)
+            found = cell.median("kernel_s", "")
+            most = max(most, getattr(found, "processes", 0))
+            row.append(cell.status if isinstance(found, Missing) else _value(found, 1e3))
+        rows.append(row)
+    columns = [f"{memory}, {name}" for memory in ("global", "constant", "shared") for name in ("numba-cuda", "cuda-cpp")]
+    told = "Time of the kernel in ms; one process each, too few for intervals." if most == 1 else NO_INTERVAL.format(most)
+    return f"{_table(['scene', *columns], rows)}\n\n{told}"
+
+
+def _value(value: Estimate | Missing | float, scale: float = 1.0) -> str:
+    """Returns a number alone, where a note below the table says how many processes it is of."""
+    return str(value) if isinstance(value, Missing) else quantity.plain(scale * getattr(value, "value", value))
+
+
 
 KERNELS = ROOT / "results" / "reference" / "kernels.json"
 
@@ -322,6 +391,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "balls": balls,
     "cutoffs": cutoffs,
     "findings": findings,
+    "gpu": gpu_times,
+    "gpu-memories": gpu_memories,
     "kernels": kernels,
 }
 

@@ -71,7 +71,7 @@ def describe(experiment: Experiment, plan: Plan) -> dict:
         "title": experiment.title,
         "experiment": experiment.model_dump(),
         "started": timestamp(),
-        "command": sys.argv,
+        "command": ["rayrace", *sys.argv[1:]],
         "environment": environment.capture(),
         "order": experiment.order,
         "pair": {"cell": plan.pair.key, "label": plan.pair.label} if plan.pair else {"unavailable": plan.pair_reason},

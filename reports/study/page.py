@@ -1,7 +1,6 @@
 """Writes docs/the-study.md: each claim and figure of the study with its verdict, from packed runs."""
 
 from collections import Counter
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -24,41 +23,50 @@ results, its equation of cost, and what its chapters 2 to 5 claim, in our words,
 - **unavailable**: the experiment decides it, and no run of it is in
   [results/reference](../results/reference/README.md), or that run lacks a device.
 
-`python docs/study.py` makes this page from those runs; claims and rules are in
+`python docs/study.py` makes this page from those runs, each claim from the newest whole one that has what
+it is about, or the newest that was cut short; claims and rules are in
 [claims.toml](../reports/study/claims.toml). Square brackets hold 95 % intervals. `rayrace run ladder --report` shows
 where the factor between the study's programs and ours goes, one change at a time.
 """
 
 
 def write(reference: Path) -> str:
-    """Returns the page. reference: a folder of machines, each a folder of packed runs; of an experiment the newest."""
+    """Returns the page. reference: a folder of machines, each a folder of packed runs."""
     with ExitStack() as opened:
-        loaded = _newest(reference, opened)
+        loaded = _by_age(reference, opened)
         verdicts: Counter = Counter()
         parts = []
         for chapter in claims.chapters():
-            rows = [_row(claim, loaded, verdicts) for claim in chapter.claim]
+            rows = [_row(claim, loaded.get(claim.run, []), verdicts) for claim in chapter.claim]
             header = ["where", "what it claims", "verdict", "measured", "true if", "run", "why"]
             parts.append(f"## {markdown.escape(chapter.title)}\n\n{_table(header, rows)}")
     count = ", ".join(f"{number} {word}" for word, number in verdicts.most_common())
     return "\n\n".join([HEAD.rstrip(), f"{sum(verdicts.values())} claims: {count}.", *parts]) + "\n"
 
 
-def _newest(reference: Path, opened: ExitStack) -> Callable[[str], tuple[str, results.Results] | None]:
-    """Returns a function that loads the newest run of an experiment, with the name of its machine, once."""
+def _by_age(reference: Path, opened: ExitStack) -> dict[str, list[tuple[str, results.Results]]]:
+    """Returns the runs of each experiment that a claim names, with the names of their machines: whole ones first, of
+    these the newest.
+    """
     wanted = {claim.run for chapter in claims.chapters() for claim in chapter.claim} - {""}
-    found: dict[str, tuple[str, results.Results]] = {}
+    found: dict[str, list[tuple[str, results.Results]]] = {}
     for path in sorted(reference.glob("*/*.tar.xz")):
         if (name := packed.name(path)) in wanted:
             run = results.load(opened.enter_context(packed.opened(path)))
-            if name not in found or found[name][1].facts["started"] < run.facts["started"]:
-                found[name] = path.parent.name, run
-    return found.get
+            found.setdefault(name, []).append((path.parent.name, run))
+    return {name: sorted(runs, key=lambda one: _rank(one[1]), reverse=True) for name, runs in found.items()}
 
 
-def _row(claim: Claim, loaded: Callable, verdicts: Counter) -> list[str]:
-    machine, run = loaded(claim.run) or ("", None)
-    decided = verdict.decide(claim, run)
+def _rank(run: results.Results) -> tuple[bool, str]:
+    """Returns whether a run is whole, with as many processes of what ran as it asked for, and when it began."""
+    processes = run.facts["experiment"]["processes"]
+    return all(len(cell.timed) >= processes for cell in run.cells if cell.counting), run.facts["started"]
+
+
+def _row(claim: Claim, runs: list[tuple[str, results.Results]], verdicts: Counter) -> list[str]:
+    """Returns a claim's row, decided by the first of `runs` that has what the claim is about."""
+    made = [(machine, verdict.decide(claim, run)) for machine, run in runs] or [("", verdict.decide(claim, None))]
+    machine, decided = next((one for one in made if one[1].verdict != "unavailable"), made[0])
     verdicts[decided.verdict] += 1
     where = f"{claim.run}, {machine}" if machine else claim.run
     return [claim.place, claim.says, decided.verdict, decided.measured, claim.rule, where, claim.why]
