@@ -11,6 +11,7 @@ from PIL import Image, ImageOps
 
 from harness.store import packed
 from reports.accuracy import front_figure, pareto
+from reports.gpu import gpu_figure
 from reports.paper import style
 from reports.run import results, stored
 from reports.run.results import Results
@@ -44,6 +45,11 @@ def write(folder: Path) -> None:
         panels = sweep_figure.shown(sweep.panels(loaded))
         crossed = sweep_figure.crossings(loaded, panels, sweep.TIME)
         _draw(folder / "sweeps", sweep_figure.draw, loaded, panels, sweep.TIME, crossed)
+    with packed.opened(RUNS / "h200-16x" / "gpu.tar.xz") as run:
+        loaded = results.load(run)
+        wanted = {"precision": "float64", "floating_point": "strict"}
+        cells = [cell for cell in loaded.cells if cell.gpu and wanted.items() <= cell.swept.items()]
+        _draw(folder / "gpu", gpu_figure.draw, loaded, cells)
 
 
 def _draw(path: Path, draw, *data) -> None:

@@ -323,23 +323,23 @@ def gpu_memories() -> str:
     """Times of the kernel by the memory that holds the scene."""
     run = _run(GPU, "launch-memory")
     rows, most = [], 0
+    places = list(itertools.product(("global", "constant", "shared"), ("numba-cuda", "cuda-cpp")))
     for scene, numbers in itertools.product(run.scenes, ("float64", "float32")):
         row = [f"{Path(scene).stem}, {numbers}"]
-        for memory, name in itertools.product(("global", "constant", "shared"), ("numba-cuda", "cuda-cpp")):
+        for memory, name in places:
             cell = _cell(run, scene=scene, variant=name, precision=numbers, scene_memory=memory)
             found = cell.median("kernel_s", "")
             most = max(most, getattr(found, "processes", 0))
             row.append(cell.status if isinstance(found, Missing) else _value(found, 1e3))
         rows.append(row)
-    columns = [f"{memory}, {name}" for memory in ("global", "constant", "shared") for name in ("numba-cuda", "cuda-cpp")]
-    told = "Time of the kernel in ms; one process each, too few for intervals." if most == 1 else NO_INTERVAL.format(most)
-    return f"{_table(['scene', *columns], rows)}\n\n{told}"
+    table = _table(["scene", *(f"{memory}, {name}" for memory, name in places)], rows)
+    note = "one process each, too few for intervals." if most == 1 else NO_INTERVAL.format(most)
+    return f"{table}\n\nTime of the kernel in ms; {note}"
 
 
 def _value(value: Estimate | Missing | float, scale: float = 1.0) -> str:
     """Returns a number alone, where a note below the table says how many processes it is of."""
     return str(value) if isinstance(value, Missing) else quantity.plain(scale * getattr(value, "value", value))
-
 
 
 KERNELS = ROOT / "results" / "reference" / "kernels.json"
