@@ -17,7 +17,7 @@ from reports.accuracy import accuracy_columns
 from reports.paper import markdown, quantity
 from reports.run import gpu, ranking, results, study
 from reports.run.results import Cell, Missing, Results
-from reports.scaling import sweep, sweep_figure
+from reports.scaling import limits, sweep, sweep_figure
 from reports.study import ladder, verdict
 from reports.times import startup_table
 
@@ -175,6 +175,41 @@ def _rays(run: Results, cell: Cell) -> int:
     return sum(run.record(cell)["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
 
 
+# --- Peers ---
+
+PICTURES = "spheres", "in lanes, float64", "in lanes, float32"  # cases of peers.toml
+
+
+def peers() -> str:
+    """Times of all technologies on the comparison scene, over readable C++ and under POV-Ray."""
+    run = _run("cascade-lake-2x", "peers")
+    base, pov_ray = (_cell(run, case=PICTURES[0], variant=name) for name in ("cpp", "povray"))
+    rows = []
+    for case, name in itertools.product(PICTURES, sorted(run.variants)):
+        for cell in verdict.cells(run, {"variant": name}):
+            if cell.swept["case"] != case or cell.unranked or limits.threads(cell) > 1:
+                continue
+            label = name if case == PICTURES[0] else f"{name}, {case}"
+            over = "1" if cell is base else _shown(run, ranking.ratio(cell, base))
+            faster = "1" if cell is pov_ray else _shown(run, ranking.ratio(pov_ray, cell))
+            rows.append([label, over, faster, accuracy_columns.shown_rmse(cell), cell.agreement])
+    floor = f"The noise floor of the run is {100 * run.floor.value:.2g} %."
+    header = ["variant", "time ÷ cpp", "POV-Ray's time ÷ its own", "RMSE", "agrees"]
+    return f"{_table(header, sorted(rows))}\n\n{floor}"
+
+
+def first_hits() -> str:
+    """Times of lists of rays over Embree's own search."""
+    run = _run("cascade-lake-2x", "peers")
+    group = limits.Limits(run, "first hits", [cell for cell in run.cells if cell.parameters["kind"] == "rays"])
+    rows = []
+    for cell in group.cells:
+        if not cell.unranked and limits.threads(cell) == 1:
+            lanes = ", in lanes" if group.vector(cell) == "on" else ""
+            rows.append([f"{cell.variant}{lanes}", _shown(run, group.over_search(cell))])
+    return _table(["first hits", "a whole frame ÷ Embree's own search"], sorted(rows))
+
+
 # --- Beside POV-Ray ---
 
 LARGEST = 4  # of the sizes of balls.toml
@@ -182,7 +217,7 @@ LARGEST = 4  # of the sizes of balls.toml
 
 def balls() -> str:
     """Times of the largest balls, beside POV-Ray on as many threads."""
-    run = _run("xeon-2x", "balls")
+    run = _run("cascade-lake-2x", "balls")
     rows = []
     for name, vector in itertools.product(("cpp", "cpp-threads", "numba", "numba-parallel"), ("off", "on")):
         if name.startswith("numba") and vector == "on":
@@ -389,6 +424,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "fast": fast,
     "crossings": crossings,
     "balls": balls,
+    "peers": peers,
+    "first-hits": first_hits,
     "cutoffs": cutoffs,
     "findings": findings,
     "gpu": gpu_times,

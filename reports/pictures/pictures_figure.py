@@ -175,7 +175,9 @@ def _panels(results: Results, cell: Cell, above, below, norm, room: int) -> None
 def say(axes, text: str) -> None:
     """Writes into an empty panel why it is empty."""
     axes.set_facecolor("#F4F4F4")
-    axes.text(0.5, 0.5, textwrap.fill(text, 34), transform=axes.transAxes, ha="center", va="center", fontsize=7)
+    wide = axes.get_window_extent().width / axes.figure.dpi * 72  # points
+    lines = textwrap.fill(text, max(27, int(wide / (0.55 * 7))))  # a letter is about 0.55 of its size wide
+    axes.text(0.5, 0.5, lines, transform=axes.transAxes, ha="center", va="center", fontsize=7)
 
 
 def _bar(figure, axes, norm) -> None:

@@ -7,7 +7,7 @@ import tomllib
 import pytest
 from pages import DOCS, blocks
 
-from harness.store import packed, record, store
+from harness.store import packed, store
 from reports.run import results
 
 
@@ -61,41 +61,6 @@ def test_commands_have_their_options(page, rayrace):
         for word in words[2:]:
             if re.match(r"--?[a-z]", word):
                 assert word.partition("=")[0] in helps[command], line
-
-
-def test_differences_beside_times_are_of_all_pixels_of_the_reference_run():
-    """Every row of a table that names variants of the comparison tells how far its picture is from the reference, as
-    stored: that run is of before 0.2, and has no errors from the truth of the scene.
-    """
-    stored = dict(_stored())
-    seen = 0
-    for line in (DOCS / "fast-paths.md").read_text("utf-8").splitlines():
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        found = re.fullmatch(r"`?([a-z-]+)`?(?: in lanes)?(?:, (float32|float64|2 threads))?", cells[0])
-        told = [text.strip() for cell in cells[1:] for text in cell.split(",")]
-        if not line.startswith("| ") or not found or not (found_in := _in(told, stored.values())):
-            continue
-        lanes = "lanes" in cells[0] or found[2] in ("float32", "float64")
-        precision = found[2] if found[2] in ("float32", "float64") else "float64"
-        assert found_in == stored[found[1], precision, "on" if lanes else "off"], line
-        seen += 1
-    assert seen == 6
-
-
-def _in(told, known):
-    """The three texts of a row that are the differences of some variant, in their order; None if it has none."""
-    triples = zip(told, told[1:], told[2:], strict=False)
-    return next((triple for triple in triples if triple in set(known)), None)
-
-
-def _stored():
-    with packed.opened(DOCS.parent / "results" / "reference" / "xeon-2x" / "comparison.tar.xz") as run:
-        loaded = results.load(run)
-        for cell in loaded.cells:
-            if cell.pixels > 1 and cell.status == "ok":
-                told = loaded.record(cell)["agreement"]
-                texts = f"{told['rmse']:.2g}", f"{record.largest(told):.3g}", record.percent(told["bad_pixels"])
-                yield (cell.variant, *map(cell.parameters.get, ("precision", "vector"))), texts
 
 
 def test_marks_are_rare_on_a_quiet_machine():
