@@ -19,6 +19,8 @@ REPOSITORY = Path(__file__).parents[3]
 FOLDER = REPOSITORY / "results" / "reference"
 RUNS = sorted(FOLDER.glob("*/*.tar.xz"))
 LIMIT = 40_000_000  # bytes of all files together
+BROKEN_OFF = "launch-memory", "launch-faults"  # of h200-16x: the folder's README says why
+FIGURES = "times", "accuracy", "sweeps", "gpu"  # of README and docs
 OUR_PATHS = re.compile(r'"/(?!(?:usr|sys|proc|dev|etc)/)[^"/]+/[^"]*"')  # not the system's
 
 
@@ -31,7 +33,8 @@ def test_a_run_is_whole_and_says_where_it_is_from(run):
     with packed.opened(run) as folder:
         facts, records = store.read(folder)
         text = (folder / "run.json").read_text("utf-8")
-        assert facts["ended"] and len(records) >= sum(1 for _ in facts["cells"])
+        if run.parent.name != "h200-16x" or packed.name(run) not in BROKEN_OFF:
+            assert facts["ended"] and len(records) >= sum(1 for _ in facts["cells"])
         assert facts["environment"]["commit"] and "dirty" not in facts["environment"]["commit"]
         assert f"experiments/{packed.name(run)}.toml" in facts["command"]
         assert not OUR_PATHS.findall(text)
@@ -71,16 +74,16 @@ def test_one_command_makes_every_table_and_figure_of_the_study(tmp_path, monkeyp
 
 
 @pytest.mark.slow
-def test_the_pictures_of_readme_come_from_here(tmp_path):
+def test_the_pictures_of_the_pages_come_from_here(tmp_path):
     done = subprocess.run(
         [sys.executable, REPOSITORY / "docs" / "pictures.py", tmp_path], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
-    figures = {f"{name}.{kind}" for name in ("times", "accuracy", "sweeps") for kind in ("svg", "json")}
+    figures = {f"{name}.{kind}" for name in FIGURES for kind in ("svg", "json")}
     assert {path.name for path in tmp_path.iterdir()} == {"comparison.png", "gallery.png", *figures}
     for name in ("comparison.png", "gallery.png"):
         made, kept = (np.asarray(Image.open(folder / name)) for folder in (tmp_path, REPOSITORY / "docs"))
         np.testing.assert_array_equal(made, kept)
-    for name in ("times.json", "accuracy.json", "sweeps.json"):
+    for name in (f"{name}.json" for name in FIGURES):
         made, kept = (json.loads((folder / name).read_text()) for folder in (tmp_path, REPOSITORY / "docs"))
         assert made["data_sha256"] == kept["data_sha256"], name

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 
 import cpu_time
 import numpy as np
@@ -250,9 +251,14 @@ def test_100_000_rows_are_read_in_a_few_times_the_time_that_their_json_takes(mak
             for line in file:
                 json.loads(line)
 
-    _, least = cpu_time.seconds(parse)
-    loaded, took = cpu_time.seconds(lambda: results.load(folder))
+    took, least = math.inf, math.inf
+    for _ in range(3):  # the host can slow down either
+        least = min(least, cpu_time.seconds(parse)[1])
+        loaded, now = cpu_time.seconds(lambda: results.load(folder))
+        took = min(took, now)
+        print(f"{took:.1f} s, {took / least:.1f} times JSON's {least:.1f}")
+        if took < 8 * least:
+            break
     assert len(loaded.repetitions) == cells * processes and len(loaded.cells) == cells
     assert len(loaded.cells[-1].values("steady_s")) == processes
-    print(f"{took:.1f} s, {took / least:.1f} times JSON's {least:.1f}")
     assert took < 8 * least
