@@ -33,7 +33,7 @@ where the factor between the study's programs and ours goes, one change at a tim
 def write(reference: Path) -> str:
     """Returns the page. reference: a folder of machines, each a folder of packed runs."""
     with ExitStack() as opened:
-        loaded = _by_age(reference, opened)
+        loaded = _runs(reference, opened)
         verdicts: Counter = Counter()
         parts = []
         for chapter in claims.chapters():
@@ -44,7 +44,7 @@ def write(reference: Path) -> str:
     return "\n\n".join([HEAD.rstrip(), f"{sum(verdicts.values())} claims: {count}.", *parts]) + "\n"
 
 
-def _by_age(reference: Path, opened: ExitStack) -> dict[str, list[tuple[str, results.Results]]]:
+def _runs(reference: Path, opened: ExitStack) -> dict[str, list[tuple[str, results.Results]]]:
     """Returns the runs of each experiment that a claim names, with the names of their machines: whole ones first, of
     these the newest.
     """

@@ -24,8 +24,8 @@ from harness.system import cuda
 SIZE = 16, 12
 if cuda.simulated():
     SIZE = 6, 5  # a millisecond a ray
-ALL = dict.fromkeys((*spaces.RENDERERS, *spaces.ON_DEVICES))
-HERE = ["numba-cuda"] if cuda.simulated() else [name for name in ALL if name != "numba-cuda" or cuda.devices()]
+OF_PROCESSORS = [name for name in spaces.RENDERERS if name not in (*spaces.ON_DEVICES, "numba-cuda")]
+HERE = ["numba-cuda"] if cuda.simulated() else [*OF_PROCESSORS, *spaces.ON_DEVICES]
 PARTS = 12  # tests that share the cases of a renderer, so that several processes can run them
 PARTS_OF_TRIPLES = 40
 # The renderers that make references, the quickest first.
