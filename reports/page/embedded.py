@@ -7,7 +7,9 @@ import io
 import numpy as np
 from PIL import Image
 
-LOSSY = 82  # quality of WebP for pictures that are only looked at
+# Of WebP. The default effort makes files 4 to 8 % smaller, in two to three times as long.
+LOSSY = {"quality": 82, "method": 2}  # for pictures that are only looked at
+EXACT = {"lossless": True, "quality": 30, "method": 1}
 
 
 class Embedded:
@@ -44,8 +46,7 @@ class Embedded:
             self.left_out += 1
             return None
         file = io.BytesIO()
-        how = {"lossless": True, "quality": 60} if exact else {"quality": LOSSY}
-        Image.fromarray(pixels, "RGB").save(file, "WEBP", method=4, **how)
+        Image.fromarray(pixels, "RGB").save(file, "WEBP", **(EXACT if exact else LOSSY))
         return self.add(file.getvalue(), "image/webp")
 
 

@@ -35,15 +35,18 @@ def make(folder: Path, out: Path, pool: bool = False, say: Callable[[str], None]
         raise UserError(f"{folder}: neither a run nor a folder of runs", remedy=remedy)
     several.may_write(out)
     links: list[tuple[Card, str]] = []
-    for path, name in zip(found, names(folder, found), strict=True):
-        try:
-            if _refresh(path, out / name, pool):
-                say(f"report: {out / name / page.NAME}")
-            cards = [(card.read(place), place) for place in sorted(_with_cards(out / name))]
-        except (UserError, OSError) as error:
-            skipped.append((path, str(error)))
-            continue
-        links += [(one, (place / page.NAME).relative_to(out).as_posix()) for one, place in cards]
+    places = [out / name for name in names(folder, found)]
+    with several.workers(len(found)) as writing:
+        refreshed = [writing.submit(_refresh, path, place, pool) for path, place in zip(found, places, strict=True)]
+        for path, place, made in zip(found, places, refreshed, strict=True):
+            try:
+                if made.result():
+                    say(f"report: {place / page.NAME}")
+                cards = [(card.read(mine), mine) for mine in sorted(_with_cards(place))]
+            except (UserError, OSError) as error:
+                skipped.append((path, str(error)))
+                continue
+            links += [(one, (mine / page.NAME).relative_to(out).as_posix()) for one, mine in cards]
     links.sort(key=lambda one: one[0].begun, reverse=True)
     machines = len({one.machine for one, _ in links})
     lead = f"{_count(len(links), 'run')} on {_count(machines, 'machine')}, the newest first"

@@ -73,7 +73,9 @@ def _plain(reader: MarkdownIt, title: str) -> str:
 def _image(token, folder: Path, figures: Embedded) -> str:
     """Returns the HTML of a figure: its vector drawing, else its pixels, or a link to its file if neither fits."""
     name, alt = token.attrs["src"], "".join(child.content for child in token.children)
-    found = _drawing((folder / name).with_suffix(".svg"), figures) or _pixels(folder / name, figures)
+    found = None
+    if figures.room > 0:
+        found = _drawing((folder / name).with_suffix(".svg"), figures) or _pixels(folder / name, figures)
     if found is None:
         return f'<p class="note">Too large for this page: <a href="{escape(name)}">{escape(alt)}</a></p>'
     kind, key, (wide, high) = found

@@ -5,16 +5,19 @@ Each of several runs gets a report in a folder of its own; one page compares mac
 
 import tempfile
 from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
 from harness.errors import UserError
 from harness.statistics.statistics import Floor
 from harness.store import likeness, packed, store
+from harness.system import trouble
 from reports import page
 from reports.compare import hosts, side_by_side
 from reports.compare.hosts import Member
 from reports.page import card, report, study_again
+from reports.page.card import Card
 from reports.paper import drawn, markdown
 from reports.run import results
 
@@ -37,10 +40,10 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
             card.write(loaded[0][1], out)
             return out / page.NAME
         members = hosts.members(loaded)
-        texts = {
-            member: [text for _, text in report.write_loaded(member.results, out / member.name)] for member in members
-        }
-        cards = [(card.write(member.results, out / member.name), f"{member.name}/{page.NAME}") for member in members]
+        with workers(len(members)) as writing:
+            made = list(writing.map(_report, [(member.results, out / member.name) for member in members]))
+        texts = {member: mine for member, (mine, _) in zip(members, made, strict=True)}
+        cards = [(mine, f"{member.name}/{page.NAME}") for member, (_, mine) in zip(members, made, strict=True)]
         parts = [
             ("several_runs", _runs(members)),
             ("unlike", _unlike(folders)),
@@ -51,6 +54,17 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
         parts = [(name, text) for name, text in parts if text]
         (out / "report.md").write_text("\n\n".join([f"# {TITLE}", *(text for _, text in parts)]) + "\n", "utf-8")
         return page.write_several(TITLE, _lead(members), parts, cards, out / page.NAME)
+
+
+def workers(reports: int) -> ProcessPoolExecutor:
+    """Returns processes that write so many reports, one on each usable core at most."""
+    return ProcessPoolExecutor(max(1, min(reports, len(trouble.usable()))))
+
+
+def _report(one: tuple[results.Results, Path]) -> tuple[list[str], Card]:
+    """Writes the report of a run into a folder; returns the texts of its sections, and its card."""
+    loaded, out = one
+    return [text for _, text in report.write_loaded(loaded, out)], card.write(loaded, out)
 
 
 def may_write(out: Path) -> None:
