@@ -88,8 +88,15 @@ def _at_commit(where: str, entry: Entry) -> Entry:
 
 
 def _in(folder: Path, entry: Entry, label: str) -> Entry | None:
-    """`entry` as it is in a renderer's folder; None if it is not there."""
-    renderer = Renderer(folder, manifest.load(folder))
+    """`entry` as it is in a renderer's folder; None if it is not there.
+
+    What counting needs is today's where that version says nothing: of a machine without counters, versions from before
+    `[count]` could not be counted.
+    """
+    told = manifest.load(folder)
+    renderer = Renderer(
+        folder, told if told.count else told.model_copy(update={"count": entry.renderer.manifest.count})
+    )
     variants = (variant for variant in renderer.manifest.variant if variant.name == entry.variant.name)
     return next((Entry(renderer, variant, label) for variant in variants), None)
 

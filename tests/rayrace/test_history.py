@@ -96,6 +96,20 @@ def test_a_span_is_halved(tree, ask, tmp_path):
     assert {point["commit"] for point in told["points"]} == {hashes[n] for n in (0, 4, 8, 6, 5)}
 
 
+@pytest.mark.parametrize("own", ["", '[count.x86_64]\noptions = ["-mno-own"]\n'])
+def test_a_version_from_before_the_counts_is_counted_as_today(tree, tmp_path, own):
+    today = '[count.x86_64]\noptions = ["-mno-avx512f"]\n'
+    folders = {}
+    for name, more in (("then", own), ("now", today)):
+        folders[name] = tmp_path / name / "mine"
+        folders[name].mkdir(parents=True)
+        text = (tree / "mine" / "renderer.toml").read_text()
+        (folders[name] / "renderer.toml").write_text(text.replace("\n[build]", f"\n{more}[build]"))
+    entry = registry.entries((folders["now"],))["mine"]
+    other = versions.others(str(folders["then"]), [entry])["mine"]
+    assert other.renderer.manifest.count["x86_64"].options == (("-mno-own",) if own else ("-mno-avx512f",))
+
+
 def points(values, of="instructions"):
     found = []
     for number, value in enumerate(values):

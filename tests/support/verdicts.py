@@ -42,6 +42,7 @@ MORE = 0.01  # more instructions
 GATE = 0.5  # % more instructions that pass
 TURNS = 100_000  # of the empty loop, whose instructions tell what a turn takes
 COMMITS, SLOWED = 15, 7
+SLOWDOWN = 4 * TURNS  # some 5 % of the instructions of a frame of history.toml
 EXPERIMENT = """title = "verdicts"
 scenes = ["{scene}"]
 renderers = {renderers}
@@ -226,7 +227,7 @@ def history(bench: Bench, _: int) -> Iterator[dict]:
         rename(place)
         main = place / "main.cpp"
         text = main.read_text()
-        main.write_text(f"// {commit}\n{loops(TURNS)(text) if number >= SLOWED else text}")
+        main.write_text(f"// {commit}\n{loops(SLOWDOWN)(text) if number >= SLOWED else text}")
         git(tree, "add", "-A")
         git(tree, "commit", "-qm", git(ROOT, "log", "-1", "--format=%s", commit).strip())
         hashes.append(git(tree, "rev-parse", "HEAD").strip())
