@@ -1,6 +1,7 @@
-"""The pictures of README, from the reference results: python docs/pictures.py [FOLDER].
+"""The pictures of README and docs, from the reference results: python docs/pictures.py [FOLDER].
 
-comparison.png and gallery.png are pictures that were stored; the others are figures of reports.
+comparison.png and gallery.png are pictures that were stored; the others are figures of reports. The pictures of
+failures (docs/stability/*.png) are of the report of the same run, which is stored without its pictures.
 """
 
 import sys
@@ -16,12 +17,14 @@ from reports.paper import style
 from reports.run import results, stored
 from reports.run.results import Results
 from reports.scaling import sweep, sweep_figure
+from reports.stability import figure, memory, overview, stability, window
 from reports.times import times_figure
 
 ROOT = Path(__file__).parents[1]
 RUNS = ROOT / "results" / "reference"
 SHOWN = [f"figure {number}," for number in ("2.11b", "3.2", "3.3", "3.4a", "3.5b", "3.4b", "3.6a", "3.6b")]
 FRONT = "mirrors"  # the case of accuracy.toml that is shown
+FAILING = {"huge-sphere": figure, "drift": figure, "slabs": figure, "table": memory}  # rows of stability.toml
 COLUMNS, TILE, GAP = 4, (240, 172), 4  # pixels: width, height
 
 
@@ -50,6 +53,15 @@ def write(folder: Path) -> None:
         wanted = {"precision": "float64", "floating_point": "strict"}
         cells = [cell for cell in loaded.cells if cell.gpu and wanted.items() <= cell.swept.items()]
         _draw(folder / "gpu", gpu_figure.draw, loaded, cells)
+    with packed.opened(RUNS / "cascade-lake-2x" / "stability.tar.xz") as run:
+        loaded = results.load(run)
+        rows = {row.name: row for row in stability.rows(loaded)}
+        out = folder / "stability"
+        out.mkdir(exist_ok=True)
+        _draw(out / "overview", overview.draw, loaded, list(rows.values()))
+        _draw(out / "window", window.draw, loaded, window.drawable(window.windows(list(rows.values()))))
+        for name, module in FAILING.items():
+            _draw(out / name, module.draw, loaded, rows[name])
 
 
 def _draw(path: Path, draw, *data) -> None:

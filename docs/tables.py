@@ -7,29 +7,41 @@ import itertools
 import json
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
 from harness.statistics.statistics import Estimate
 from harness.store import packed
-from reports.accuracy import accuracy_columns
+from reports.accuracy import accuracy_columns, chaos, convergence, precision
 from reports.paper import markdown, quantity
 from reports.run import gpu, ranking, results, study
 from reports.run.results import Cell, Missing, Results
 from reports.scaling import limits, sweep, sweep_figure
+from reports.stability import overview, stability
 from reports.study import ladder, verdict
 from reports.times import startup_table
 
 ROOT = Path(__file__).parents[1]
-PAGES = "README.md", *(f"docs/{name}.md" for name in ("results", "fast-paths", "speed-and-accuracy", "on-a-gpu"))
+PAGES = (
+    "README.md",
+    *(f"docs/{name}.md" for name in ("results", "fast-paths", "speed-and-accuracy", "where-methods-fail", "on-a-gpu")),
+)
 MARK = re.compile(r"(<!-- table: (?P<name>[\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+@contextmanager
+def _opened(machine: str, name: str) -> Iterator[Results]:
+    """A run whose pictures can be read meanwhile."""
+    with packed.opened(ROOT / "results" / "reference" / machine / f"{name}.tar.xz") as folder:
+        yield results.load(folder)
 
 
 @cache
 def _run(machine: str, name: str) -> Results:
-    with packed.opened(ROOT / "results" / "reference" / machine / f"{name}.tar.xz") as folder:
-        return results.load(folder)
+    with _opened(machine, name) as run:
+        return run
 
 
 def _cell(run: Results, **wanted) -> Cell:
@@ -90,6 +102,23 @@ def _against_off(vector: str) -> list[tuple[str, dict, dict]]:
 
 
 NUMBA_OVER_CPP = [(f"numba over cpp, {one}", _of("numba", one, "on"), _of("cpp", one, "on")) for one in PRECISIONS]
+
+
+def roofline() -> str:
+    """Operations of each scene, and shares of the machine's peak one ray after another and in lanes."""
+    kinds = ("float64", "off"), ("float64", "on"), ("float32", "on")
+    rows = []
+    for group in limits.found(_run("cascade-lake-2x", "roofline")):
+        cells = {(cell.parameters["precision"], group.vector(cell)): cell for cell in group.cells}
+        shares = [quantity.text(group.share(cells[kind]), 100) for kind in kinds]
+        operations = [quantity.plain(group.intensity(cells[precision, "on"])) for precision in PRECISIONS]
+        rows.append([group.cells[0].swept["case"], *operations, *shares])
+    header = [f"flop a byte, {precision}" for precision in PRECISIONS]
+    told = [
+        f"{precision}, {'in lanes' if vector == 'on' else 'one by one'} (% of the peak)" for precision, vector in kinds
+    ]
+    return _table(["scene", *header, *told], rows)
+
 
 # --- The comparison ---
 
@@ -173,6 +202,96 @@ def cutoffs() -> str:
 
 def _rays(run: Results, cell: Cell) -> int:
     return sum(run.record(cell)["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
+
+
+# --- Samples, and rounding between mirrors ---
+
+SAMPLED = {
+    "edge": "edges at general angles",
+    "aligned": "edges along rows and columns",
+    "smooth": "shading without an edge",
+    "lens": "a lens",
+    "soft": "soft shadows",
+    "glossy": "glossy mirrors",
+}
+BY = {"glossy_rays": "glossy rays"}
+SINGLE = "cpp", ("float32", "strict")
+
+
+def slopes() -> str:
+    """Slopes of error against samples, beside theory's."""
+    with _opened("cascade-lake-2x", "sampling") as run:
+        found = {view.cells[0].swept["case"]: lines for view, lines in convergence.found(run)}
+    rows = [
+        [SAMPLED[case], BY.get(line.sampler, line.sampler), quantity.text(line.slope), quantity.plain(line.theory)]
+        for case in SAMPLED
+        for line in found[case]
+        if "cpp" in line.variants
+    ]
+    return _table(["sampled", "by", "slope", "theory"], rows)
+
+
+def growth() -> str:
+    """A sentence on how rounding grows between mirrors."""
+    with _opened("cascade-lake-2x", "precision") as run:
+        (mirrors,) = [one for one in chaos.found(run) if one.view.cells[0].swept["case"] == "perfect"]
+        views = precision.found(run)
+    (single,) = [one for one in mirrors.growths if (one.variant, one.arithmetic) == SINGLE]
+    bad, none = (quantity.percent(_beyond(views, *where)) for where in (("perfect", 10), ("matte", 0)))
+    beyond = "differ from the float64 picture by more than 1/255 at depth 10"
+    told = f"In float32, {bad} of the pixels between perfect mirrors {beyond}, and {none} of matte spheres"
+    more = f"a difference grows {quantity.times(single.growth)} with each bounce there"
+    return f"{told}; {more}, so float32 is of use for some {single.useful:.0f} bounces."
+
+
+def _beyond(views: list, case: str, depth: int) -> float:
+    """The share of pixels of float32 that are off by more than 1/255."""
+    (methods,) = [methods for view, methods in views if view.cells[0].swept["case"] == case]
+    (single,) = [one for one in methods if (one.variant, one.arithmetic) == SINGLE]
+    return next(found.bad for found in single.found if found.depth == depth)
+
+
+# --- Where methods fail ---
+
+FAILING = (
+    "far-picture", "huge-sphere", "acne-scale", "leak", "cracks", "coincident-and", "thin-part", "drift",
+    "highlight-behind", "slabs",
+)  # fmt: skip
+READABLE = "cpp"
+
+
+def failing(name: str) -> Callable[[], str]:
+    """Returns a table of the levels at which the ways of a row of the catalogue fail, in the readable renderer."""
+
+    def made() -> str:
+        row = _row(name)
+        curves = [curve for curve in row.curves if curve.variant == READABLE]
+        numbers = sorted({curve.precision for curve in curves})
+        table = []
+        for way in row.ways:
+            mine = {curve.precision: curve for curve in curves if curve.way == way}
+            if mine:
+                told = [overview.broken(mine.get(one)) for one in numbers]
+                table.append([f"{way.name}{' (naive)' * way.naive}", *told])
+        return _table([f"{row.label}: {row.facts['stress']}", *(f"first failure in {one}" for one in numbers)], table)
+
+    return made
+
+
+def pixel_bytes() -> str:
+    """Returns a table of the bytes of a pixel in work at the greatest depth, for each way to walk the tree of rays."""
+    row = _row("table")
+    curves = [curve for curve in row.curves if curve.variant == READABLE]
+    numbers, ways = sorted({curve.precision for curve in curves}), list(dict.fromkeys(curve.way for curve in curves))
+    lasts = {(curve.way, curve.precision): curve.known[-1] for curve in curves}
+    (depth,) = {last.level for last in lasts.values()}
+    rows = [[way.name, *(quantity.size(lasts[way, one].told["error_median"]) for one in numbers)] for way in ways]
+    return _table([f"bytes of a pixel, depth {depth:g}", *numbers], rows)
+
+
+def _row(name: str) -> stability.Row:
+    (found,) = (row for row in stability.rows(_run("cascade-lake-2x", "stability")) if row.name == name)
+    return found
 
 
 # --- Peers ---
@@ -420,6 +539,7 @@ def _constants(rows: list[dict]) -> str:
 TABLES: dict[str, Callable[[], str]] = {
     "lanes": lanes(*_against_off("on"), *NUMBA_OVER_CPP),
     "lanes-auto": lanes(*_against_off("auto")),
+    "roofline": roofline,
     "times": times,
     "fast": fast,
     "crossings": crossings,
@@ -427,6 +547,9 @@ TABLES: dict[str, Callable[[], str]] = {
     "peers": peers,
     "first-hits": first_hits,
     "cutoffs": cutoffs,
+    "slopes": slopes,
+    **{f"fails-{name}": failing(name) for name in FAILING},
+    "pixel-bytes": pixel_bytes,
     "findings": findings,
     "gpu": gpu_times,
     "gpu-memories": gpu_memories,

@@ -58,7 +58,7 @@ def _table(results: Results, rows: list[Row]) -> str:
                 curves = [row.find(variant, precision, way) for variant in variants]
                 if any(curves):
                     head = [row.label, row.facts["stress"], precision, f"{way.name}{' (naive)' * way.naive}"]
-                    lines.append([*head, _theory(curves), *map(_broken, curves)])
+                    lines.append([*head, _theory(curves), *map(broken, curves)])
     header = ["row", "stress", "precision", "way", "theory", *variants]
     return markdown.table(header, lines)
 
@@ -68,7 +68,8 @@ def _theory(curves: list[Curve | None]) -> str:
     return f"{look.short(limits[0])}" if limits else "none given"
 
 
-def _broken(curve: Curve | None) -> str:
+def broken(curve: Curve | None) -> str:
+    """Returns the level at which a curve breaks, and the shares of wrong answers; or that it does not, or why not."""
     if curve is None:
         return "not run"
     if curve.broken:

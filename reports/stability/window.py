@@ -76,14 +76,18 @@ def windows(rows: list[Row]) -> dict[tuple[str, Way], list[Window]]:
     return dict(sorted(found.items(), key=lambda item: item[0][0]))
 
 
+def drawable(found: dict[tuple[str, Way], list[Window]]) -> dict[tuple[str, Way], list[Window]]:
+    """Returns the windows of variants with answers."""
+    known = {place: [window for window in mine if not window.missing] for place, mine in found.items()}
+    return {place: mine for place, mine in known.items() if mine}
+
+
 def write(results: Results, out: Path) -> str:
     """Writes stability-window.png and .svg; returns the section of the report, "" without both rows."""
-    rows = stability.rows(results)
-    found = windows(rows)
+    found = windows(stability.rows(results))
     if not found:
         return ""
-    known = {place: [window for window in mine if not window.missing] for place, mine in found.items()}
-    known = {place: mine for place, mine in known.items() if mine}
+    known = drawable(found)
     parts = [f"## {TITLE}"]
     if known:
         parts.append(style.figure(out / "stability-window", TITLE, draw, results, known))

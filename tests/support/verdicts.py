@@ -12,6 +12,7 @@ of `cpp` with a slowdown put into the eighth.
 import argparse
 import json
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -58,7 +59,7 @@ depth = 4
 [reference]
 spots = 0
 """
-RECIPE = {"processes": 10, "frames": 50}
+SHORT, LONG = {"processes": 10, "frames": 10}, {"processes": 1000, "frames": 50}
 
 
 class Bench:
@@ -80,7 +81,7 @@ class Bench:
         """Returns the folder of a new run."""
         self.count += 1
         file, out = self.folder / "verdicts.toml", self.folder / "runs" / f"{self.count:04}"
-        size = {**RECIPE, **size}
+        size = {**SHORT, **size}
         scene = ROOT / "experiments" / "scenes" / "comparison.txt"
         text = EXPERIMENT.format(scene=scene, renderers=json.dumps(list(renderers)), measure=measure, **size)
         file.write_text(text)
@@ -150,7 +151,7 @@ def found(bench: Bench, count: int) -> Iterator[dict]:
     slow, other = bench.copy("slow", waits), bench.copy("as it was")
     for _ in range(count):
         words = "--against", other, "--max-minutes", 10
-        yield _held(bench.run(slow, *words, processes=1000, measure='until = "2 %"'))
+        yield _held(bench.run(slow, *words, measure='until = "2 %"', **LONG))
 
 
 def _held(folder: Path) -> dict:
@@ -292,6 +293,7 @@ def _counted(verdicts: Iterable[str]) -> str:
 
 
 def main() -> None:
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the other program ends, too
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("parts", nargs="*", help=", ".join(PARTS))
     asked.add_argument("--count", type=int, help="trials of each part")
