@@ -275,7 +275,7 @@ def _rows(part: str, records: list[dict]) -> Iterator[list]:
         yield [title, count, f"{_counted(one['verdict'] for one in records)}; {told}"]
     elif part == "counts":
         for name, told in GATES.items():
-            verdicts = _counted("fails" if one[name] else "passes" for one in records)
+            verdicts = _counted("fail" if one[name] else "pass" for one in records)
             yield [f"{told}, `compare --fail-more-instructions {GATE}`", count, verdicts]
     elif part == "spread":
         for name in COUNTED_VARIANTS:
@@ -284,8 +284,8 @@ def _rows(part: str, records: list[dict]) -> Iterator[list]:
             yield [f"instructions of `{name}`, the same tree", count, f"they differ by {share:.2g} % at most"]
     else:
         steps = [one for one in records if "ratio" in one]
-        told = [f"{'its commit' if one['put in'] else 'another'}: {one['ratio']:.3f} times" for one in steps]
-        yield [title, 1, f"steps of instructions at {', '.join(told)}" if told else "no step"]
+        told = [f"{one['ratio']:.3f} times at {'its' if one['put in'] else 'another'} commit" for one in steps]
+        yield [title, 1, f"steps of the instructions: {', '.join(told)}" if told else "no step"]
 
 
 def _counted(verdicts: Iterable[str]) -> str:
