@@ -548,6 +548,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "first-hits": first_hits,
     "cutoffs": cutoffs,
     "slopes": slopes,
+    "growth": growth,
     **{f"fails-{name}": failing(name) for name in FAILING},
     "pixel-bytes": pixel_bytes,
     "findings": findings,
