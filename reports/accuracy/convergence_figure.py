@@ -15,6 +15,7 @@ from reports.paper import markdown, quantity, style, table
 from reports.run.cell import Missing
 from reports.run.results import Results
 from reports.run.view import View
+from reports.run.words import all_against
 
 TITLE = "Convergence: error against samples"
 CAPTION = (
@@ -101,7 +102,7 @@ def _panel(axes, view: View, lines: list[Line]) -> None:
 
 def _label(view: View) -> str:
     """Returns the name of a view, with what its errors are held against where that is not the truth of the scene."""
-    against = " and ".join(dict.fromkeys(cell.against for cell in view.cells if cell.against))
+    against = all_against(cell.against for cell in view.cells)
     return f"{view.title} (error {against})" if against else view.title
 
 

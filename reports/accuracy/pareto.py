@@ -12,6 +12,7 @@ from reports.run.method import Curve, Names
 from reports.run.results import Results
 from reports.run.stored import STEP as VISIBLE
 from reports.run.view import View
+from reports.run.words import all_against
 
 BUDGETS = (1e-1, 1 / 32, VISIBLE, 1e-3, 1e-4, 1e-6, 1e-9)
 ALIKE = 1e-9  # the judge's tolerance of float64 pictures: errors that differ by less count as equal
@@ -180,7 +181,7 @@ def _chart(results: Results, seen: View) -> Chart:
     places = {cell.place for cell in seen.cells}
     lacking += [(cell, cell.apart) for cell in apart if cell.place in places and not cell.exhibit]
     curves = method.curves(list(errors), names)
-    against = " and ".join(dict.fromkeys(cell.against for cell in errors if cell.against))
+    against = all_against(cell.against for cell in errors)
     return Chart(seen, names, points, lacking, curves, resolution, sampled, against)
 
 

@@ -12,6 +12,7 @@ from reports.page.embedded import Embedded, smaller
 from reports.paper import markdown, quantity, style
 from reports.run import stored, study
 from reports.run.results import Cell, Missing, Results
+from reports.run.words import all_against
 from reports.scaling import complexity, hierarchy
 from reports.stability import stability
 from reports.times import headline
@@ -209,7 +210,6 @@ def data(results: Results, pictures: Embedded) -> dict:
     axis = scale([*(bar.time for bar in bars), *theirs]) if bars else None
     shown = {id(bar) for bar in few(bars, MOST)}
     rows = [{"late": id(bar) not in shown, **_row(results, found, bar, axis)} for bar in bars]
-    against = dict.fromkeys(bar.cell.against for bar in found.bars if bar.cell.against)
     return {
         "sentences": sentences(results, found),
         "count": f"{len(bars)} of {len(found.bars)}" if len(bars) < len(found.bars) else f"all {len(bars)}",
@@ -223,7 +223,7 @@ def data(results: Results, pictures: Embedded) -> dict:
         "axis": axis,
         "study": bool(theirs),
         "unsure": any(row["unresolved"] for row in rows),
-        "against": " and ".join(against),
+        "against": all_against(bar.cell.against for bar in found.bars),
         "remarks": remarks(results, found),
         "stress": stress(results),
         "survived": SURVIVED,

@@ -6,6 +6,7 @@ from pathlib import Path
 from reports.paper import markdown, quantity, thinning
 from reports.run import launch, naming, ranking
 from reports.run.results import Cell, Missing, Results, grouped
+from reports.run.words import all_against
 
 MOST = 40  # sentences on places
 MOST_NAMED = 8  # places that a sentence names
@@ -51,8 +52,8 @@ def _enough(results: Results) -> list[str]:
 
 def _against(results: Results) -> list[str]:
     """Says what errors are held against, in a paragraph, where that is not the truth of the scene."""
-    found = list(dict.fromkeys(cell.against for cell in results.cells if cell.against))
-    return [markdown.escape(f"Errors are {' or '.join(found)}.")] if found else []
+    found = all_against((cell.against for cell in results.cells), " or ")
+    return [markdown.escape(f"Errors are {found}.")] if found else []
 
 
 def _masks(results: Results) -> list[str]:

@@ -94,11 +94,14 @@ def dark(colour: str) -> str:
 def log_ticks(axis, narrow: bool = False) -> None:
     """Labels a logarithmic axis: decades, on a short axis also 2 and 5, on a very short one all.
 
-    Decades are powers of ten where one of them would have more than five digits. narrow: there is no room for all.
+    Decades are powers of ten where one of them would have more than five digits. An axis that is linear near 0 (symlog)
+    has a 0, and nothing below or beside it. narrow: there is no room for all.
     """
 
     def minor(value, _):
         low, high = sorted(axis.get_view_interval())
+        if low <= 0:
+            return ""
         if (high / low < 6 and not narrow) or (high / low < 30 and f"{value:.3e}"[:5] in ("2.000", "5.000")):
             return f"{value:.3g}"
         return ""
@@ -107,6 +110,9 @@ def log_ticks(axis, narrow: bool = False) -> None:
         low, high = axis.get_view_interval()
         if low >= 1e-4 and high < 1e5:
             return f"{value:g}"
+        near = getattr(axis.get_transform(), "linthresh", 0.0)  # below it the axis is linear, and a 0 has the room
+        if value < 3 * near:
+            return "" if value else "0"
         power = round(math.log10(value))
         return f"10{str(power).translate(SUPERSCRIPT)}" if power else "1"
 

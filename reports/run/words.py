@@ -1,4 +1,6 @@
-"""Says swept values in words."""
+"""Says swept values, and what errors are held against, in words."""
+
+from collections.abc import Iterable
 
 PLURALS = "objects", "lights", "frames", "rays", "spots"
 
@@ -19,3 +21,21 @@ def spoken(key: str, value) -> str:
 def of_point(point: dict) -> str:
     """Returns swept values in words: "192 objects, depth 3"."""
     return ", ".join(spoken(key, value) for key, value in point.items())
+
+
+def all_against(against: Iterable[str], between: str = " and ") -> str:
+    """Returns what errors are held against, in one phrase; "" where all are held against the truth of the scene.
+
+    against: of each cell, in words (harness/store/record.py). What differs in its depth alone is named once.
+    """
+    found: dict[str, list[int]] = {}
+    for text in dict.fromkeys(filter(None, against)):
+        words, _, depth = text.partition("at depth ")
+        found.setdefault(words, []).extend([int(depth)] if depth else [])
+    return between.join(f"{words}{_depths(depths)}" for words, depths in found.items())
+
+
+def _depths(depths: list[int]) -> str:
+    if len(depths) < 2:
+        return "".join(f"at depth {depth}" for depth in depths)
+    return f"at depths from {min(depths)} to {max(depths)}"

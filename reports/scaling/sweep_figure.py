@@ -14,6 +14,7 @@ from matplotlib.patheffects import withStroke
 from reports.paper import heat_map, markdown, quantity, style, table, thinning
 from reports.run import gpu, launch
 from reports.run.results import Missing, Results, grouped
+from reports.run.words import all_against
 from reports.scaling import crossing, sweep
 from reports.scaling.crossing import Crossing, Scale
 from reports.scaling.sweep import ERROR, MEMORY, QUANTITIES, RAYS, TIME, Line, Panel, Quantity
@@ -133,9 +134,9 @@ def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbe
     handles = [Line2D([], [], lw=1.3, ms=3.5, label=label, **of[label]) for label in labels]
     handles += [Line2D([], [], label=f"slope {slope}", **GUIDES[slope]) for slope in sorted(slopes)]
     figure.legend(handles=handles, loc="outside lower center", ncols=beside)
-    against = dict.fromkeys(cell.against for panel in panels for line in panel.lines for _, cell in line.cells)
-    if what is ERROR and any(against):
-        style.entitle(figure, f"errors: {' and '.join(filter(None, against))}")
+    against = all_against(cell.against for panel in panels for line in panel.lines for _, cell in line.cells)
+    if what is ERROR and against:
+        style.entitle(figure, f"errors: {against}")
     return figure
 
 

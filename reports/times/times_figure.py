@@ -10,6 +10,7 @@ from reports.accuracy import accuracy_columns
 from reports.paper import markdown, style, thinning
 from reports.run import launch, naming, ranking, study
 from reports.run.results import Missing, Results
+from reports.run.words import all_against
 
 TITLE = "Times, drawn"
 CAPTION = (
@@ -77,7 +78,7 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
             axes.plot(theirs.value, row, "D", mfc="white", mec=colour, ms=5)
         _beside(axes, (1, row), axes.get_yaxis_transform(), accuracy_columns.brief(cell))
     _beside(axes, (1, 1), axes.transAxes, HEADER, up=4)
-    against = " and ".join(dict.fromkeys(cell.against for cell in cells if cell.against))
+    against = all_against(cell.against for cell in cells)
     below = f"steady frame (s)\nerrors beside it: {against}" if against else "steady frame (s)"
     axes.set(xscale="log", xlabel=below, ylim=(len(cells) - 0.5, -0.5))
     low, high = axes.get_xlim()

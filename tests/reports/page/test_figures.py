@@ -43,3 +43,18 @@ def test_each_fault_is_found(spoil, fault):
         spoil(figure, axes)
         assert any(one.startswith(fault) or fault in one for one in faults(figure))
     plt.close(figure)
+
+
+def test_an_axis_with_a_0_has_it_and_nothing_below():
+    """Errors of an experiment that are 0, beside some that are not."""
+    figure, axes = plt.subplots()
+    axes.plot([1, 2, 3], [0, 1e-7, 1e-2])
+    axes.set_yscale("symlog", linthresh=1e-7)
+    axes.set_ylim(-1e-8, 1e-1)
+    style.log_ticks(axes.yaxis)
+    figure.canvas.draw()
+    labels = {tick: label.get_text() for tick, label in zip(axes.get_yticks(), axes.get_yticklabels(), strict=True)}
+    assert labels[0] == "0" and labels[1e-2] == "10⁻²"
+    assert not any(text for tick, text in labels.items() if tick < 0)
+    assert not any(label.get_text() for label in axes.get_yticklabels(minor=True))
+    plt.close(figure)
