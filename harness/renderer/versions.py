@@ -90,8 +90,8 @@ def _at_commit(where: str, entry: Entry) -> Entry:
 def _in(folder: Path, entry: Entry, label: str) -> Entry | None:
     """`entry` as it is in a renderer's folder; None if it is not there.
 
-    What counting needs is today's where that version says nothing: of a machine without counters, versions from before
-    `[count]` could not be counted.
+    If its manifest does not say what counting needs (`[count]`), today's does: versions from before it could not be
+    counted in Valgrind.
     """
     told = manifest.load(folder)
     renderer = Renderer(

@@ -1,7 +1,9 @@
 """Says swept values, and what errors are held against, in words."""
 
+import re
 from collections.abc import Iterable
 
+DEPTH = re.compile(r"((?:(?!at depth ).)*)at depth (\d+)")
 PLURALS = "objects", "lights", "frames", "rays", "spots"
 
 
@@ -30,8 +32,8 @@ def all_against(against: Iterable[str], between: str = " and ") -> str:
     """
     found: dict[str, list[int]] = {}
     for text in dict.fromkeys(filter(None, against)):
-        words, _, depth = text.partition("at depth ")
-        found.setdefault(words, []).extend([int(depth)] if depth else [])
+        told = DEPTH.fullmatch(text)
+        found.setdefault(told[1] if told else text, []).extend([int(told[2])] if told else [])
     return between.join(f"{words}{_depths(depths)}" for words, depths in found.items())
 
 

@@ -17,6 +17,7 @@ CENTRES = "at the centres of pixels"
         ([f"{CENTRES} at depth {depth}" for depth in (3, 14, 0)], f"{CENTRES} at depths from 0 to 14"),
         (["over the areas of pixels at depth 0", CENTRES], f"over the areas of pixels at depth 0 and {CENTRES}"),
         (["at depth 2", "at depth 5"], "at depths from 2 to 5"),
+        (["a at depth 1 and b at depth 2"], "a at depth 1 and b at depth 2"),  # a cell with two
     ],
 )
 def test_depths_are_named_together(texts, told):
