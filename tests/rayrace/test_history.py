@@ -121,19 +121,26 @@ def points(values, of="instructions"):
 
 @pytest.mark.parametrize("of, noise", [("instructions", 5e-4), ("time", 0.01)])
 def test_steps_are_found_and_noise_is_none(of, noise):
-    """A step of 5 % of the instructions, or of 20 % of times, at a random commit; none without."""
+    """A step of 5 % of the instructions, or of 20 % of times, at a random commit; none without.
+
+    One history in some 300 has a step of noise (EXPLAINS), before or beside the true one: so 5 of 100 may.
+    """
     seed = np.random.SeedSequence().entropy
     print("seed", seed)
     rng, factor, false = np.random.default_rng(seed), {"instructions": 1.05, "time": 1.2}[of], 0
+    beside = 0
     for _ in range(100):
         values = 1e8 * np.exp(rng.normal(0, noise, 15))
         false += bool(history.steps(points(values, of), 0.01))
         at = int(rng.integers(1, 15))
         values[at:] *= factor
         found = history.steps(points(values, of), 0.03)
-        assert [int(one.after.commit, 16) for one in found] == [at]
-        assert found[0].of == of and found[0].ratio == pytest.approx(factor, rel=4 * noise)
-    assert false <= 5
+        places = [int(one.after.commit, 16) for one in found]
+        assert at in places and all(one.of == of for one in found)
+        beside += len(places) > 1
+        if len(places) == 1:
+            assert found[0].ratio == pytest.approx(factor, rel=4 * noise)
+    assert false <= 5 and beside <= 5
 
 
 def test_a_step_is_where_the_nearest_measured_commits_are():
