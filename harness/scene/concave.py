@@ -10,8 +10,8 @@ import numpy as np
 
 from harness.scene import check, mesh
 
-# Vertices, at most. Most outlines take 0.1 s then; some take time quadratic in their number, here 2 s.
-MOST = 20_000
+# Vertices, at most. Most outlines take 0.05 s then; some take time quadratic in their number, here 1 s.
+MOST = 10_000
 
 _CROSSING = re.compile(r"\((\d+), (\d+)\) intersects \((\d+), (\d+)\)")
 

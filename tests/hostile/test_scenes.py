@@ -9,7 +9,7 @@ import pytest
 
 from harness.errors import UserError
 from harness.renderer.parameters import Parameters
-from harness.scene import load
+from harness.scene import concave, load
 from harness.scene.flatten import flatten
 from harness.scene.generate.comparison import comparison
 from harness.scene.generate.spd import balls, tetra
@@ -165,7 +165,7 @@ def _slow(count):
     return np.vstack([dense, np.stack([tips, roots], axis=1).reshape(-1, 2), [(99, 0), (99, -1), (-1e-4, -1)]])
 
 
-MANY = 20_000
+MANY = concave.MOST
 OUTLINES = {
     "a star": (outlines.star, ""),
     "a gear": (outlines.gear, ""),
