@@ -1,5 +1,6 @@
 """Draws what float32 and relaxed arithmetic change, by depth of reflection: share of pixels and size."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -104,8 +105,10 @@ def draw(seen: View, methods: list[Method]):
     for axes in panels:
         values = [value for drawn in axes.get_lines() for value in drawn.get_ydata() if value > 0]
         least = min(values, default=1e-3)
-        axes.set_yscale("symlog", linthresh=least, linscale=0.4)
-        axes.set_ylim(0, 3 * max(values, default=1.0))
+        most = 3 * max(values, default=1.0)
+        scale = max(0.4, math.log10(most / least) / 16)  # the label of 0 keeps its distance from the next
+        axes.set_yscale("symlog", linthresh=least, linscale=scale)
+        axes.set_ylim(0, most)
         axes.set_yticks([tick for tick in axes.get_yticks() if tick == 0 or tick >= least])
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes.minorticks_off()

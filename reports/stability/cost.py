@@ -26,6 +26,7 @@ CAPTION = (
     "overview. Low and to the right is best. Full marks are float64, hollow ones other precisions."
 )
 COLUMNS, PANEL = 5, (1.5, 1.6)  # inches
+MOST = 30  # panels of a figure: a page
 KEY = 0.065  # of a panel's height, for a way in its key
 CSV_HEADER = (
     "row", "variant", "precision", "way", "naive", "default_way", "levels", "time_ratio", "ratio_low", "ratio_high",
@@ -94,16 +95,25 @@ def _seconds(results: Results, point: Point) -> list[float]:
 
 
 def write(results: Results, out: Path) -> str:
-    """Writes stability-cost.png, .svg and .csv; returns the section of the report, "" where no frame was timed."""
+    """Writes stability-cost.csv and figures, each of a page; returns the section of the report.
+
+    "" where no frame was timed.
+    """
     found = {row.name: (row, costs(results, row)) for row in stability.rows(results)}
     found = {name: (row, mine) for name, (row, mine) in found.items() if mine}
     if not found:
         return ""
     table.write_lines(out / "stability-cost.csv", CSV_HEADER, _csv(found))
-    figure = style.figure(out / "stability-cost", TITLE, draw, results, list(found.values()))
+    rows = list(found.values())
+    pages = math.ceil(len(rows) / MOST)
+    parts = [rows[len(rows) * page // pages : len(rows) * (page + 1) // pages] for page in range(pages)]
+    names = [f"stability-cost{f'-{page}' if page else ''}" for page in range(pages)]
+    variants = look.variants(results, [row for row, _ in rows])
+    figures = [style.figure(out / name, TITLE, draw, results, part, variants)
+               for name, part in zip(names, parts, strict=True)]  # fmt: skip
     link = "Every curve: [stability-cost.csv](stability-cost.csv)."
     caption = markdown.escape(f"{CAPTION} {_short(found)}")
-    return "\n\n".join([f"## {TITLE}", figure, _table(found), link, caption])
+    return "\n\n".join([f"## {TITLE}", *figures, _table(found), link, caption])
 
 
 def _short(found: dict[str, tuple[Row, list[Cost]]]) -> str:
@@ -148,21 +158,21 @@ def _csv(found: dict[str, tuple[Row, list[Cost]]]) -> Iterator[tuple]:
             yield *head, *numbers, survival.value or 0.0, survival.of, unit, survival.sure
 
 
-def draw(results: Results, found: list[tuple[Row, list[Cost]]]):
-    """Draws a panel for each row."""
+def draw(results: Results, found: list[tuple[Row, list[Cost]]], variants: list[str]):
+    """Draws a panel for each row; variants: of all figures, in each of which one has the same mark."""
     columns = min(COLUMNS, len(found))
     lines = math.ceil(len(found) / columns)
     wide, high = max(4.6, PANEL[0] * columns), PANEL[1] * lines
     figure, panels = plt.subplots(lines, columns, figsize=(wide, high), squeeze=False, layout="constrained")
-    variants = look.variants(results, [row for row, _ in found])
     for axes, (row, mine) in zip(panels.flat, found, strict=False):
         _panel(axes, row, mine, variants)
     for axes in panels.flat[len(found) :]:
         axes.set_visible(False)
-    handles = [Line2D([], [], ls="", color="black", **look.marker(variant, variants)) for variant in variants]
+    here = look.variants(results, [row for row, _ in found])
+    handles = [Line2D([], [], ls="", color="black", **look.marker(variant, variants)) for variant in here]
     title = f"{TITLE}: time of a frame over the default way's"
     note = look.origin(results, [cell for row, _ in found for cell in row.cells])
-    look.frame(figure, title, (handles, variants), note)
+    look.frame(figure, title, (handles, here), note)
     return figure
 
 

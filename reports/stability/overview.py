@@ -84,28 +84,25 @@ def broken(curve: Curve | None) -> str:
 
 def draw(results: Results, rows: list[Row]):
     """Draws the map: each row has a block of columns for robust ways, one for naive ways, and a line for each way."""
-    variants = look.variants(results, rows)
-    precisions = sorted({precision for row in rows for precision in row.precisions}) or ["float64"]
-    columns = [(variant, precision) for variant in variants for precision in precisions]
     lines = [_height(row) for row in rows]
-    block = COLUMN * len(columns)
+    blocks = [_columns(results, rows, naive) for naive in (False, True)]
     ways = [max((len(way.name) for row in rows for way in row.ways if way.naive == naive), default=0) * LETTER + 0.2
             for naive in (False, True)]  # fmt: skip
-    wide, high = max(4.5, NAMES + sum(ways) + 2 * block + 0.15), HEAD + LINE * sum(lines) + FOOT
+    starts = NAMES + ways[0], NAMES + sum(ways) + COLUMN * len(blocks[0])
+    wide, high = max(4.5, starts[1] + COLUMN * len(blocks[1]) + 0.15), HEAD + LINE * sum(lines) + FOOT
     figure = plt.figure(figsize=(wide, high))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(0, wide), ylim=(high, 0))
     axes.axis("off")
-    starts = NAMES + ways[0], NAMES + ways[0] + block + ways[1]
-    for start, kind in zip(starts, ("robust ways", "naive ways"), strict=True):
-        _head(axes, start, kind, variants, precisions)
+    for start, kind, columns in zip(starts, ("robust ways", "naive ways"), blocks, strict=True):
+        _head(axes, start, kind, columns)
     top, code = HEAD, None
     for row, count in zip(rows, lines, strict=True):
         strong = row.facts["code"] != code
         axes.plot([0.05, wide - 0.05], [top, top], color=look.GREY if strong else look.PALE, lw=0.5)
         code = row.facts["code"]
         _text(axes, 0.08, top + LINE * count / 2, row.label, ha="left")
-        for start, naive in zip(starts, (False, True), strict=True):
+        for start, naive, columns in zip(starts, (False, True), blocks, strict=True):
             ways = [way for way in row.ways if way.naive == naive]
             for number, way in enumerate(ways):
                 tall = LINE * count / len(ways)
@@ -120,6 +117,13 @@ def draw(results: Results, rows: list[Row]):
     return figure
 
 
+def _columns(results: Results, rows: list[Row], naive: bool) -> list[tuple[str, str]]:
+    """Returns the variants, each with its precisions, that have an answer or a reason in some row."""
+    found = {(curve.variant, curve.precision) for row in rows for curve in row.curves if curve.way.naive == naive}
+    return [(variant, precision) for variant in look.variants(results, rows)
+            for precision in sorted({mine for name, mine in found if name == variant})]  # fmt: skip
+
+
 def _height(row: Row) -> int:
     naive = sum(way.naive for way in row.ways)
     return max(naive, len(row.ways) - naive)
@@ -129,15 +133,15 @@ def _text(axes, x: float, y: float, text: str, **how) -> None:
     axes.text(x, y, text, **{"fontsize": TEXT, "va": "center", **how})
 
 
-def _head(axes, start: float, kind: str, variants: list[str], precisions: list[str]) -> None:
+def _head(axes, start: float, kind: str, columns: list[tuple[str, str]]) -> None:
     _text(axes, start, 0.14, kind, ha="left", fontsize=7, fontweight="bold")
-    group = COLUMN * len(precisions)
-    for number, variant in enumerate(variants):
-        _text(axes, start + (number + 0.5) * group, HEAD - 0.16, variant, ha="center", va="bottom",
-              rotation=0 if len(variant) * 0.04 < group else 25)  # fmt: skip
-        for place, precision in enumerate(precisions):
-            at = start + number * group + (place + 0.5) * COLUMN
-            _text(axes, at, HEAD - 0.08, precision.removeprefix("float"), ha="center", color=look.GREY)
+    for variant in dict.fromkeys(variant for variant, _ in columns):
+        places = [start + (place + 0.5) * COLUMN for place, (name, _) in enumerate(columns) if name == variant]
+        _text(axes, sum(places) / len(places), HEAD - 0.16, variant, ha="center", va="bottom",
+              rotation=0 if len(variant) * 0.04 < COLUMN * len(places) else 25)  # fmt: skip
+    for place, (_, precision) in enumerate(columns):
+        at = start + (place + 0.5) * COLUMN
+        _text(axes, at, HEAD - 0.08, precision.removeprefix("float"), ha="center", color=look.GREY)
 
 
 def _cell(axes, row: Row, way: Way, variant: str, precision: str, box: tuple[float, float, float, float]) -> None:

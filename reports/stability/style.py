@@ -108,28 +108,29 @@ def frame(figure, title: str, keys: tuple[list, list[str]], note: str) -> None:
     """Adds a title and keys above a constrained figure and a grey note of its origin below, and makes it taller."""
     wide, high = figure.get_size_inches()
     title, note = textwrap.fill(title, int(wide * 14)), textwrap.fill(note, int(wide * 26))
-    columns = _columns(keys[1], wide)
     head = 0.09 + 0.145 * len(title.splitlines())
-    above = head + 0.06 + 0.108 * -(-len(keys[0]) // columns)
+    legend, lines = _legend(figure, keys)
+    above = head + 0.06 + 0.108 * lines
     below = 0.08 + 0.085 * len(note.splitlines())
     full = high + above + below
     figure.set_size_inches(wide, full)
     figure.get_layout_engine().set(rect=(0, below / full, 1, high / full))
     figure.text(0.06 / wide, 1 - 0.06 / full, title, fontsize=8, fontweight="bold", va="top")
     figure.text(0.06 / wide, 0.05 / full, note, fontsize=TINY, color=GREY, va="bottom")
-    if keys[0]:
-        figure.legend(*keys, loc="upper left", bbox_to_anchor=(0, 1 - head / full), ncols=columns, borderpad=0.2,
-                      fontsize=SMALL - 0.5, handlelength=2.2, columnspacing=1.2, labelspacing=0.35)  # fmt: skip
+    if legend:
+        legend.set_bbox_to_anchor((0, 1 - head / full))
 
 
-def _columns(labels: list[str], wide: float) -> int:
-    """Returns how many columns of a legend fit into a width in inches; a column is as wide as its longest label."""
-    for columns in range(min(8, len(labels)), 1, -1):
-        lines = -(-len(labels) // columns)
-        longest = [max(map(len, labels[first : first + lines])) for first in range(0, len(labels), lines)]
-        if sum(0.42 + 0.046 * length for length in longest) < wide:
-            return columns
-    return 1
+def _legend(figure, keys: tuple[list, list[str]]):
+    """Adds a legend in as many columns as there is room for; returns it, or None without keys, and its lines."""
+    wide = figure.get_figwidth() * figure.dpi
+    for columns in range(min(8, len(keys[0])), 0, -1):
+        legend = figure.legend(*keys, loc="upper left", ncols=columns, borderpad=0.2, fontsize=SMALL - 0.5,
+                               handlelength=2.2, columnspacing=1.2, labelspacing=0.35)  # fmt: skip
+        if columns == 1 or legend.get_window_extent().width <= wide:
+            return legend, -(-len(keys[0]) // columns)
+        legend.remove()
+    return None, 0
 
 
 def origin(results: Results, cells: list[Cell]) -> str:

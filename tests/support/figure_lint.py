@@ -4,6 +4,7 @@ import itertools
 import re
 from contextlib import contextmanager
 
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.path import Path
 
@@ -18,7 +19,7 @@ def texts(figure: Figure) -> list:
     """Returns the visible texts of a drawn figure that are not empty."""
     found = [*figure.texts, *(text for legend in figure.legends for text in _legend(legend))]
     found += [figure._suptitle] if figure._suptitle else []
-    for axes in figure.axes:
+    for axes in filter(Artist.get_visible, figure.axes):
         found += [*axes.texts, axes.title, axes._left_title, axes._right_title]
         if axes.get_legend():
             found += _legend(axes.get_legend())
@@ -31,10 +32,11 @@ def texts(figure: Figure) -> list:
 
 def ticks(axis) -> list:
     """Returns the labels of an axis that are drawn; matplotlib keeps others beyond its ends."""
-    low, high = sorted(axis.get_view_interval())
+    place = axis.get_transform().transform
+    low, high = sorted(place(axis.get_view_interval()))
     told = [*axis.get_major_ticks(), *axis.get_minor_ticks()]
     room = 1e-9 * (high - low)
-    shown = [tick for tick in told if low - room <= tick.get_loc() <= high + room]
+    shown = [tick for tick in told if low - room <= place(tick.get_loc()) <= high + room]
     return [label for tick in shown for label in (tick.label1, tick.label2) if label.get_visible()]
 
 
@@ -56,6 +58,8 @@ def faults(figure: Figure) -> list[str]:
         if box.padded(-OVERLAP * scale).overlaps(beside.padded(-OVERLAP * scale)):
             found.append(f"overlapping: {text!r} and {other!r}")
     for number, axes in enumerate(figure.axes):
+        if not axes.get_visible():
+            continue
         if axes.axison and not (axes.lines or axes.patches or axes.collections or axes.images or axes.texts):
             found.append(f"axes {number} are empty")
         found += _struck(axes)
