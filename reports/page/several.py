@@ -40,10 +40,13 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
             card.write(loaded[0][1], out)
             return out / page.NAME
         members = hosts.members(loaded)
+        # The largest first, so that none is written alone in the end.
+        order = sorted(members, key=lambda member: -len(member.results.cells))
         with workers(len(members)) as writing:
-            made = list(writing.map(_report, [(member.results, out / member.name) for member in members]))
-        texts = {member: mine for member, (mine, _) in zip(members, made, strict=True)}
-        cards = [(mine, f"{member.name}/{page.NAME}") for member, (_, mine) in zip(members, made, strict=True)]
+            written = writing.map(_report, [(member.results, out / member.name) for member in order])
+            made = dict(zip(order, written, strict=True))
+        texts = {member: made[member][0] for member in members}
+        cards = [(made[member][1], f"{member.name}/{page.NAME}") for member in members]
         parts = [
             ("several_runs", _runs(members)),
             ("unlike", _unlike(folders)),

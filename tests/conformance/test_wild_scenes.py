@@ -9,11 +9,14 @@ import shlex
 from dataclasses import replace
 from pathlib import Path
 
+import conformance_spaces as spaces
+import numpy as np
 import pytest
 import seeds
 import wild_scenes
 from judged import Court
 
+from harness.judge.judge import STEP
 from harness.process import repetition
 from harness.renderer.parameters import Parameters
 from harness.scene import text
@@ -21,6 +24,7 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs
 
 COUNT, BY_NIGHT = 60, 2000
+BATCH = 10  # scenes of a test of devices
 PARTS = {"none": 0, "bvh": 1}  # accel (each is a kernel of Numba), and the number of its scenes modulo 2
 MAKER = "cpp"
 LANES = {"vector": "on"}  # of C++, which has them for everything (VEC-1)
@@ -143,6 +147,42 @@ def test_all_renderers_agree(bench, court, request, accel):
 def test_many_scenes(bench, court, request, part):
     accel = list(PARTS)[part % 2]
     try_scenes(bench, court, range(part, min(part + 97, BY_NIGHT)), accel, request.node.nodeid)
+
+
+def differs_from_cpp(bench, court, device, wild, accel):
+    """None, or how the picture of a device in float32 differs from that of C++ in float32, by more than a step.
+
+    Both are held to each other, as many of these scenes are too far from the origin, or too small, for float32.
+    """
+    found = [result_of(bench, name, wild, accel) for name in (device, MAKER)]
+    if not all(hasattr(result, "array") for result in found):
+        return str(found)
+    off = ~(np.abs(found[0].array - found[1].array).max(axis=2) <= STEP)
+    if off.any():
+        off &= ~court.reference((MAKER,), wild.scene, wild.parameters).mask
+    return f"{off.sum()} pixels outside the mask differ from those of {MAKER}" if off.any() else None
+
+
+@pytest.mark.nightly("by day test_features.py has devices at real sizes, and test_all_renderers_agree these scenes")
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize("part", range(0, COUNT, BATCH))
+@pytest.mark.parametrize("device", spaces.ON_DEVICES)
+def test_devices_at_real_sizes(bench, court, request, device, part, precision):
+    """Where their groups are many, and run at the same time."""
+    only, faults = os.environ.get(SCENE), []
+    print(f"seed {seeds.seed()}: scenes {part} to {part + BATCH - 1}")
+    for number in range(part, part + BATCH) if only is None else [int(only)]:
+        wild, accel = drawn(number), list(PARTS)[number % 2]
+        wild = replace(wild, job={**wild.job, "width": 128, "height": 128, "precision": precision})
+        if precision == "float64":
+            wrong = disagreement(bench, court, device, {}, wild, accel)
+        else:
+            wrong = differs_from_cpp(bench, court, device, wild, accel)
+        if wrong:
+            again = seeds.again(request.node.nodeid, **{SCENE: number})
+            faults.append(f"scene {number}: {wrong}\n{wild.source}{wild.job}\n  again: {again}")
+    assert not faults, f"{len(faults)} scenes\n" + "\n".join(faults)
 
 
 def test_scenes_have_everything():
