@@ -12,12 +12,11 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
-from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
 from harness.store import packed
 from reports.accuracy import accuracy_columns, chaos, convergence, precision
 from reports.paper import markdown, quantity
-from reports.run import gpu, ranking, reduced, results, study
+from reports.run import gpu, ranking, results, study
 from reports.run.results import Cell, Missing, Results
 from reports.scaling import limits, sweep, sweep_figure
 from reports.stability import overview, stability
@@ -25,8 +24,10 @@ from reports.study import ladder, verdict
 from reports.times import startup_table
 
 ROOT = Path(__file__).parents[1]
-NAMES = "results", "fast-paths", "speed-and-accuracy", "where-methods-fail", "what-effects-are-worth", "on-a-gpu"
-PAGES = ("README.md", *(f"docs/{name}.md" for name in NAMES))
+PAGES = (
+    "README.md",
+    *(f"docs/{name}.md" for name in ("results", "fast-paths", "speed-and-accuracy", "where-methods-fail", "on-a-gpu")),
+)
 MARK = re.compile(r"(<!-- table: (?P<name>[\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -248,77 +249,6 @@ def _beyond(views: list, case: str, depth: int) -> float:
     (methods,) = [methods for view, methods in views if view.cells[0].swept["case"] == case]
     (single,) = [one for one in methods if (one.variant, one.arithmetic) == SINGLE]
     return next(found.bad for found in single.found if found.depth == depth)
-
-
-# --- What effects are worth ---
-
-# An effect, and how the names of the models without it begin.
-EFFECTS = {
-    "shadows": "shadows",
-    "soft shadows": "soft shadows",
-    "the depth of 10, for 0": "depth 10 to 0",
-    "the depth of 10, for 1": "depth 10 to 1",
-    "the depth of 10, for 4": "depth 10 to 4",
-    "specular shares": "specular share",
-    "Fresnel's shares, for constant ones": "constant Fresnel share",
-    "transmission": "transmission",
-    "refraction: the medium of the air": "medium of the air",
-    "attenuation": "attenuation",
-    "ambient light": "ambient light",
-    "glossy reflection, for perfect": "glossy reflection",
-    "lens": "lens",
-    "16 samples of a pixel, for 4": "samples 4 x 4 to 2 x 2",
-    "16 samples of a pixel, for 1": "supersampling",
-    "float64, for float32": "float64 to float32",
-    "one ray at a time, for lanes": "one ray at a time",
-}
-STEPS = 255  # of an 8-bit picture, in an error of 1
-NONE = "–"
-
-
-def _effects() -> tuple[Results, dict[str, Cell], dict[tuple[str, str], Cell]]:
-    """The run, the whole model of each case, and the model without each effect of a case, if it has that.
-
-    Where an effect is left out of one material after another, the model with the largest error stands for it.
-    """
-    run = _run("cascade-lake-2x", "needs-gallery")
-    found: dict[tuple[str, str], Cell] = {}
-    wholes = {whole.swept["case"]: whole for whole in reduced.wholes(run).values()}
-    for cell, effect in itertools.product(reduced.wholes(run), EFFECTS):
-        if reduced.without(cell).startswith(EFFECTS[effect]) and not isinstance(cell.error(), Missing):
-            key = effect, cell.swept["case"]
-            found[key] = max((cell, found.get(key, cell)), key=Cell.error)
-    return run, wholes, found
-
-
-def worth_errors() -> str:
-    """Errors of the scenes without each effect, in steps of an 8-bit picture."""
-    _, wholes, found = _effects()
-    rows = [["nothing: the whole model", *(quantity.plain(STEPS * whole.error(), 2) for whole in wholes.values())]]
-    for effect in EFFECTS:
-        cells = [found.get((effect, case)) for case in wholes]
-        rows.append([effect, *(quantity.plain(STEPS * cell.error(), 2) if cell else NONE for cell in cells)])
-    return _table(["without", *wholes], rows)
-
-
-def worth_times() -> str:
-    """Times of a frame without each effect over those of the whole model."""
-    run, wholes, found = _effects()
-    rows, widest = [], 0.0
-    for effect in EFFECTS:
-        row = [effect]
-        for case, whole in wholes.items():
-            cell = found.get((effect, case))
-            told = ranking.ratio_to_cell(cell, whole, "the whole scene is not ranked here") if cell else Missing(NONE)
-            if isinstance(told, Missing) or told.low is None:
-                row.append(quantity.text(told))
-                continue
-            widest = max(widest, (told.high - told.low) / told.value / 2)
-            sure = statistics.verdict(told, run.floor.value) != statistics.NOT_RESOLVED
-            row.append(f"{'' if sure else '~'}{quantity.plain(told.value, 2)}")
-        rows.append(row)
-    note = f"~: not resolved. Half of an interval is at most {quantity.percent(widest)} of its ratio."
-    return f"{_table(['without', *wholes], rows)}\n\n{note}"
 
 
 # --- Where methods fail ---
@@ -618,8 +548,6 @@ TABLES: dict[str, Callable[[], str]] = {
     "first-hits": first_hits,
     "cutoffs": cutoffs,
     "slopes": slopes,
-    "worth-errors": worth_errors,
-    "worth-times": worth_times,
     "growth": growth,
     **{f"fails-{name}": failing(name) for name in FAILING},
     "pixel-bytes": pixel_bytes,

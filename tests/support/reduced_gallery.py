@@ -29,7 +29,7 @@ from harness.scene import load  # noqa: E402
 
 SCENES = [ROOT / "experiments/scenes/comparison.txt", *sorted((ROOT / "experiments/scenes/gallery").glob("*.txt"))]
 SIZE, LIMIT = (96, 72), 1 / 255
-SIDES = (4, 8, 16)  # of samples a pixel, until the whole model is within the limit
+SIDES = (4, 8, 16, 32)  # of samples a pixel, until the whole model is within the limit
 OTHER = "numba-parallel"
 DEPTH, CUTOFF = 32, 2.0**-20  # of the truth
 
