@@ -45,6 +45,19 @@ def test_each_fault_is_found(spoil, fault):
     plt.close(figure)
 
 
+def test_what_is_not_drawn_has_no_fault():
+    """Hidden axes, and ticks beyond the ends of a logarithmic axis, which matplotlib keeps."""
+    figure, (axes, hidden) = plt.subplots(1, 2, figsize=(4, 3), layout="constrained")
+    axes.plot([1, 1e-15], [1, 2])
+    axes.set_xscale("log")
+    axes.set_xlim(1, 1e-15)
+    axes.set_xticks([1, 1e-15, 1e-30], ["1", "mild", "extreme"])
+    axes.set_xlim(1, 1e-15)
+    hidden.set_visible(False)
+    assert faults(figure) == []
+    plt.close(figure)
+
+
 def test_an_axis_with_a_0_has_it_and_nothing_below():
     """Errors of an experiment that are 0, beside some that are not."""
     figure, axes = plt.subplots()
