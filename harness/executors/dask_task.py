@@ -87,7 +87,7 @@ def _turn(job: str) -> Iterator[bool]:
             lock.acquire(timeout=LOOK, poll_interval=LOOK)
             break
     try:
-        yield lock.is_locked
+        yield lock.is_locked and job not in _stopped  # it may have been stopped while it waited for the lock
     finally:
         lock.release()
 

@@ -6,13 +6,16 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 import cluster_tasks
 import pytest
+from filelock import FileLock
 
 from harness import executors
 from harness.errors import UserError
+from harness.executors import dask_task
 from harness.executors.dask import Dask
 from harness.experiment.cluster import Dask as Table
 
@@ -161,6 +164,23 @@ def test_who_submitted_may_end(table, folder):
     assert len(jobs) == 3
     assert [state.reason for state in ended(Dask(table), jobs)] == [""] * 3
     assert len(cluster_tasks.left(folder)) == 3
+
+
+def test_stopped_while_it_waits_for_the_host(tmp_path, monkeypatch):
+    """The task before it ends, and this one, which was stopped with it, gets the lock: it must not begin."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    acquire = FileLock.acquire
+
+    def stopped_first(lock, *args, **options):
+        dask_task.stop(["this job"])
+        return acquire(lock, *args, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(FileLock, "acquire", stopped_first)
+        with dask_task._turn("this job") as mine:
+            assert not mine
+    with dask_task._turn("another") as mine:
+        assert mine, "the host is free again"
 
 
 def test_cancelled(table, folder):
