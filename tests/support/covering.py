@@ -1,10 +1,12 @@
 """Covering arrays: sets of cases in which every allowed pair (or triple) of values occurs.
 
 Compiling a kernel takes much longer than a case. So an array has two levels: covertable makes a few kernels with every
-pair of their methods, and then cases are added that use these kernels wherever they can.
+pair of their methods, and then cases are added that use these kernels wherever they can. At last kernels are given up
+whose tuples fit into others.
 """
 
 import random
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import combinations, product
@@ -91,8 +93,51 @@ def cover(space: Space, strength: int, seed: str) -> list[Case]:
             used.add(space.kernel(case))
             cases.append(case)
             missing -= tuples(case, strength)
+    cases = fewer_kernels(space, cases, strength, rng)
     order = {kernel: number for number, kernel in enumerate(dict.fromkeys(map(space.kernel, cases)))}
     return sorted(cases, key=lambda case: order[space.kernel(case)])
+
+
+def fewer_kernels(space: Space, cases: list[Case], strength: int, rng: random.Random) -> list[Case]:
+    """Cases with the same tuples and fewer kernels: it gives up each kernel whose tuples others can take over.
+
+    A kernel was chosen before the later ones were known. The dearest, with the fewest cases, are tried first.
+    """
+    by_kernel: dict = {}
+    for case in cases:
+        by_kernel.setdefault(space.kernel(case), []).append(case)
+    count = Counter(found for case in cases for found in tuples(case, strength))
+    given_up = True
+    while given_up:
+        given_up = False
+        for kernel in sorted(by_kernel, key=lambda one: (-space.price(by_kernel[one][0]), len(by_kernel[one]))):
+            mine = by_kernel.pop(kernel)
+            own = Counter(found for case in mine for found in tuples(case, strength))
+            moved = _moved(space, {one for one, number in own.items() if number == count[one]}, by_kernel, rng)
+            if moved is None:
+                by_kernel[kernel] = mine
+                continue
+            given_up = True
+            count -= own
+            for case in moved:
+                by_kernel[space.kernel(case)].append(case)
+                count.update(tuples(case, strength))
+    return [case for found in by_kernel.values() for case in found]
+
+
+def _moved(space: Space, lost: set[frozenset], by_kernel: dict, rng: random.Random) -> list[Case] | None:
+    """Cases of these kernels with the tuples `lost`, or None if some tuple finds no kernel. All tuples are as long."""
+    there, moved = [case for found in by_kernel.values() for case in found], []
+    for wanted in sorted(lost, key=_order):
+        if wanted in lost:
+            others = rng.sample(there, min(len(there), OTHERS)) + moved
+            fit = [case | dict(wanted) for case in others]
+            fit = [case for case in fit if space.allowed(case) and space.kernel(case) in by_kernel]
+            if not fit:
+                return None
+            moved.append(max(fit, key=lambda case: len(tuples(case, len(wanted)) & lost)))
+            lost = lost - tuples(moved[-1], len(wanted))
+    return moved
 
 
 def _order(wanted: frozenset) -> list[tuple]:
