@@ -3,15 +3,29 @@
 import json
 import os
 import random
+from pathlib import Path
 
 import pytest
 
+from harness.experiment import experiment
+from harness.plan import plan
 from rayrace import bundled
 
 
 @pytest.mark.parametrize("name", bundled.names())
-def test_a_copy_is_complete(name, rayrace, tmp_path):
+def test_a_copy_is_complete(name, known, tmp_path, monkeypatch):
     """Planned from another folder, the copy gives the cells of the original."""
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+    bundled.copy(name, tmp_path / "mine")
+    files = [tmp_path / "mine" / f"{name}.toml", bundled.experiment(Path(name))]
+    mine, theirs = (plan.make(experiment.load(file), file, known).cells for file in files)
+    assert mine and [cell.key for cell in mine] == [cell.key for cell in theirs]
+
+
+def test_a_copy_by_the_command_line(rayrace, tmp_path):
+    name = random.choice(list(bundled.names()))
+    print(name)
     rayrace("experiments", name, "-o", tmp_path / "mine", code=0)
     (tmp_path / "empty").mkdir()
     words = ("--dry-run", "--json")
