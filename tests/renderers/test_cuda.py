@@ -4,6 +4,11 @@ The simulator runs threads one after the other and knows barriers. It cannot sho
 power returns; the compiled code is looked at in test_cuda_compile.py.
 """
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from random_scenes import random_material, random_rays, random_scene, random_stage
@@ -18,12 +23,46 @@ from harness.scene.needs import needs, shapes
 
 TINY = {"width": 9, "height": 7, "depth": 2, "shadows": True, "block_width": 4, "block_height": 2}
 TOLERANCE = 1e-12
+ROOT = Path(__file__).parents[2]
 PAIRS = "test_every_pair has it by day"
 
 
 @pytest.fixture(autouse=True)
 def simulate(monkeypatch):
     monkeypatch.setenv("RAYRACE_CUDASIM", "1")
+
+
+ONE_ARRAY = """
+import time
+import numpy as np
+from renderers.numba import needs
+needs.SIMULATED = True
+from numba import cuda as numba_cuda
+from renderers.numba.gpu.device import cuda
+
+def slowly(*asked, empty=np.empty):
+    time.sleep(0.02)
+    return empty(*asked)
+
+def kernel(found):
+    found[cuda.threadIdx.x] = id(cuda.shared.array(1, np.int64))
+
+found = np.zeros(8, np.int64)
+np.empty = slowly
+numba_cuda.jit(kernel)[1, 8](found)
+print(len(set(found.tolist())))
+"""
+
+
+def test_threads_of_a_block_share_an_array():
+    """Also if one is interrupted while it makes the array."""
+    done = subprocess.run(
+        [sys.executable, "-c", ONE_ARRAY],
+        env={**os.environ, "NUMBA_ENABLE_CUDASIM": "1", "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.stdout == "1\n", done.stdout + done.stderr
 
 
 def crowd(seed, **counts):

@@ -8,7 +8,11 @@ from numba import cuda as numba_cuda
 from ..needs import SIMULATED
 
 if SIMULATED:
+    import numpy as np
     from numba.cuda.simulator.kernel import BlockThread, _get_kernel_context
+    from numba.cuda.simulator.kernelapi import FakeCUDAShared
+    from numba.np.numpy_support import as_dtype
+    from numba.types import Type
 
     # The simulator asks again and again whether the threads of a block are done or wait, and so takes half of the time
     # from them. Now it waits a while for each that is still at work.
@@ -20,6 +24,18 @@ if SIMULATED:
         return threading.Thread.is_alive(thread)
 
     BlockThread.is_alive = is_alive
+    allocating = threading.Lock()
+
+    def shared_array(shared, shape, dtype):
+        """The array of this line, one for a block. Numba's own may give two threads that come first one each."""
+        caller = sys._getframe(1)
+        place = caller.f_code.co_filename, caller.f_lineno
+        with allocating:
+            if place not in shared._allocations:
+                shared._allocations[place] = np.empty(shape, as_dtype(dtype) if isinstance(dtype, Type) else dtype)
+            return shared._allocations[place]
+
+    FakeCUDAShared.array = shared_array
 
     class Simulated:
         """`cuda` as a kernel sees it. Numba's own way to lend it, by changing globals, is not safe between threads."""
