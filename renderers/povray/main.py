@@ -59,8 +59,9 @@ def run(words, folder, peaks):
     over.set()
     watcher.join()
     if process.returncode:
-        found = re.search(r"\b\w+ Error: .*(?:\n .*)?", said)
-        reason = found[0] if found else f"exit status {process.returncode}"
+        found = re.search(r"\b\w+ [Ee]rror\b.*(?:\n .*)?", said)
+        last = said.strip().rpartition("\n")[2]
+        reason = found[0] if found else f"exit status {process.returncode}: {last or 'it says nothing'}"
         worker.say("error", reason=f"povray: {' '.join(reason.split())}")
         sys.stderr.write(said)
         sys.exit(1)
