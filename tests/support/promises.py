@@ -2,6 +2,7 @@
 
     .venv/bin/python tests/support/promises.py --scenes 40 --seed WORD > table.md
     .venv/bin/python tests/support/promises.py --limit 1/255 --files SCENE .. > table.md
+    .venv/bin/python tests/support/promises.py --kept > table.md      # without what takes longest, hindsight
 
 Each picture is compared with a truth of its own by another renderer (numba-parallel, 24 x 24 samples a pixel, in four
 pictures). In hindsight the best method is the quickest of a grid whose picture is within the limit of that truth; both
@@ -128,8 +129,8 @@ def _size(number: int) -> tuple[int, int]:
     return SIZES[number // len(LIMITS) % len(SIZES)]
 
 
-def examine(file: Path, subject: Subject, limit: str, seconds: float) -> dict:
-    """One scene: what was promised, what was kept, what the best would have taken."""
+def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only: bool) -> dict:
+    """One scene: what was promised, what was kept, and, unless `kept_only`, what the best would have taken."""
     known = subject.known
     row = {"limit": limit, "size": f"{subject.job.width} x {subject.job.height}"}
     with tempfile.TemporaryDirectory() as folder:
@@ -146,15 +147,16 @@ def examine(file: Path, subject: Subject, limit: str, seconds: float) -> dict:
     depth, cutoff = told["error"]["depth"], 2.0**-18
     right = subject.truth("numba-parallel", depth and depth + 8, cutoff if depth else 0.0)
     got, most = judge.errors(array, *right, None), 1 / int(limit[2:])
+    row |= {"method": told["method"], "expected": told["expected"]["rmse"], "rmse": got["rmse"] / most,
+            "doubt": got["rmse_standard_error"] / most, "pictures": len(told["pictures"])}  # fmt: skip
+    if kept_only:
+        return row
     names = Parameters.__annotations__.keys() & told["job"].keys()
     mine = replace(subject.job, **{key: told["job"][key] for key in names - {"region", "threads", "frames", "kernel"}})
     best = hindsight(subject, told["renderer"], mine, most, right, depth, told["job"]["cutoff"] or 2.0**-12)
     ratio = slower(subject, told["renderer"], mine, best)
     named = Method(known[told["renderer"]], best, 0, 0, 0).name
-    expected = told["expected"]["rmse"]
-    return {**row, "method": told["method"], "expected": expected, "rmse": got["rmse"] / most,
-            "doubt": got["rmse_standard_error"] / most, "ratio": ratio, "best": named,
-            "pictures": len(told["pictures"])}  # fmt: skip
+    return {**row, "ratio": ratio, "best": named}
 
 
 def table(rows: list[dict]) -> str:
@@ -169,17 +171,19 @@ def table(rows: list[dict]) -> str:
             lines.append(f"{head}| {row['told']} | | | {row['seconds']:.0f} |")
         else:
             share = f"{row['rmse']:.2f} ± {row['doubt']:.2f}"
-            lines.append(f"{head}| {row['method']} | {share} | {max(row['ratio'], 1):.2f} | {row['seconds']:.0f} |")
+            ratio = f"{max(row['ratio'], 1):.2f}" if "ratio" in row else ""
+            lines.append(f"{head}| {row['method']} | {share} | {ratio} | {row['seconds']:.0f} |")
     made = [row for row in rows if "told" not in row]
     kept = sum(row["rmse"] <= 1 for row in made)
-    ratios = [max(row["ratio"], 1.0) for row in made]  # noise apart, none is quicker than the best
-    middle, worst = (np.median(ratios), max(ratios)) if made else (np.nan, np.nan)
+    ratios = [max(row["ratio"], 1.0) for row in made if "ratio" in row]  # noise apart, none is quicker than the best
+    middle, worst = (np.median(ratios), max(ratios)) if ratios else (np.nan, np.nan)
     again = sum(row["pictures"] > 1 for row in made)
     lines += [
         "",
         f"{len(rows)} scenes: {len(made)} promises, {kept} kept ({100 * kept / max(1, len(made)):.0f} %),"
         f" {len(rows) - len(made)} times it told that it cannot. {again} took a second picture.",
-        f"Time of the method over that of the best in hindsight: median {middle:.2f}, largest {worst:.2f}.",
+        f"Time of the method over that of the best in hindsight, of {len(ratios)} scenes: median {middle:.2f}, largest"
+        f" {worst:.2f}.",
     ]
     return "\n".join(lines)
 
@@ -191,6 +195,7 @@ def main() -> None:
     asked.add_argument("--seed", default="promise")
     asked.add_argument("--limit", help="of each; without it, of LIMITS in turn")
     asked.add_argument("--files", nargs="*", type=Path, help="these scenes in place of random ones")
+    asked.add_argument("--kept", action="store_true", help="only whether the promise is kept")
     asked.add_argument("--seconds", type=float, default=240.0, help="that a picture may take")
     asked.add_argument("--read", nargs="*", type=Path, help="print the table of what earlier calls wrote to stderr")
     told, rows = asked.parse_args(), []
@@ -209,7 +214,7 @@ def main() -> None:
             else:
                 file, subject = random_subject(number, told.seed, Path(folder), known, sessions.run)
             name = file.name if told.files else number
-            rows.append({"scene": name, **examine(file, subject, limit, told.seconds)})
+            rows.append({"scene": name, **examine(file, subject, limit, told.seconds, told.kept)})
         print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
     print(table(rows))
 
