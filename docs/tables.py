@@ -18,7 +18,7 @@ from reports.accuracy import accuracy_columns, chaos, convergence, precision
 from reports.paper import markdown, quantity
 from reports.run import gpu, ranking, results, study
 from reports.run.results import Cell, Missing, Results
-from reports.scaling import limits, sweep, sweep_figure
+from reports.scaling import complexity_models, complexity_points, complexity_text, limits, sweep, sweep_figure
 from reports.stability import overview, stability
 from reports.study import ladder, verdict
 from reports.times import startup_table
@@ -184,6 +184,21 @@ ONE = {
     **{"sampler": "one", "precision": "float64", "vector": "off", "depth": 6, "cutoff": 0.0, "sphere": "robust"},
     **{"floating_point": "strict", "walk": "least", "samples": 1},
 }
+
+
+def equation() -> str:
+    """Fits of the study's equation 4.1 to each renderer: exponents of its factors, and what it leaves."""
+    rows = []
+    for series in complexity_points.series(_run("emerald-rapids-2x", "complexity")):
+        found = complexity_models.fitted(series)
+        powers = {
+            one.factor: complexity_text.power(one) for one in found.powers if one.model == complexity_models.STUDY
+        }
+        lines = [found.line(model) for model in (complexity_models.STUDY, complexity_models.COUNTED)]
+        spreads = ["unavailable" if line is None else complexity_text.percent(line.spread) for line in lines]
+        rows.append([series.label, *(powers[factor] for factor in ("p", "d", "o + l")), *spreads])
+    header = [f"exponent of {factor}" for factor in ("p", "d", "o + l")]
+    return _table(["variant", *header, "spread of a + b p d (o + l)", "of a + b rays (o + l)"], rows)
 
 
 def cutoffs() -> str:
@@ -546,6 +561,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "balls": balls,
     "peers": peers,
     "first-hits": first_hits,
+    "equation": equation,
     "cutoffs": cutoffs,
     "slopes": slopes,
     "growth": growth,
