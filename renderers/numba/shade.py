@@ -60,7 +60,8 @@ def local_light(scene, thread, place, path, material, point, normal, direction, 
             if SHADOWS and (not ASK_SHADOWS or scene.shadows):
                 if lit:
                     feelers += 1
-                if occluded(scene, thread, outside, l, distance if lit else zero):
+                reach = distance if lit else zero  # apart, as a branch beside a barrier may copy it (gpu/tiles.py)
+                if occluded(scene, thread, outside, l, reach):
                     continue
             if not lit:
                 continue

@@ -3,8 +3,11 @@
 A barrier stands before a tile is overwritten, since others may still read it, and one after, since they may not yet.
 All threads of a block must reach each barrier. So they go in step: they ask for the nearest shape, and for shadows, as
 often as the one of them that has the most rays, and what is not their own they forget. Each barrier stands in one place
-of the machine code: of a warp whose threads come to two copies of it, none goes on (test_barriers.py).
+of the machine code: of a warp whose threads come to two copies of it, none goes on. Python makes such copies of what
+follows a branch (test_barriers.py), so no statement that comes to a barrier has a branch within.
 """
+
+import numpy as np
 
 from ..box import nearest_box
 from ..ellipsoid import nearest_ellipsoid
@@ -19,7 +22,7 @@ from .device import cuda
 @kernel
 def any_of_block(condition):
     """Returns whether the condition holds in any thread of the block."""
-    return cuda.syncthreads_or(1 if condition else 0) != 0
+    return cuda.syncthreads_or(np.int32(condition)) != 0
 
 
 @kernel
