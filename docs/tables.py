@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
 from harness.statistics.statistics import Estimate
 from harness.store import packed
 from reports.accuracy import accuracy_columns, chaos, convergence, precision
@@ -21,7 +23,7 @@ from reports.run.results import Cell, Missing, Results
 from reports.scaling import complexity_models, complexity_points, complexity_text, limits, sweep, sweep_figure
 from reports.stability import overview, stability
 from reports.study import ladder, verdict
-from reports.times import startup_table
+from reports.times import cpu_figure, startup_table
 
 ROOT = Path(__file__).parents[1]
 PAGES = (
@@ -332,6 +334,44 @@ def peers() -> str:
     return f"{_table(header, sorted(rows))}\n\n{floor}"
 
 
+def threads() -> str:
+    """What all threads gain over one on the comparison scene, and its share of what the machine gains."""
+    run = _run("cascade-lake-2x", "peers")
+    rows = []
+    for case in PICTURES:
+        group = limits.Limits(run, case, [cell for cell in run.cells if cell.swept["case"] == case])
+        for cell in group.cells:
+            if cell.variant in ("cpp-threads", "numba-parallel"):
+                label = cell.variant if case == PICTURES[0] else f"{cell.variant}, {case}"
+                share = group.efficiency(cell)
+                gain = _shown(run, group.speed_up(cell))
+                rows.append([label, str(limits.threads(cell)), gain, quantity.text(share, 100)])
+    return _table(["variant", "threads", "speed-up", "share of the machine's gain (%)"], sorted(rows))
+
+
+# --- Without guards ---
+
+
+def naive() -> str:
+    """The time of readable C++ over that of naive C++, and of itself without its guards against rounding."""
+    run = _run("emerald-rapids-2x", "naive")
+    rows, columns = [], list(itertools.product(("float64", "float32"), ("strict", "contract")))
+    for name, case in (("naive", "guards"), ("naive-mirrors", "guards"), ("cpp", "no guards")):
+        row = [f"{name}, {case}" if name == "cpp" else name]
+        for numbers, arithmetic in columns:
+            wanted = {"precision": numbers, "floating_point": arithmetic}
+            cell, base = (_cell(run, variant=one, case=at, **wanted) for one, at in ((name, case), ("cpp", "guards")))
+            timed = not isinstance(cell.steady, Missing)
+            row.append(_shown(run, ranking.ratio(base, cell)) if timed else cell.verdict)
+        rows.append(row)
+    floor = f"The noise floor of the run is {100 * run.floor.value:.2g} %."
+    header = ["cpp's time ÷ that of", *(f"{one}, {WAYS[way]}" for one, way in columns)]
+    return f"{_table(header, rows)}\n\n{floor}"
+
+
+WAYS = {"strict": "strict", "contract": "fused"}  # floating_point, in a heading
+
+
 def first_hits() -> str:
     """Times of lists of rays over Embree's own search."""
     run = _run("cascade-lake-2x", "peers")
@@ -506,6 +546,24 @@ def gpu_memories() -> str:
     return f"{table}\n\nTime of the kernel in ms; {note}"
 
 
+def gpu_waits() -> str:
+    """Times of a frame, and the processor's use meanwhile, by what a thread does until the GPU is done."""
+    rows = []
+    with _opened(GPU, "gpu-wait") as run:
+        for name, wait in itertools.product(("numba-cuda", "cuda-cpp"), ("spin", "yield", "block")):
+            cell = _cell(run, variant=name, gpu_wait=wait)
+            record = run.records[cell.counting[0]]
+            start, end = next(phase[1:] for phase in record["phases"] if phase[0] == "render")
+            t, percent = cpu_figure.rates(run.folder / record["series"])
+            within = (t[:-1] >= start) & (t[1:] <= end)
+            use = quantity.plain(float(np.median(percent[within])))
+            rows.append([f"{name}, {wait}", _value(cell.steady, 1e3), _value(cell.median("kernel_s", ""), 1e3), use])
+    table = _table(
+        ["variant, gpu_wait", "steady frame (ms)", "kernel (ms)", "processor's use meanwhile (% of a core)"], rows
+    )
+    return f"{table}\n\nOne process each, too few for intervals."
+
+
 def _value(value: Estimate | Missing | float, scale: float = 1.0) -> str:
     """Returns a number alone, where a note below the table says how many processes it is of."""
     return str(value) if isinstance(value, Missing) else quantity.plain(scale * getattr(value, "value", value))
@@ -560,6 +618,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "crossings": crossings,
     "balls": balls,
     "peers": peers,
+    "threads": threads,
+    "naive": naive,
     "first-hits": first_hits,
     "equation": equation,
     "cutoffs": cutoffs,
@@ -570,6 +630,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "findings": findings,
     "gpu": gpu_times,
     "gpu-memories": gpu_memories,
+    "gpu-waits": gpu_waits,
     "kernels": kernels,
 }
 

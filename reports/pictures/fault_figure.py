@@ -40,8 +40,8 @@ NARROWEST = 300  # least width of the text below a panel, pixels
 
 
 def of_scene(results: Results, scene: str) -> list[Group]:
-    """Returns groups of exhibits that have a picture of more than one pixel."""
-    exhibits = [cell for cell in results.of(scene) if cell.exhibit and cell.pixels > 1]
+    """Returns groups of exhibits of a fault on a GPU that have a picture of more than one pixel."""
+    exhibits = [cell for cell in results.of(scene) if cell.faulty and cell.gpu and cell.pixels > 1]
     groups = launch.groups(exhibits, launch.BLOCK, across_variants=True)
     return [group for group in groups if any(_has_picture(results, cell) for cell in group.cells)]
 

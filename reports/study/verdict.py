@@ -19,6 +19,10 @@ class Decided:
     measured: str
 
 
+# The interval of a ratio of two cells of too few processes: so far do those of 5 reach on a shared machine.
+ALONE = 1.5
+
+
 def decide(claim: Claim, results: Results | None) -> Decided:
     """Returns the verdict of a run on a claim; results: None if no run of its experiment is committed."""
     if claim.untestable:
@@ -40,17 +44,21 @@ def decide(claim: Claim, results: Results | None) -> Decided:
 def _of_number(claim: Claim, found: Estimate | Missing) -> Decided:
     if isinstance(found, Missing):
         return Decided("unavailable", str(found))
+    alone = 1.0
     if claim.apart:
         told = f"{quantity.percent(found.value)} of the pixels differ"
     else:
-        shown = found.value if claim.ratio.column in ERRORS else found  # an error has no interval over processes
+        exact = claim.ratio.column in ERRORS  # an error has no interval over processes
+        shown = found.value if exact else found
         told = quantity.times(shown) if claim.ratio.unit == "×" else f"{quantity.text(shown)} {claim.ratio.unit}"
-    return Decided(_within(found, claim.least, claim.most), told)
+        if not exact and claim.ratio.above != claim.ratio.below:
+            alone = ALONE
+    return Decided(_within(found, claim.least, claim.most, alone), told)
 
 
-def _within(value: Estimate, least: float | None, most: float | None) -> Verdict:
-    """Is the whole interval of a value between the bounds, or outside, or neither?"""
-    low, high = (value.value, value.value) if value.low is None else (value.low, value.high)
+def _within(value: Estimate, least: float | None, most: float | None, alone: float) -> Verdict:
+    """Is the whole interval of a value between the bounds, or outside, or neither? alone: the factor in its place."""
+    low, high = (value.value / alone, value.value * alone) if value.low is None else (value.low, value.high)
     least, most = -math.inf if least is None else least, math.inf if most is None else most
     if least <= low and high <= most:
         return "true"

@@ -20,7 +20,7 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
 
 SCENES = Path(__file__).parents[2] / "experiments" / "scenes"
-FOLDERS = ("taichi", "jax", "typed", "embree")
+FOLDERS = ("taichi", "jax", "typed", "embree", "naive")
 SPHERES = ("taichi", "taichi-parallel", "jax", "cython", "mypyc", "pypy")
 SINGLE = ("taichi", "jax")  # those of them that have float32
 SEED = 8
@@ -180,3 +180,28 @@ def test_a_peer_that_is_not_here_says_how_to_get_it(monkeypatch, folder):
     for entry in entries:
         print(entry.name, entry.unavailable)
         assert "(pip install " in entry.unavailable or "(apt install " in entry.unavailable
+
+
+@pytest.mark.parametrize("floating_point", ["strict", "contract"])
+def test_naive_pictures_in_float64(agrees, floating_point):
+    size = {"width": 64, "height": 48, "floating_point": floating_point}
+    assert agrees("naive", source("comparison.txt"), **size, depth=6).said.rays["reflected"] > 0
+    agrees("naive", source("seed"), **size, depth=0, region=(3, 5, 41, 44))
+
+
+def test_a_naive_ray_beyond_the_critical_angle_is_not_a_number(bench):
+    """REF-2 without its test: the eye is in glass, and sees its surface from within at a flat angle."""
+    glass = (
+        "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,1)\nLIGHT (0,3,5) (1,1,1) 0\n"
+        "SPHERE (0,0,-50) 60 (0.2,0.6,0.3) 0.5 20 (0,0,0) 9 1\n"
+    )
+    result = bench.result("naive", glass, exact=True, width=32, height=32, depth=2)
+    assert result.said.rays["non_finite"] == np.isnan(result.array).any(axis=-1).sum() > 0
+
+
+def test_perfect_mirrors_are_an_exhibit(bench, known):
+    assert known["naive-mirrors"].variant.exhibit_of == "fault"
+    size = {"width": 32, "height": 32, "depth": 3}
+    right, wrong = (bench.result(v, source("comparison.txt"), exact=True, **size) for v in ("naive", "naive-mirrors"))
+    assert right.said.rays == wrong.said.rays
+    assert 1e-3 < np.abs(right.array - wrong.array).max() and wrong.array.mean() > right.array.mean()

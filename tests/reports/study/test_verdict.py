@@ -44,6 +44,24 @@ def test_a_ratio_of_times(run, rule, expected):
     assert found.verdict == expected and found.measured.startswith("4.0") and found.measured.endswith("×")
 
 
+@pytest.mark.parametrize(
+    ("rule", "expected"),
+    [
+        ({"least": 2.0}, "true"),
+        ({"least": 3.9}, "not decided"),
+        ({"most": 4.1}, "not decided"),
+        ({"most": 2.0}, "false"),
+    ],
+)
+def test_a_ratio_of_too_few_processes_is_a_first_look(load, cell, rule, expected):
+    few = load([*cell("slow", [4.0, 4.1], 0.2), *cell("fast", [1.0, 1.0], 0.1)])
+    ratio = {"above": {"variant": "slow"}, "below": {"variant": "fast"}}
+    found = verdict.decide(claim(ratio=ratio, **rule), few)
+    assert found.verdict == expected and "no interval, n = 2" in found.measured
+    one = {"above": {"variant": "slow"}, "below": {"variant": "slow"}, "column": "steady_s", "over": "steady_s"}
+    assert verdict.decide(claim(ratio=one, least=0.9), few).verdict == "true"  # nothing is compared
+
+
 def test_errors_factors_and_exponents(run):
     sides = {"above": {"variant": "slow"}, "below": {"variant": "fast"}}
     found = verdict.decide(claim(ratio={**sides, "column": "error_rmse"}, least=1.9, most=2.1), run)
