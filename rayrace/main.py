@@ -190,6 +190,10 @@ def export(
         bool,
         typer.Option(help="Of a packed run: with its pictures, which take most of the room, or with errors alone."),
     ] = True,
+    truths: Annotated[
+        bool,
+        typer.Option(help="Of a packed run with pictures: also with the truths that errors are the distance from."),
+    ] = True,
     what: Annotated[
         str,
         typer.Option(
@@ -203,13 +207,14 @@ def export(
     from harness.store import packed
     from reports import exporters
 
-    if form != "packed" and not pictures:
-        raise UserError("--no-pictures: only with --format packed; no other format has pictures")
+    for option, given in {"--no-pictures": pictures, "--no-truths": truths}.items():
+        if form != "packed" and not given:
+            raise UserError(f"{option}: only with --format packed; no other format has pictures")
     if form == "packed" and host:
         raise UserError("--host: not with --format packed, which has the rows of all hosts")
     with packed.opened(run) as folder:
         _must_have(host, folder)
-        left_out = exporters.write(folder, form, None if out == "-" else Path(out), pictures, host, what)
+        left_out = exporters.write(folder, form, None if out == "-" else Path(out), pictures, host, what, truths)
     print(f"exported: {exporters.HOLDS[form][exporters.chosen(form, what)]}", file=sys.stderr)
     for line in left_out:
         print(f"left out: {line}", file=sys.stderr)

@@ -25,6 +25,7 @@ SUFFIX, PLANES = ".tar.xz", ".planes"
 MEMBER = re.compile(
     r"jobs\.jsonl|(parts/[\w-][\w.-]*/)?(run\.json|end\.json|repetitions\.jsonl|(pictures|series|logs)/[\w.-]+)"
 )
+TRUTHS = ".truth.npy", ".standard_error.npy"
 TEXTS = "run.json", "end.json", "repetitions.jsonl", "jobs.jsonl"  # of a run, or a part of one
 LARGEST = 4 << 30  # bytes when unpacked: a small file of a stranger can unpack to any number of zeros
 RATIO, ANY = 1000, 1 << 28  # a run may unpack to ANY bytes, or RATIO times its size; real ones have a ratio of 20
@@ -42,9 +43,10 @@ def name(run: Path) -> str:
     return run.resolve().name.removesuffix(SUFFIX)
 
 
-def pack(folder: Path, file: Path, pictures: bool = True) -> None:
-    """Writes the run in `folder` to `file`, the same bytes for the same run. pictures: False leaves out all arrays.
+def pack(folder: Path, file: Path, pictures: bool = True, truths: bool = True) -> None:
+    """Writes the run in `folder` to `file`, the same bytes for the same run.
 
+    pictures: False leaves out all arrays. truths: False leaves out truths and their noise, whose digits do not repeat.
     UserError if `folder` is no run.
     """
     store.read(folder, list(store.hosts(folder)))
@@ -53,7 +55,8 @@ def pack(folder: Path, file: Path, pictures: bool = True) -> None:
     rows = [path.read_text(encoding="utf-8") for path in texts if path.name == "repetitions.jsonl"]
     mentioned = re.findall(r'"(?:pictures/)?([\w.-]+\.npy)"', "".join(rows))
     order = {found: number for number, found in reversed(list(enumerate(mentioned)))}
-    arrays = [path for place in places for path in (place / "pictures").glob("*.npy")] if pictures else []
+    arrays = [path for place in places for path in (place / "pictures").glob("*.npy") if pictures]
+    arrays = [path for path in arrays if truths or not path.name.endswith(TRUTHS)]
     arrays.sort(key=lambda path: (order.get(path.name, len(order)), str(path)))
     others = [path for place in places for part in ("series", "logs") for path in sorted((place / part).glob("*"))]
     others = [path for path in others if path.stat().st_size]

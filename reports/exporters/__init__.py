@@ -38,11 +38,19 @@ def chosen(form: str, what: str = "") -> str:
     return what or next(iter(HOLDS[form]))
 
 
-def write(run: Path, form: str, out: Path | None, pictures: bool = True, host: str = "", what: str = "") -> list[str]:
+def write(
+    run: Path,
+    form: str,
+    out: Path | None,
+    pictures: bool = True,
+    host: str = "",
+    what: str = "",
+    truths: bool = True,
+) -> list[str]:
     """Export the run in the folder `run` as `form` to the file `out`, or to standard output if that is None.
 
-    pictures: of a packed run, whether they are in it. host: of a run on several, the one whose rows are meant; a packed
-    run has all. what: of HOLDS; "": the usual of the format.
+    pictures, truths: of a packed run, whether they are in it. host: of a run on several, the one whose rows are meant;
+    a packed run has all. what: of HOLDS; "": the usual of the format.
     A line for all that is left out, with the reason. UserError if the format is unknown or nothing is left.
     """
     what = chosen(form, what)
@@ -51,7 +59,7 @@ def write(run: Path, form: str, out: Path | None, pictures: bool = True, host: s
     if form == "packed":
         if not out.name.endswith(packed.SUFFIX):
             raise UserError(f"{out}: expected a name that ends in {packed.SUFFIX}")
-        packed.pack(run, out, pictures)
+        packed.pack(run, out, pictures, truths)
         return []
     loaded = results.load(run, store.named(run, host))
     if form == "parquet":

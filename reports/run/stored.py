@@ -3,10 +3,12 @@
 import numpy as np
 
 from harness.picture import colour
+from harness.store import packed
 from reports.run.cell import Missing
 from reports.run.results import Cell, Results
 
 LEFT_OUT = "the pictures of this run were left out when it was packed; their errors stand beside the times"
+NO_TRUTHS = "the truths of this run were left out when it was packed; the errors stand beside the times"
 STEP = 1 / 255  # of an 8-bit picture
 BROKEN = (1.0, 0.0, 1.0)  # shown for a pixel that is not finite
 
@@ -43,7 +45,9 @@ def array(results: Results, file: str | None) -> np.ndarray | Missing:
     try:
         return np.load(results.folder / file, allow_pickle=False).astype(np.float64)
     except (OSError, ValueError):
-        return Missing(LEFT_OUT if results.left_out else f"{file} does not exist")
+        if results.left_out:
+            return Missing(LEFT_OUT)
+        return Missing(NO_TRUTHS if file.endswith(packed.TRUTHS) else f"{file} does not exist")
 
 
 def truth(results: Results, cell: Cell) -> np.ndarray | Missing:

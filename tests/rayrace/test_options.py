@@ -271,6 +271,7 @@ def stored(rayrace, tmp_path_factory):
     ("words", "message"),
     [
         (["export", "run", "--format", "pyperf", "--no-pictures"], "--no-pictures: only with --format packed"),
+        (["export", "run", "--format", "github", "--no-truths"], "--no-truths: only with --format packed"),
         (["export", "run", "--format", "packed", "-o", "a.tar.xz", "--host", "x"], "--host: not with --format packed"),
         (["export", "run", "--format", "pyperf", "--host", "nobody"], "--host nobody: there are rows of "),
         (["compare", "run", "run", "--host", "nobody"], "--host nobody: there are rows of "),

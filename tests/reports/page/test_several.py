@@ -140,6 +140,17 @@ def test_a_run_packed_without_its_pictures_says_so(make, tmp_path):
     assert "largest error 0.75" in text, "their errors stay"
 
 
+def test_a_run_packed_without_its_truths_says_so(make, tmp_path):
+    folder = make("a")
+    packed.pack(folder, tmp_path / "a.tar.xz", truths=False)
+    with packed.opened(tmp_path / "a.tar.xz") as opened:
+        names = {path.name for path in (opened / "pictures").iterdir()}
+    assert names == {path.name for path in (folder / "pictures").iterdir() if not path.name.endswith(packed.TRUTHS)}
+    several.make([tmp_path / "a.tar.xz"], tmp_path / "out")
+    drawn = (tmp_path / "out" / "pictures-0-comparison.svg").read_text("utf-8")
+    assert "the truths of this run" in drawn and "the pictures of this run" not in drawn
+
+
 def test_pictures_named_after_figures_of_the_study(make_run, record, bad, tmp_path):
     def told(variant, case, **changes):
         named = f"{variant}-{case}"
