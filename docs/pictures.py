@@ -35,7 +35,7 @@ def write(folder: Path) -> None:
         cell = next(cell for cell in loaded.cells if cell.variant == "cpp" and cell.pixels > 1)
         Image.fromarray(_seen(loaded, cell)).save(folder / "comparison.png", optimize=True)
         _draw(folder / "times", times_figure.draw, loaded, cell.scene)
-    with packed.opened(RUNS / "xeon-2x" / "gallery.tar.xz") as run:
+    with packed.opened(RUNS / "emerald-rapids-2x" / "gallery.tar.xz") as run:
         loaded = results.load(run)
         cells = [next(cell for cell in loaded.cells if cell.swept["case"].startswith(name)) for name in SHOWN]
         montage([_seen(loaded, cell) for cell in cells]).save(folder / "gallery.png", optimize=True)

@@ -18,7 +18,7 @@ from harness.statistics.statistics import Estimate
 from harness.store import packed
 from reports.accuracy import accuracy_columns, chaos, convergence, precision
 from reports.paper import markdown, quantity
-from reports.run import gpu, ranking, results, study
+from reports.run import gpu, ranking, reduced, results, study
 from reports.run.results import Cell, Missing, Results
 from reports.scaling import complexity_models, complexity_points, complexity_text, limits, sweep, sweep_figure
 from reports.stability import overview, stability
@@ -29,6 +29,7 @@ ROOT = Path(__file__).parents[1]
 PAGES = (
     "README.md",
     *(f"docs/{name}.md" for name in ("results", "fast-paths", "speed-and-accuracy", "where-methods-fail", "on-a-gpu")),
+    "docs/what-effects-are-worth.md",
 )
 MARK = re.compile(r"(<!-- table: (?P<name>[\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -409,6 +410,67 @@ def balls() -> str:
     return _table(["variant", "steady frame (s)", "POV-Ray's time ÷ its own", "agrees"], rows) + f"\n\n{floor}"
 
 
+# --- What effects are worth ---
+
+# Rows of the tables for teachers, and how the names of their leave-outs begin.
+EFFECTS = {
+    "shadows": "shadows",
+    "soft shadows": "soft shadows",
+    "4 feelers, to 1": "feelers",
+    "glossy reflection": "glossy reflection",
+    "4 glossy rays, to 1": "glossy rays",
+    "depth 10 (glossy mirrors: 3), to 0": r"depth \d+ to 0",
+    "the same, to 1": r"depth \d+ to 1",
+    "the same, to 2": r"depth \d+ to 2",
+    "rays of a weight up to 2^-6": r"rays of a weight up to 2\^-6",
+    "specular share": "specular share of",
+    "constant Fresnel share": "constant Fresnel share of",
+    "refraction, and a constant Fresnel share": "constant Fresnel share, no refraction",
+    "transmission": "transmission of",
+    "attenuation": "attenuation of",
+    "medium of the air": "medium of the air",
+    "ambient light": "ambient light",
+    "lens": "lens",
+    "supersampling": "supersampling",
+    "4 x 4 samples, to 2 x 2": "samples",
+    "a quarter of the triangles": "triangles 4,608 to 1,152",
+    "float64, to float32": "float64",
+    "one ray at a time, to lanes": "one ray at a time",
+}
+
+
+def worth(header: str, whole: str | None, shown: Callable[[Results, Cell, Cell], str]) -> Callable[[], str]:
+    """Returns a table of the scenes without each effect. whole: the text of the whole scene, None for `shown` of it.
+
+    shown: what it tells of a cell and its whole scene.
+    """
+
+    def made() -> str:
+        run = _run("emerald-rapids-2x", "needs-gallery")
+        scenes = {cell.swept["case"]: cell for cell in run.cells if not reduced.without(cell)}
+        rows = [["nothing", *(whole or shown(run, cell, cell) for cell in scenes.values())]]
+        for effect, begins in EFFECTS.items():
+            found = {cell.swept["case"]: cell for cell in run.cells if re.match(begins, reduced.without(cell))}
+            if found:
+                rows.append(
+                    [effect, *(shown(run, found[case], scenes[case]) if case in found else "" for case in scenes)]
+                )
+        return _table([header, *scenes], rows)
+
+    return made
+
+
+def _steps(run: Results, cell: Cell, whole: Cell) -> str:
+    """The RMSE in steps of an 8-bit picture."""
+    error = cell.error()
+    return str(error) if isinstance(error, Missing) else quantity.plain(255 * error, 2)
+
+
+def _time(run: Results, cell: Cell, whole: Cell) -> str:
+    """The time of a frame over that of the whole scene."""
+    return cell.unranked or whole.unranked or _shown(run, ranking.ratio(cell, whole))
+
+
 # --- What was found out ---
 
 FRONT = "mirrors"  # the case of accuracy.toml
@@ -632,6 +694,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "gpu-memories": gpu_memories,
     "gpu-waits": gpu_waits,
     "kernels": kernels,
+    "worth-errors": worth("error (255ths) without", None, _steps),
+    "worth-times": worth("time ÷ the whole scene's, without", "1", _time),
 }
 
 

@@ -22,6 +22,7 @@ JUDGES = ("cpp", "numpy", "numba", "python")
 JUDGES_OF_MANY = ("cpp", "numba", "numpy", "python")  # of many samples; or shapes: numpy has no hierarchy
 
 MANY = 200  # shapes, from where on a hierarchy makes up for a compilation
+MANY_RAYS = 20_000_000  # of all pictures of a reference: NumPy takes a microsecond for each, a compilation 10 s or more
 
 # 8 find all that float64 pictures can part by. Of the pixels where float32 ones do, 8 miss about one in a thousand.
 PERTURBATIONS = {"float64": 8, "float32": 32}
@@ -43,9 +44,19 @@ class NoReference:
     reason: str
 
 
-def judges_of(arrays: dict[str, np.ndarray]) -> tuple[str, ...]:
-    """The judges, the quickest first, of a scene; () where that depends on its needs alone."""
-    return JUDGES_OF_MANY if sum(count_shapes(arrays).values()) >= MANY else ()
+def judges_of(arrays: dict[str, np.ndarray], parameters: Parameters) -> tuple[str, ...]:
+    """The judges, the quickest first, of many shapes or many rays; () where that depends on the scene's needs alone."""
+    many = sum(count_shapes(arrays).values()) >= MANY or rays_of(parameters) >= MANY_RAYS
+    return JUDGES_OF_MANY if many else ()
+
+
+def rays_of(parameters: Parameters) -> int:
+    """An estimate of the rays of all pictures that a reference is made of: of a glossy mirror's tree, or two a sample."""
+    x0, y0, x1, y1 = parameters.bounds()
+    samples = 1 if parameters.sampler == "one" else parameters.samples**2
+    rays = sum(parameters.glossy_rays**order for order in range(parameters.depth + 1)) if parameters.glossy_rays else 2
+    pictures = 1 + perturbations(parameters.precision) + others(parameters.precision)[0]
+    return (x1 - x0) * (y1 - y0) * samples * rays * pictures
 
 
 def choose(

@@ -128,7 +128,7 @@ class Judging:
     def _reference(self, cell: Cell) -> tuple[Reference | NoReference, dict]:
         """The reference for a cell, and its files."""
         needs = reference.needs_of(cell.needs)
-        judges = reference.judges_of(self.plan.arrays[cell.scene_version])
+        judges = reference.judges_of(self.plan.arrays[cell.scene_version], cell.parameters)
         maker = reference.choose(cell.entry, self.known, cell.parameters, needs, judges)
         if maker is None:
             return NoReference("no other renderer here can make this picture"), {}

@@ -171,6 +171,20 @@ def test_the_mask_holds_the_pixels_that_float32_gets_wrong(known, tmp_path):
     assert judge.judge(rough, made, "float32").wrong is None
 
 
+def test_many_rays_are_judged_by_a_compiled_renderer(known):
+    """NumPy would take minutes where a compilation takes seconds."""
+    arrays, needed = flatten(text.read(comparison(), "scene")), ("sphere", "reflection")
+    for parameters, wanted in (
+        (Parameters(width=512, height=512, depth=10), "numpy"),
+        (Parameters(width=512, height=512, depth=10, precision="float32"), "numba"),
+        (Parameters(width=512, height=512, depth=10, sampler="jittered", samples=4), "numba"),
+        (Parameters(width=64, height=64, depth=6, glossy_rays=1), "numpy"),
+        (Parameters(width=64, height=64, depth=6, glossy_rays=4), "numba"),
+    ):
+        judges = reference.judges_of(arrays, parameters)
+        assert reference.choose(known["cpp"], known, parameters, needed, judges).name == wanted, parameters
+
+
 def test_one_build_judges_any_scene(bench):
     cpp, job = bench.entry("cpp"), reference.job_of(SMALL)
     asked = reference.for_any_scene(cpp, job)
