@@ -38,7 +38,7 @@ def main(arguments):
         entry.restype = ctypes.c_long
         at = [ctypes.c_void_p(table.ctypes.data) for table in (spheres, lights, colours, camera, region, picture)]
         given = [at[0], len(spheres), at[1], len(lights), at[2], at[3], at[4], job.width, job.height]
-        given += [*map(ctypes.c_double, job.sample), job.depth, job.variant == "naive-mirrors", at[5]]
+        given += [*map(ctypes.c_double, job.sample), job.depth, at[5]]
         counts = {}
 
     def frame():

@@ -28,7 +28,6 @@ template <class T> struct Scene {
     std::vector<Light<T>> lights;
     Vector<T> ambient, background;
     int depth;
-    bool perfect;  // mirrors reflect all light
 };
 
 template <class T> bool hit(const Sphere<T>& sphere, Vector<T> origin, Vector<T> direction, T& t)
@@ -80,9 +79,8 @@ template <class T> Vector<T> trace(const Scene<T>& scene, Vector<T> origin, Vect
     if (order == scene.depth)
         return colour;
     const T cosine = dot(direction, normal);
-    const T weight = met->specular * (scene.perfect ? T(1)
-                                      : cosine < 0 ? reflectance(met->n, met->mu, -cosine)
-                                                   : reflectance(1 / met->n, 1 / met->mu, cosine));
+    const T weight = met->specular * (cosine < 0 ? reflectance(met->n, met->mu, -cosine)
+                                                 : reflectance(1 / met->n, 1 / met->mu, cosine));
     if (weight == 0)
         return colour;
     reflected++;
@@ -94,13 +92,13 @@ template <class T> Vector<T> vector(const double* numbers)
     return {T(numbers[0]), T(numbers[1]), T(numbers[2])};
 }
 
-// The counts of `render`. spheres: rows of centre, radius, colour, k_s, exponent, N and M. lights: position, colour.
-// colours: ambient light, background. camera: C, u, v, e. region: x0, y0, x1, y1. picture: (y1 - y0, x1 - x0, 3).
+// Renders a region and returns the number of reflected rays (CNT-1). spheres: rows of centre, radius, colour, k_s,
+// exponent, N and M. lights: position, colour. colours: ambient light, background. camera: C, u, v, e. region: x0, y0, x1, y1. picture: (y1 - y0, x1 - x0, 3).
 template <class T>
 long render(const double* spheres, int many, const double* lights, int lit, const double* colours, const double* camera,
-            const int* region, int width, int height, double sample_x, double sample_y, int depth, int perfect, T* picture)
+            const int* region, int width, int height, double sample_x, double sample_y, int depth, T* picture)
 {
-    Scene<T> scene{{}, {}, vector<T>(colours), vector<T>(colours + 3), depth, perfect != 0};
+    Scene<T> scene{{}, {}, vector<T>(colours), vector<T>(colours + 3), depth};
     for (const double* row = spheres; row < spheres + 11 * many; row += 11)
         scene.spheres.push_back({vector<T>(row), T(row[3]), vector<T>(row + 4), T(row[7]), T(row[8]), T(row[9]), T(row[10])});
     for (const double* row = lights; row < lights + 6 * lit; row += 6)
@@ -121,13 +119,13 @@ long render(const double* spheres, int many, const double* lights, int lit, cons
 
 }  // namespace
 
-#define ENTRY(name, T)                                                                                                    \
-    extern "C" long name(const double* spheres, int many, const double* lights, int lit, const double* colours,           \
-                         const double* camera, const int* region, int width, int height, double sample_x,                 \
-                         double sample_y, int depth, int perfect, T* picture)                                             \
-    {                                                                                                                     \
-        return render<T>(spheres, many, lights, lit, colours, camera, region, width, height, sample_x, sample_y, depth,   \
-                         perfect, picture);                                                                               \
+#define ENTRY(name, T)                                                                                                   \
+    extern "C" long name(const double* spheres, int many, const double* lights, int lit, const double* colours,          \
+                         const double* camera, const int* region, int width, int height, double sample_x,                \
+                         double sample_y, int depth, T* picture)                                                         \
+    {                                                                                                                    \
+        return render<T>(spheres, many, lights, lit, colours, camera, region, width, height, sample_x, sample_y, depth,  \
+                         picture);                                                                                       \
     }
 
 ENTRY(render_float64, double)

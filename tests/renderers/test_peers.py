@@ -197,11 +197,3 @@ def test_a_naive_ray_beyond_the_critical_angle_is_not_a_number(bench):
     )
     result = bench.result("naive", glass, exact=True, width=32, height=32, depth=2)
     assert result.said.rays["non_finite"] == np.isnan(result.array).any(axis=-1).sum() > 0
-
-
-def test_perfect_mirrors_are_an_exhibit(bench, known):
-    assert known["naive-mirrors"].variant.exhibit_of == "fault"
-    size = {"width": 32, "height": 32, "depth": 3}
-    right, wrong = (bench.result(v, source("comparison.txt"), exact=True, **size) for v in ("naive", "naive-mirrors"))
-    assert right.said.rays == wrong.said.rays
-    assert np.abs(right.array - wrong.array).max() > 1e-3 and wrong.array.mean() > right.array.mean()
