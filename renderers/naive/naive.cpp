@@ -93,7 +93,8 @@ template <class T> Vector<T> vector(const double* numbers)
 }
 
 // Renders a region and returns the number of reflected rays (CNT-1). spheres: rows of centre, radius, colour, k_s,
-// exponent, N and M. lights: position, colour. colours: ambient light, background. camera: C, u, v, e. region: x0, y0, x1, y1. picture: (y1 - y0, x1 - x0, 3).
+// exponent, N and M. lights: position, colour. colours: ambient light, background. camera: C, u, v, e. region: x0, y0,
+// x1, y1. picture: (y1 - y0, x1 - x0, 3).
 template <class T>
 long render(const double* spheres, int many, const double* lights, int lit, const double* colours, const double* camera,
             const int* region, int width, int height, double sample_x, double sample_y, int depth, T* picture)
