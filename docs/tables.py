@@ -609,6 +609,35 @@ def gpu_memories() -> str:
     return f"{table}\n\nTime of the kernel in ms; {note}"
 
 
+def gpu_blocks() -> str:
+    """Times of the kernel by the shape of a block, at one thread for each pixel."""
+    run = _run(GPU, "launch-blocks")
+    names, rows, most = ("numba-cuda", "cuda-cpp"), [], 0
+    for width, height in sorted({(cell.swept["block_width"], cell.swept["block_height"]) for cell in run.cells}):
+        cells = [_cell(run, variant=name, block_width=width, block_height=height) for name in names]
+        found = [cell.median("kernel_s", "") for cell in cells]
+        most = max(most, *(one.processes for one in found))
+        rows.append([f"{width} × {height}", str(width * height), *(_value(one, 1e3) for one in found)])
+    rows.sort(key=lambda row: int(row[1]))
+    return f"{_table(['block', 'threads', *names], rows)}\n\nTime of the kernel in ms. {NO_INTERVAL.format(most)}"
+
+
+def gpu_threads() -> str:
+    """Times of the kernel of numba-cuda by the number of all threads."""
+    run = _run(GPU, "launch-threads")
+    blocks, rows, most = ((8, 4), (8, 8)), [], 0
+    for count in sorted({cell.swept["total_threads"] for cell in run.cells}):
+        row = [str(count)]
+        for width, height in blocks:
+            cell = _cell(run, variant="numba-cuda", total_threads=count, block_width=width, block_height=height)
+            found = cell.median("kernel_s", "")
+            most = max(most, found.processes)
+            row.append(_value(found, 1e3))
+        rows.append(row)
+    table = _table(["threads in all", *(f"in blocks of {width} × {height}" for width, height in blocks)], rows)
+    return f"{table}\n\nTime of the kernel of `numba-cuda` in ms. {NO_INTERVAL.format(most)}"
+
+
 def gpu_waits() -> str:
     """Times of a frame, and the processor's use meanwhile, by what a thread does until the GPU is done."""
     rows = []
@@ -694,6 +723,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "gpu": gpu_times,
     "gpu-memories": gpu_memories,
     "gpu-waits": gpu_waits,
+    "gpu-blocks": gpu_blocks,
+    "gpu-threads": gpu_threads,
     "kernels": kernels,
     "worth-errors": worth("error (255ths) without", None, _steps),
     "worth-times": worth("time ÷ the whole scene's, without", "1", _time),
