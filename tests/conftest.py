@@ -21,13 +21,14 @@ from harness.system import trouble
 
 # Outside programs have tests of their own; exhibits are wrong or slow on purpose. Optional peers know few shapes
 # and are tested where they are installed; elsewhere they would be a thousand skips. Processes and threads of Python run
-# the code of `python` on rows of a picture: test_python_parts.py shows that no byte changes.
+# the code of `python` on rows of a picture: test_python_parts.py shows that no byte changes. `naive` lacks the guards
+# that many tests are about; its own are in test_peers.py.
 VARIANTS = tuple(
     name
     for name, entry in registry.entries().items()
     if not entry.renderer.manifest.external
     and not entry.variant.exhibit
-    and name not in ("python-processes", "python-threads")
+    and name not in ("python-processes", "python-threads", "naive")
     and ("box" in entry.renderer.manifest.features or not entry.unavailable)
 )
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.renderer import builder, manifest
+from harness.renderer import builder, manifest, registry
 from harness.renderer.registry import Renderer
 
 MANIFEST = """contract = 1
@@ -184,7 +184,8 @@ def test_without_a_compiler(bench, monkeypatch):
 
 def test_list_without_a_compiler(rayrace):
     done = rayrace("list", env={"PATH": "", "CXX": "", "CC": ""}, code=0)
-    assert done.stdout.count("unavailable: no C++ compiler (apt install g++)") == 2
+    built = [entry for entry in registry.entries().values() if entry.renderer.manifest.build]
+    assert done.stdout.count("unavailable: no C++ compiler (apt install g++)") == len(built) >= 2
     told = json.loads(rayrace("list", "--json", env={"PATH": "", "CXX": ""}, code=0).stdout)
     available = {row["variant"]: row["available"] for row in told}
     assert all(available[name] for name in ("python", "numpy", "numba", "numba-parallel"))
