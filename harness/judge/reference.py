@@ -51,7 +51,7 @@ def judges_of(arrays: dict[str, np.ndarray], parameters: Parameters) -> tuple[st
 
 
 def rays_of(parameters: Parameters) -> int:
-    """An estimate of the rays of all pictures that a reference is made of: of a glossy mirror's tree, or two a sample."""
+    """An estimate of the rays of all pictures that a reference is made of: a glossy mirror's tree, or two a sample."""
     x0, y0, x1, y1 = parameters.bounds()
     samples = 1 if parameters.sampler == "one" else parameters.samples**2
     rays = sum(parameters.glossy_rays**order for order in range(parameters.depth + 1)) if parameters.glossy_rays else 2
