@@ -605,8 +605,7 @@ def gpu_memories() -> str:
             row.append(cell.status if isinstance(found, Missing) else _value(found, 1e3))
         rows.append(row)
     table = _table(["scene", *(f"{memory}, {name}" for memory, name in places)], rows)
-    note = "one process each, too few for intervals." if most == 1 else NO_INTERVAL.format(most)
-    return f"{table}\n\nTime of the kernel in ms; {note}"
+    return f"{table}\n\nTime of the kernel in ms. {NO_INTERVAL.format(most)}"
 
 
 def gpu_blocks() -> str:
