@@ -34,12 +34,12 @@ OTHER = "numba-parallel"
 DEPTH, CUTOFF = 32, 2.0**-20  # of the truth
 
 
-def search(scene: Path, folder: Path, more: list[str]) -> dict:
+def search(scene: Path, folder: Path, size: tuple[int, int], more: list[str]) -> dict:
     """What `rayrace needs` says of the smallest model; {"told": reason} if there is none."""
     why = ""
     for side in SIDES:
         words = [sys.executable, "-m", "rayrace", "needs", scene, "-r", "cpp-threads", "--within", "1/255", "--json"]
-        words += ["--width", SIZE[0], "--height", SIZE[1], "--sampler", "jittered", "--samples", side, *more]
+        words += ["--width", size[0], "--height", size[1], "--sampler", "jittered", "--samples", side, *more]
         words += ["--feelers", 1, "--glossy-rays", 1, "--reduced", folder / "reduced.txt", "--timeout", 120]
         done = subprocess.run(list(map(str, words)), cwd=ROOT, capture_output=True, text=True)
         if done.returncode == 0:
@@ -56,18 +56,18 @@ def again(command: str, folder: Path) -> np.ndarray | str:
     return np.load(folder / "again.npy") if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
 
 
-def examine(scene: Path, run, known: dict, more: list[str]) -> dict:
+def examine(scene: Path, run, known: dict, size: tuple[int, int], more: list[str]) -> dict:
     row = {"scene": scene.stem}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        told = search(scene, folder, more)
+        told = search(scene, folder, size, more)
         if "told" in told:
             return {**row, "told": told["told"]}
         found = told["smallest"]
         picture = again(found["command"], folder)
         if isinstance(picture, str):
             return {**row, "told": f"{OTHER}: {picture}"}
-    subject = Subject(load(scene), {"shadows": True}, SIZE, known, run)
+    subject = Subject(load(scene), {"shadows": True}, size, known, run)
     error = judge.errors(picture, *subject.truth(OTHER, DEPTH, CUTOFF), None)
     time = found["time"]
     return {**row, "side": told["side"], "left": found["left_out"], "before": told["full"]["error"]["rmse"],
@@ -103,10 +103,11 @@ def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("scenes", nargs="*", type=Path, default=SCENES)
     asked.add_argument("--more", default="", help="more options of `rayrace needs`, in one word")
+    asked.add_argument("--size", nargs=2, type=int, default=SIZE, metavar=("WIDTH", "HEIGHT"))
     told, known, rows = asked.parse_args(), registry.entries(()), []
     for scene in told.scenes:
         with Sessions() as sessions:
-            rows.append(examine(scene, sessions.run, known, shlex.split(told.more)))
+            rows.append(examine(scene, sessions.run, known, tuple(told.size), shlex.split(told.more)))
         print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
     print(table(rows))
 
