@@ -7,7 +7,7 @@ import itertools
 import json
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -66,34 +66,47 @@ def _table(header: list[str], rows: list[list[str]]) -> str:
 # --- Lanes, scene by scene ---
 
 PRECISIONS = "float32", "float64"
+COMPARISON, BALLS = "scenes/comparison.txt", "generated/balls-size-4.txt"  # of lanes.toml, beside the gallery
+SCENE_BY_SCENE = {"width": 320}
+STUDYS = {"scene": COMPARISON, "width": 512}  # the study's case
 
 
-def _ratio(run: Results, case: str, above: dict, below: dict) -> Estimate | Missing:
-    over, under = (_cell(run, case=case, **wanted) for wanted in (above, below))
+def _lanes() -> Results:
+    return _run("emerald-rapids-2x", "lanes")
+
+
+def _files(run: Results) -> list[str]:
+    return [scene for scene in run.scenes if scene != BALLS]
+
+
+def _ratio(run: Results, scene: str, above: dict, below: dict) -> Estimate | Missing:
+    over, under = (_cell(run, scene=scene, **wanted) for wanted in (above, below))
     return next((Missing(cell.unranked) for cell in (over, under) if cell.unranked), None) or ranking.ratio(over, under)
 
 
-def _mean(run: Results, cases: Iterable[str], above: dict, below: dict) -> Estimate:
-    return ranking.mean_ratio([tuple(_cell(run, case=case, **one) for one in (above, below)) for case in cases])
+def _mean(run: Results, above: dict, below: dict) -> Estimate:
+    """The geometric mean over the gallery."""
+    pairs = [tuple(_cell(run, scene=scene, **one) for one in (above, below)) for scene in _files(run)]
+    return ranking.mean_ratio([pair for pair in pairs if pair[0].scene != COMPARISON])
 
 
 def lanes(*pairs: tuple[str, dict, dict]) -> Callable[[], str]:
     """Returns a table of ratios of times: a row for each scene, a column for each pair (title, above, below)."""
 
     def made() -> str:
-        run = _run("cascade-lake-2x", "lanes")
-        cases = _cases(run)
-        gallery = [case for case in cases if case != "comparison"]
-        rows = [[case, *(_shown(run, _ratio(run, case, *pair[1:])) for pair in pairs)] for case in cases]
-        means = [quantity.text(_mean(run, gallery, *pair[1:])) for pair in pairs]  # the noise floor is of one scene
+        run = _lanes()
+        rows = [
+            [Path(scene).stem, *(_shown(run, _ratio(run, scene, *pair[1:])) for pair in pairs)] for scene in _files(run)
+        ]
+        means = [quantity.text(_mean(run, *pair[1:])) for pair in pairs]  # the noise floor is of one scene
         rows.append(["geometric mean of the gallery", *means])
         return _table(["scene", *(pair[0] for pair in pairs)], rows)
 
     return made
 
 
-def _of(variant: str, precision: str, vector: str) -> dict:
-    return {"variant": variant, "precision": precision, "vector": vector}
+def _of(variant: str, precision: str, vector: str, of: dict = SCENE_BY_SCENE) -> dict:
+    return {"variant": variant, "precision": precision, "vector": vector, **of}
 
 
 def _against_off(vector: str) -> list[tuple[str, dict, dict]]:
@@ -105,6 +118,34 @@ def _against_off(vector: str) -> list[tuple[str, dict, dict]]:
 
 
 NUMBA_OVER_CPP = [(f"numba over cpp, {one}", _of("numba", one, "on"), _of("cpp", one, "on")) for one in PRECISIONS]
+
+
+def gains() -> str:
+    """What each fast path gains, of one run: ratios of times."""
+    run = _lanes()
+    rows = []
+    for label, above, below in [*_against_off("on"), *NUMBA_OVER_CPP]:
+        variant, precision = label.split(", ")
+        ratios = [_ratio(run, scene, above, below) for scene in _files(run) if scene != COMPARISON]
+        worst = max((ratio for ratio in ratios if not isinstance(ratio, Missing)), key=lambda ratio: ratio.value)
+        beside = f"{variant}, both in lanes" if " over " in variant else f"{variant}, in lanes over one by one"
+        mean = quantity.text(_mean(run, above, below))
+        rows.append([f"{beside}, {precision}: the gallery's geometric mean, and its worst", mean, _shown(run, worst)])
+    study_case = {kind: _cell(run, **_of(*kind, STUDYS)) for kind in STUDY_CASES}
+    readable, naive_ = study_case["cpp", "float64", "off"], study_case["naive", "float64", "off"]
+    for precision in PRECISIONS:
+        quick = _shown(run, ranking.ratio(study_case["cpp", precision, "on"], readable))
+        rows.append([f"cpp in lanes, {precision}, over cpp one by one, float64: the study's case", quick, ""])
+    rows.append(["cpp over naive C++, one by one, float64: the same", _shown(run, ranking.ratio(readable, naive_)), ""])
+    pov_ray, balls_ = (
+        _cell(run, scene=BALLS, **_of(*one)) for one in (("povray", "float64", "off"), ("cpp", "float64", "on"))
+    )
+    faster = _shown(run, ranking.ratio(pov_ray, balls_))
+    rows.append(["POV-Ray over cpp in lanes, float64: Haines' balls", faster, ""])
+    return _table(["above, over below", "time ÷ time", "the worst of eight scenes"], rows)
+
+
+STUDY_CASES = [("cpp", one, way) for one in PRECISIONS for way in ("off", "on")] + [("naive", "float64", "off")]
 
 
 def roofline() -> str:
@@ -337,16 +378,15 @@ def peers() -> str:
 
 def threads() -> str:
     """What all threads gain over one on the comparison scene, and its share of what the machine gains."""
-    run = _run("cascade-lake-2x", "peers")
+    run = _lanes()
+    group = limits.Limits(run, "", verdict.cells(run, STUDYS))
     rows = []
-    for case in PICTURES:
-        group = limits.Limits(run, case, [cell for cell in run.cells if cell.swept["case"] == case])
-        for cell in group.cells:
-            if cell.variant in ("cpp-threads", "numba-parallel"):
-                label = cell.variant if case == PICTURES[0] else f"{cell.variant}, {case}"
-                share = group.efficiency(cell)
-                gain = _shown(run, group.speed_up(cell))
-                rows.append([label, str(limits.threads(cell)), gain, quantity.text(share, 100)])
+    for cell in group.cells:
+        if cell.variant in ("cpp-threads", "numba-parallel"):
+            lanes_ = ", in lanes" if group.vector(cell) == "on" else ""
+            label = f"{cell.variant}{lanes_}, {cell.parameters['precision']}"
+            gain, share = _shown(run, group.speed_up(cell)), quantity.text(group.efficiency(cell), 100)
+            rows.append([label, str(limits.threads(cell)), gain, share])
     return _table(["variant", "threads", "speed-up", "share of the machine's gain (%)"], sorted(rows))
 
 
@@ -503,9 +543,8 @@ def _of_style() -> str:
 
 
 def _of_lanes() -> str:
-    run, race = _run("cascade-lake-2x", "lanes"), _comparison()
-    gallery = [case for case in _cases(run) if case != "comparison"]
-    means = [quantity.text(_mean(run, gallery, *_pair("cpp", one))) for one in PRECISIONS]
+    run, race = _lanes(), _comparison()
+    means = [quantity.text(_mean(run, *_pair("cpp", one))) for one in PRECISIONS]
     threads = ranking.ratio(*(_cell(race, variant=name, **WHOLE) for name in ("cpp-threads", "cpp")))
     told = f"rays side by side take {means[0]} of the time of C++ in float32 and {means[1]} in float64"
     more = f"(geometric means over the gallery); a second core, {_shown(race, threads)}"
@@ -701,6 +740,7 @@ def _constants(rows: list[dict]) -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
+    "gains": gains,
     "lanes": lanes(*_against_off("on"), *NUMBA_OVER_CPP),
     "lanes-auto": lanes(*_against_off("auto")),
     "roofline": roofline,

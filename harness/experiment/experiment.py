@@ -158,8 +158,8 @@ Table = dict[str, tuple[Any, ...]]
 class Experiment(Strict):
     """One experiment: scenes x renderers x sweep x processes.
 
-    What is rendered is [image]; of what: `scenes`, files beside this one, or [[case]] tables, each a scene and what
-    of [image] is other for it, or [generate], a scene made for the run (of [[generate]] tables, one each), or
+    What is rendered is [image]; of what: `scenes`, files beside this one, and [generate], a scene made for the run (of
+    [[generate]] tables, one each); or [[case]] tables, each a scene and what of [image] is other for it; or
     [[stress]], rows of the catalogue of failures, whose scenes and rays are made for the run from `seed`.
 
     Any key of [image] may be swept, and `side`, which is width and height at once, and the counts of [generate]: a
@@ -325,8 +325,8 @@ class Experiment(Strict):
                 yield from (f"{name}.{key}: {fault}" for fault in _value_faults(key, values))
 
     def _name_faults(self) -> Iterator[str]:
-        if [bool(self.scenes), bool(self.case), bool(self.generate), bool(self.stress)].count(True) != 1:
-            yield "scenes, [[case]], [generate] or [[stress]]: expected one of the four, with at least one scene"
+        if [bool(self.scenes or self.made()), bool(self.case), bool(self.stress)].count(True) != 1:
+            yield "scenes and [generate], [[case]] or [[stress]]: expected one of the three, with at least one scene"
         if self.leave_out and self.stress:
             yield "leave_out: not with [[stress]], whose truths are of their inputs as they are"
         for stress in self.stress:

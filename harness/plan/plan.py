@@ -342,7 +342,7 @@ def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
             for one in leave_outs(source.scene, job, kinds):
                 yield _Picture(sources.without(source, one), found, {**point, "without": one.name}, table, one, whole)
         if not seen:
-            raise UserError(f"generate: every point sweeps a count that {Path(name).stem} does not have", file=file)
+            raise UserError(f"sweep: every point sweeps a count that {Path(name).stem} does not have", file=file)
 
 
 def _stressed(experiment: Experiment, file: Path) -> Iterator[_Picture]:

@@ -33,19 +33,19 @@ class Sources:
         return self.made[name].counts() if name in self.made else {}
 
     def find(self, name: str, point: dict) -> Source | None:
-        """The scene of this name, generated for the counts of a point of the sweep.
+        """The scene of this name, a generated one for the counts of a point of the sweep.
 
         None if the point sweeps a count that this scene does not have. UserError for a count out of range.
         """
-        if name not in self.made:
-            return self.known[name]
-        scene, counts = self.made[name].scene, self.counts(name)
+        counts = self.counts(name)
         if any(key in point for key in COUNTED - set(counts)):
             return None
+        if name not in self.made:
+            return self.known[name]
         counts = {key: point.get(key, value) for key, value in counts.items()}
         key = repr((name, counts))
         if key not in self.known:
-            self.known[key] = self._generated(name, scene, counts)
+            self.known[key] = self._generated(name, self.made[name].scene, counts)
         return self.known[key]
 
     def aimed(self, source: Source, image: Image) -> Source | Aimed:

@@ -88,8 +88,8 @@ MADE = BASE.replace('scenes = ["a.txt"]\n', "")
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (BASE + '[generate]\nscene = "balls"\n', "[generate] or [[stress]]: expected one of the four"),
-        (MADE, "[generate] or [[stress]]: expected one of the four"),
+        (MADE, "[[case]] or [[stress]]: expected one of the three"),
+        (BASE + '[[case]]\nname = "a"\nscene = "a.txt"\n', "[[case]] or [[stress]]: expected one of the three"),
         (MADE + '[generate]\nscene = "cubes"\n', "generate.scene: Input should be 'comparison', "),
         (MADE + '[generate]\nscene = "balls"\nlights = 2\n', "generate: lights is no count of balls; it has size"),
         (MADE + '[generate]\nscene = "balls"\n[sweep]\nobjects = [2]\n', "sweep.objects: only of a scene that has it"),

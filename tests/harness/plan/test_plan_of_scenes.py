@@ -30,6 +30,22 @@ def test_generated_scenes(generate):
     ]  # fmt: skip
 
 
+def test_generated_scenes_beside_files(generate, write):
+    """A point with a count is of the generated scene alone."""
+    write("a.txt", comparison(4))
+    points = "[[points]]\nsize = [0, 1]\n[[points]]\ndepth = 2\n"
+    made = generate('scenes = ["a.txt"]\n[generate]\nscene = "balls"\n' + points)
+    told = [(Path(cell.scene).stem, cell.objects, cell.point) for cell in made.cells]
+    assert told == [
+        ("a", 4, {"depth": 2}),
+        ("balls", 2, {"size": 0, "depth": 10}),
+        ("balls", 11, {"size": 1, "depth": 10}),
+        ("balls", 7382, {"size": 4, "depth": 2}),
+    ]
+    with pytest.raises(UserError, match="sweep: every point sweeps a count that a does not have"):
+        generate('scenes = ["a.txt"]\n[generate]\nscene = "balls"\n[sweep]\nsize = [0, 1]\n')
+
+
 SEVERAL = """where = ["scene != 'balls' or size <= 1"]
 [[generate]]
 scene = "comparison"
@@ -52,7 +68,7 @@ def test_several_generated_scenes(generate):
     ]
     assert made.left_out == (("scene != 'balls' or size <= 1", 2),)
     assert len({cell.scene_version for cell in made.cells}) == 7
-    with pytest.raises(UserError, match="generate: every point sweeps a count that comparison-lights-2 does not have"):
+    with pytest.raises(UserError, match="sweep: every point sweeps a count that comparison-lights-2 does not have"):
         generate(SEVERAL + "[sweep]\nsize = [0, 1]\n")
     with pytest.raises(UserError, match=r"generate\.1: lights is no count of balls; it has size"):
         generate('[[generate]]\nscene = "tetra"\n[[generate]]\nscene = "balls"\nlights = 2\n')

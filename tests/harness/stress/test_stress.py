@@ -62,7 +62,7 @@ def test_where_knows_row_and_level(make):
         ('[[stress]]\nrow = "far-picture"\n[stress.sweep]\nsphere = ["square"]\n', "Input should be 'robust'"),
         ('[[stress]]\nrow = "far-picture"\n[stress.sweep]\nspheres = ["robust"]\n', "no such parameter"),
         ('[[stress]]\nrow = "far-picture"\nlevels = []\n', "levels"),
-        ('scenes = ["a.txt"]\n[[stress]]\nrow = "far-picture"\n', "expected one of the four"),
+        ('scenes = ["a.txt"]\n[[stress]]\nrow = "far-picture"\n', "expected one of the three"),
     ],
 )
 def test_faults(make, text, message):
