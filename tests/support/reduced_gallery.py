@@ -3,12 +3,13 @@
     .venv/bin/python tests/support/reduced_gallery.py > table.md
 
 For each scene: `rayrace needs --within 1/255` with C++, and the command that it writes, by numba-parallel; its picture
-is compared with a truth of the whole scene with seeds of its own. 2 x 2 samples, so that the whole model is within
-the limit, or as near as it takes (SIDES).
+is compared with a truth of the whole scene with seeds of its own. As few samples as keep the whole model within the
+limit (SIDES).
 """
 
 import argparse
 import json
+import re
 import shlex
 import subprocess
 import sys
@@ -75,6 +76,16 @@ def examine(scene: Path, run, known: dict, size: tuple[int, int], more: list[str
             "time": [time["ratio"], time["low"], time["high"]]}  # fmt: skip
 
 
+def grouped(left: list[str]) -> str:
+    """What was left out, in words: the same thing of several materials, and several objects, counted."""
+    counts: dict[str, list[str]] = {}
+    for name in left:
+        found = re.fullmatch(r"(?P<what>.+) of the material of the .+|the \w+ of line \d+|part \d+ .+", name)
+        kind = name if not found else f"{found['what']} of {{}} materials" if found["what"] else "{} objects or parts"
+        counts.setdefault(kind, []).append(name)
+    return ", ".join(kind.format(len(names)) if len(names) > 1 else names[0] for kind, names in counts.items())
+
+
 def table(rows: list[dict]) -> str:
     """The rows, as Markdown."""
     lines = [
@@ -88,7 +99,7 @@ def table(rows: list[dict]) -> str:
         after = f"{row['rmse'] / LIMIT:.2f} ± {row['doubt'] / LIMIT:.2f}"
         ratio, low, high = row["time"]
         interval = "" if low is None else f" [{low:.2g}, {high:.2g}]"
-        left = f"{len(row['left'])}: {', '.join(row['left'])}"
+        left = f"{len(row['left'])}: {grouped(row['left'])}"
         head = f"| {row['scene']} | {row['side']} x {row['side']} | {left} | {row['before'] / LIMIT:.2f} "
         lines.append(f"{head}| {after} | {ratio:.2g}{interval} |")
     made = [row for row in rows if "told" not in row]
