@@ -27,11 +27,11 @@ AUDITED = {
 AUDIT = "measured_cpu_s", "cpu_off", *AUDITED.values()
 DISTURBED = "steal_s", "other_cpu_s", "waited_s", "swapped_pages", "held_back_s", "throttled"  # system/trouble.py
 # Known only of processes in a steady state.
-OF_STEADY = "steady_s", "rays_per_s", "search_s", "kernel_s", "download_s", "end_to_end_s"
+OF_STEADY = "steady_s", "rays_per_s", "search_s", "trace_s", "kernel_s", "download_s", "end_to_end_s"
 COLUMNS = (
     "host", "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked",
     "wall_s", "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
-    "rays", "rays_per_s", "search_s", *GPU, *MEMORY, "memory_method", *AGREEMENT,
+    "rays", "rays_per_s", "search_s", "trace_s", *GPU, *MEMORY, "memory_method", *AGREEMENT,
     *ERROR.values(), "against", "no_error", *SEEN.values(), *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
 )  # fmt: skip
 CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time is off by too much (harness/race/row.py)
@@ -90,6 +90,7 @@ def row(record: dict) -> dict:
         "rays": rays,
         "rays_per_s": rays / steady_s if rays and steady_s else None,
         "search_s": _part(record, "search", found.start),
+        "trace_s": _part(record, "trace", found.start),
         "upload_s": upload_s,
         "kernel_s": _part(record, "kernel", found.start),
         "download_s": _part(record, "download", found.start),

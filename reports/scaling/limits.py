@@ -17,8 +17,9 @@ from reports.scaling import limits_figure, operations
 TITLE = "Close to the limit"
 CAPTION = (
     "Ratios are of times of a steady frame, paired by round, as in the table of times: to the readable kernel of cpp, "
-    "one thread, float64 (below 1 is faster), and POV-Ray's time over the cell's, with as many threads (above 1 is "
-    "faster). For first hits, the time of a whole frame over the part of Embree's own frame that Embree takes, whose "
+    "one thread, float64 (below 1 is faster), and the time in which POV-Ray traces, by its own clock and with as many "
+    "threads, over the cell's (above 1 is faster): a frame of POV-Ray is a process that starts and reads the scene. "
+    "For first hits, the time of a whole frame over the part of Embree's own frame that Embree takes, whose "
     f"rest is NumPy (below 1 is faster). {operations.CAPTION} Peak: before each repetition a program measured, for "
     "some 20 ms each, the rates of one thread and of as many threads as the renderer has: independent fused "
     "multiply-adds, counted as two operations, in the processor's widest vectors and one number at a time, and bytes "
@@ -28,6 +29,7 @@ CAPTION = (
     "Parallel efficiency: time on one thread over time on several, over the gain of the calibration with the same "
     "threads, round by round: 100 % is all that the machine can gain."
 )
+NO_TRACE = "POV-Ray did not tell in what time it traced"
 NO_PEAKS = "the run measured no peaks (measure.peaks)"
 FREE = ("vector", "precision", "epsilon", "threads", "frames", "least_frame")  # in which cells of a group may differ
 POV_RAY = {False: "povray", True: "povray-threads"}  # by whether the cell has several threads
@@ -52,14 +54,17 @@ class Limits:
         return ranking.ratio_to_cell(cell, self.base, "readable cpp in float64 is not in the run")
 
     def faster_than_pov_ray(self, cell: Cell) -> Estimate | Missing | str:
-        """Returns POV-Ray's time over that of the cell."""
+        """Returns the time in which POV-Ray traces over the time of the cell."""
         name = POV_RAY[threads(cell) > 1]
         if cell.variant == name:
             return "1 (POV-Ray)"
         if cell.unranked:
             return Missing(f"not ranked: {cell.unranked}")
         pov_ray = self._find(name)
-        return ranking.ratio(pov_ray, cell) if pov_ray else Missing(f"{name} is not in the run")
+        if pov_ray is None:
+            return Missing(f"{name} is not in the run")
+        traced = pov_ray.rounds("trace_s")
+        return ranking.ratio_of_rounds(traced, cell.rounds("steady_s")) if traced else Missing(NO_TRACE)
 
     def over_search(self, cell: Cell) -> Estimate | Missing:
         """Returns the time of a whole frame of the cell over the time that Embree's search took in its own frame."""
@@ -179,7 +184,7 @@ def columns(limits: Limits) -> list[Column]:
     if any(cell.parameters.get("kind") == "rays" for cell in limits.cells):
         beside = Column("time ÷ Embree's search", "time_over_search_of_embree", "1", limits.over_search, ratio)
     else:
-        beside = Column("POV-Ray ÷ time", "pov_ray_over_time", "1", limits.faster_than_pov_ray, ratio)
+        beside = Column("POV-Ray's tracing ÷ time", "pov_ray_tracing_over_time", "1", limits.faster_than_pov_ray, ratio)
     return [
         Column("precision", "precision", "", lambda cell: cell.parameters["precision"]),
         Column("lanes", "vector", "", lanes),

@@ -115,6 +115,8 @@ def test_a_region_and_threads(bench):
     whole = bench.result("povray", source, width=37, height=29, **jobs)
     assert whole.said.rays is None and whole.said.memory["peak_bytes"] > 2**20
     assert whole.said.versions["povray"].startswith("3.")
+    for frame in whole.said.frames:  # a process, which starts and reads the scene
+        assert 0 <= frame["parts"]["trace"] < frame["end"] - frame["start"]
     for x0, y0, x1, y1 in ((0, 0, 1, 1), (36, 28, 37, 29), (5, 3, 30, 28)):
         part = bench.picture("povray", source, width=37, height=29, region=(x0, y0, x1, y1), **jobs)
         assert part.tobytes() == whole.array[y0:y1, x0:x1].tobytes()

@@ -9,6 +9,7 @@ from reports.run.results import Missing
 from reports.scaling import limits
 
 TESTS = 20 * 48  # of a frame: 20 rays of the made-up record, 48 spheres
+TRACED = 0.75  # of a frame of POV-Ray
 GAIN = 1.6  # of two threads, by the calibration
 PEAK = {"float64": 1e6, "float32": 2e6, "scalar_float64": 1e5, "scalar_float32": 1e5, "bytes": 1e7}
 # Of a frame, s, and the peak's speed, by cell: variant, renderer, threads, precision, vector.
@@ -42,6 +43,7 @@ def told(record):
                     "point": {"precision": precision, "vector": vector},
                     "parameters": {**record(variant)["parameters"], **own},
                     "shapes": {"sphere": 48}, "used": {"features": [], "methods": {"accel": "none"}},
+                    "frame_parts": [{"trace": TRACED * seconds / drift}] * 3 if variant == "povray" else None,
                     "peaks": peaks(threads, drift) if callable(peaks) else peaks, **changes,
                 })  # fmt: skip
         return rows
@@ -61,9 +63,11 @@ def test_ratios_by_hand(load, told):
     assert group.over_base(group.base) == "1 (the baseline)"
     fast = group.over_base(cells["cpp", "float32", "on"])
     assert (fast.value, fast.low, fast.high, fast.processes) == pytest.approx((0.125, 0.125, 0.125, 5))
-    assert group.faster_than_pov_ray(cells["cpp", "float32", "on"]).value == pytest.approx(40)
+    assert group.faster_than_pov_ray(cells["cpp", "float32", "on"]).value == pytest.approx(40 * TRACED)
     assert group.faster_than_pov_ray(cells["povray", "float64", "off"]) == "1 (POV-Ray)"
     assert "povray-threads" in group.faster_than_pov_ray(cells["cpp-threads", "float64", "off"]).reason
+    group, cells = the(load(told(frame_parts=None), name="untold"))
+    assert group.faster_than_pov_ray(cells["cpp", "float32", "on"]) == Missing(limits.NO_TRACE)
 
 
 def test_first_hits_are_beside_what_embree_searches(load, told, tmp_path):
@@ -79,7 +83,7 @@ def test_first_hits_are_beside_what_embree_searches(load, told, tmp_path):
     assert group.over_search(cells["cpp", "float32", "off"]).value == pytest.approx(2)
     assert group.over_search(cells["embree", "float32", "off"]).value == pytest.approx(2.5)
     text = limits.write(loaded, tmp_path)
-    assert "time ÷ Embree's search" in text and "POV-Ray ÷ time" not in text
+    assert "time ÷ Embree's search" in text and "POV-Ray's tracing ÷ time" not in text
     group, cells = the(load(rows[:5], name="alone"))
     assert group.over_search(cells["cpp", "float32", "off"]).reason == "embree is not in the run"
 
