@@ -60,7 +60,8 @@ def _shown(run: Results, value: Estimate | Missing) -> str:
 
 def _tracing(run: Results, pov_ray: Cell, cell: Cell) -> str:
     """The time in which POV-Ray traces over the time of the cell, or of its own whole process."""
-    return _shown(run, ranking.ratio_of_rounds(pov_ray.rounds("trace_s"), cell.rounds("steady_s")))
+    traced = pov_ray.rounds("trace_s")
+    return _shown(run, ranking.ratio_of_rounds(traced, cell.rounds("steady_s")) if traced else Missing(limits.NO_TRACE))
 
 
 TRACING = "POV-Ray's tracing ÷ its time"
@@ -76,7 +77,7 @@ def _table(header: list[str], rows: list[list[str]]) -> str:
 PRECISIONS = "float32", "float64"
 COMPARISON, BALLS = "scenes/comparison.txt", "generated/balls-size-4.txt"  # of lanes.toml, beside the gallery
 SCENE_BY_SCENE = {"width": 320}
-STUDYS = {"scene": COMPARISON, "width": 512}  # the study's case
+STUDYS = {"width": 512}  # the study's case, of the comparison scene
 
 
 def _lanes() -> Results:
@@ -130,29 +131,32 @@ NUMBA_OVER_CPP = [(f"numba over cpp, {one}", _of("numba", one, "on"), _of("cpp",
 
 def gains() -> str:
     """What each fast path gains, of one run: ratios of times."""
-    run = _lanes()
-    rows = []
-    for label, above, below in [*_against_off("on"), *NUMBA_OVER_CPP]:
-        variant, precision = label.split(", ")
+    run, rows = _lanes(), []
+    for label, above, below in [*_against_off("on"), *NUMBA_OVER_CPP, OVER_READABLE]:
         ratios = [_ratio(run, scene, above, below) for scene in _files(run) if scene != COMPARISON]
-        worst = max((ratio for ratio in ratios if not isinstance(ratio, Missing)), key=lambda ratio: ratio.value)
-        beside = f"{variant}, both in lanes" if " over " in variant else f"{variant}, in lanes over one by one"
-        mean = quantity.text(_mean(run, above, below))
-        rows.append([f"{beside}, {precision}: the gallery's geometric mean, and its worst", mean, _shown(run, worst)])
-    study_case = {kind: _cell(run, **_of(*kind, STUDYS)) for kind in STUDY_CASES}
-    readable, naive_ = study_case["cpp", "float64", "off"], study_case["naive", "float64", "off"]
-    for precision in PRECISIONS:
-        quick = _shown(run, ranking.ratio(study_case["cpp", precision, "on"], readable))
-        rows.append([f"cpp in lanes, {precision}, over cpp one by one, float64: the study's case", quick, ""])
-    rows.append(["cpp over naive C++, one by one, float64: the same", _shown(run, ranking.ratio(readable, naive_)), ""])
-    pov_ray, balls_ = (
-        _cell(run, scene=BALLS, **_of(*one)) for one in (("povray", "float64", "off"), ("cpp", "float64", "on"))
+        worst = max((one for one in ratios if not isinstance(one, Missing)), key=lambda one: one.value)
+        told = label if "in lanes" in label else f"{label}{LANES[' over ' in label]}"
+        case = _ratio(run, COMPARISON, above | STUDYS, below | STUDYS)
+        rows.append([told, quantity.text(_mean(run, above, below)), _shown(run, worst), _shown(run, case)])
+    readable = _of("cpp", "float64", "off", STUDYS)
+    naive_ = _ratio(run, COMPARISON, readable, {**readable, "variant": "naive"})
+    rows.append(["cpp over naive C++, float64, both one by one", "", "", _shown(run, naive_)])
+    pov_ray, quick = (
+        _cell(run, scene=BALLS, **one) for one in (_of("povray", "float64", "off"), _of("cpp", "float64", "on"))
     )
-    rows.append(["POV-Ray's tracing over cpp in lanes, float64: Haines' balls", _tracing(run, pov_ray, balls_), ""])
-    return _table(["above, over below", "time ÷ time", "the worst of eight scenes"], rows)
+    header = ["time over time", "the gallery, geometric mean", "its slowest scene", "the study's case"]
+    told = (
+        f"On Haines' balls POV-Ray traces {_tracing(run, pov_ray, quick)} times as long as `cpp` in lanes of float64."
+    )
+    return f"{_table(header, rows)}\n\n{told}"
 
 
-STUDY_CASES = [("cpp", one, way) for one in PRECISIONS for way in ("off", "on")] + [("naive", "float64", "off")]
+LANES = {False: ", in lanes over one by one", True: ", both in lanes"}
+OVER_READABLE = (
+    "cpp in lanes, float32, over cpp one by one, float64",
+    _of("cpp", "float32", "on"),
+    _of("cpp", "float64", "off"),
+)
 
 
 def roofline() -> str:
@@ -385,7 +389,7 @@ def peers() -> str:
 def threads() -> str:
     """What all threads gain over one on the comparison scene, and its share of what the machine gains."""
     run = _lanes()
-    group = limits.Limits(run, "", verdict.cells(run, STUDYS))
+    group = limits.Limits(run, "", verdict.cells(run, {"scene": COMPARISON, **STUDYS}))
     rows = []
     for cell in group.cells:
         if cell.variant in ("cpp-threads", "numba-parallel"):
