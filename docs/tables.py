@@ -20,7 +20,15 @@ from reports.accuracy import accuracy_columns, chaos, convergence, precision
 from reports.paper import markdown, quantity
 from reports.run import gpu, ranking, reduced, results, study
 from reports.run.results import Cell, Missing, Results
-from reports.scaling import complexity_models, complexity_points, complexity_text, limits, sweep, sweep_figure
+from reports.scaling import (
+    complexity_models,
+    complexity_points,
+    complexity_text,
+    hierarchy,
+    limits,
+    sweep,
+    sweep_figure,
+)
 from reports.stability import overview, stability
 from reports.study import ladder, verdict
 from reports.times import cpu_figure, startup_table
@@ -371,7 +379,7 @@ PICTURES = "spheres", "in lanes, float64", "in lanes, float32"  # cases of peers
 
 def peers() -> str:
     """Times of all technologies on the comparison scene, over readable C++ and under POV-Ray."""
-    run = _run("cascade-lake-2x", "peers")
+    run = _run("emerald-rapids-2x", "peers")
     base, pov_ray = (_cell(run, case=PICTURES[0], variant=name) for name in ("cpp", "povray"))
     rows = []
     for case, name in itertools.product(PICTURES, sorted(run.variants)):
@@ -426,7 +434,7 @@ WAYS = {"strict": "strict", "contract": "fused"}  # floating_point, in a heading
 
 def first_hits() -> str:
     """Times of lists of rays over Embree's own search."""
-    run = _run("cascade-lake-2x", "peers")
+    run = _run("emerald-rapids-2x", "peers")
     group = limits.Limits(run, "first hits", [cell for cell in run.cells if cell.parameters["kind"] == "rays"])
     rows = []
     for cell in group.cells:
@@ -436,6 +444,21 @@ def first_hits() -> str:
     return _table(["first hits", "a whole frame ÷ Embree's own search"], sorted(rows))
 
 
+# --- Hierarchies ---
+
+
+def hierarchies() -> str:
+    """From how many objects on each renderer is faster with a hierarchy, and how long it builds its largest."""
+    rows = []
+    for line in hierarchy.found(_run("emerald-rapids-2x", "hierarchy")):
+        even = hierarchy.break_even(line)
+        pays = str(even) if isinstance(even, Missing) else quantity.plain(even.objects, 2)
+        last = max((one for one in line.points if one.bvh), key=lambda one: one.objects)
+        label = line.label.replace(", vector = off", "").replace(", vector = on", ", in lanes")
+        rows.append([Path(line.scene).stem, label, pays, f"{last.objects:,}", quantity.text(last.built, 1e3)])
+    return _table(["scene", "renderer", "pays from (objects)", "the largest (objects)", "its build (ms)"], rows)
+
+
 # --- Beside POV-Ray ---
 
 LARGEST = 4  # of the sizes of balls.toml
@@ -443,7 +466,7 @@ LARGEST = 4  # of the sizes of balls.toml
 
 def balls() -> str:
     """Times of the largest balls, beside POV-Ray on as many threads."""
-    run = _run("cascade-lake-2x", "balls")
+    run = _run("emerald-rapids-2x", "balls")
     rows = []
     for name, vector in itertools.product(("cpp", "cpp-threads", "numba", "numba-parallel"), ("off", "on")):
         if name.startswith("numba") and vector == "on":
@@ -757,6 +780,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "times": times,
     "fast": fast,
     "crossings": crossings,
+    "hierarchies": hierarchies,
     "balls": balls,
     "peers": peers,
     "threads": threads,
