@@ -49,7 +49,10 @@ def series(results: Results) -> list[Series]:
 
 
 def _is_meant(results: Results, cells: list[Cell]) -> bool:
-    """Does it vary at least two factors? The scene stands for unknown numbers of objects and lights."""
+    """Does it vary at least two factors, one of them by a sweep? The scene stands for unknown numbers of objects and
+    lights. Scenes that are merely beside each other differ in more than their numbers."""
+    if len({repr([cell.swept.get(key) for key in SWEPT]) for cell in cells}) < 2:
+        return False
     values = []
     for cell in cells:
         objects, lights = counts(results.records[cell.timed[0]] if cell.timed else None)

@@ -204,6 +204,8 @@ def test_no_section_where_one_factor_was_varied(section, sweep):
 def test_pictures_of_their_own_are_no_sweep(section, sweep):
     told = sweep(as_written, processes=1)
     assert section([row | {"point": {"case": str(row["point"])}} for row in told]) == ""
+    scenes = [row | {"scene": f"scenes/{number}.txt", "point": {"vector": "off"}} for number, row in enumerate(told)]
+    assert section([row for row in scenes if row["parameters"]["depth"] == 1], "beside each other") == ""
 
 
 def test_what_was_swept_together_has_no_exponents_apart(fitted, sweep):
