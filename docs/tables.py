@@ -153,10 +153,14 @@ def gains() -> str:
         _cell(run, scene=BALLS, **one) for one in (_of("povray", "float64", "off"), _of("cpp", "float64", "on"))
     )
     header = ["time over time", "the gallery, geometric mean", "its slowest scene", "the study's case"]
-    told = (
+    group = limits.Limits(run, "", verdict.cells(run, {"scene": COMPARISON, **STUDYS}))
+    quickest = {one: _cell(run, scene=COMPARISON, **_of("cpp", one, "on", STUDYS)) for one in PRECISIONS}
+    shares = " and ".join(f"{quantity.text(group.share(cell), 100)} % in {one}" for one, cell in quickest.items())
+    peak = f"On the study's case `cpp` in lanes reaches {shares} of the peak of fused multiply-adds."
+    balls_ = (
         f"On Haines' balls POV-Ray traces {_tracing(run, pov_ray, quick)} times as long as `cpp` in lanes of float64."
     )
-    return f"{_table(header, rows)}\n\n{told}"
+    return f"{_table(header, rows)}\n\n{peak} {balls_}"
 
 
 LANES = {False: ", in lanes over one by one", True: ", both in lanes"}

@@ -206,7 +206,7 @@ def _lacking(results: Results, bars: list[Bar]) -> list[tuple[str, str]]:
     found = {}
     for cell in results.cells:
         if cell.variant not in there and not cell.as_meant:
-            found.setdefault(cell.variant, cell.unranked or "has other places")
+            found.setdefault(cell.variant, cell.unranked or "took part in other pictures")
     return list(found.items())
 
 
