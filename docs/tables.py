@@ -85,7 +85,7 @@ def _table(header: list[str], rows: list[list[str]]) -> str:
 PRECISIONS = "float32", "float64"
 COMPARISON, BALLS = "scenes/comparison.txt", "generated/balls-size-4.txt"  # of lanes.toml, beside the gallery
 SCENE_BY_SCENE = {"width": 320}
-STUDYS = {"width": 512}  # the study's case, of the comparison scene
+STUDY_CASE = {"width": 512}  # of the comparison scene
 
 
 def _lanes() -> Results:
@@ -140,35 +140,33 @@ NUMBA_OVER_CPP = [(f"numba over cpp, {one}", _of("numba", one, "on"), _of("cpp",
 def gains() -> str:
     """What each fast path gains, of one run: ratios of times."""
     run, rows = _lanes(), []
-    for label, above, below in [*_against_off("on"), *NUMBA_OVER_CPP, OVER_READABLE]:
+    compared = [
+        *((f"{name}, in lanes over one by one", *pair) for name, *pair in _against_off("on")),
+        *((f"{name}, both in lanes", *pair) for name, *pair in NUMBA_OVER_CPP),
+        (
+            "cpp in lanes, float32, over cpp one by one, float64",
+            _of("cpp", "float32", "on"),
+            _of("cpp", "float64", "off"),
+        ),
+    ]
+    for told, above, below in compared:
         ratios = [_ratio(run, scene, above, below) for scene in _files(run) if scene != COMPARISON]
         worst = max((one for one in ratios if not isinstance(one, Missing)), key=lambda one: one.value)
-        told = label if "in lanes" in label else f"{label}{LANES[' over ' in label]}"
-        case = _ratio(run, COMPARISON, above | STUDYS, below | STUDYS)
+        case = _ratio(run, COMPARISON, above | STUDY_CASE, below | STUDY_CASE)
         rows.append([told, quantity.text(_mean(run, above, below)), _shown(run, worst), _shown(run, case)])
-    readable = _of("cpp", "float64", "off", STUDYS)
+    readable = _of("cpp", "float64", "off", STUDY_CASE)
     naive_ = _ratio(run, COMPARISON, readable, {**readable, "variant": "naive"})
     rows.append(["cpp over naive C++, float64, both one by one", "", "", _shown(run, naive_)])
     pov_ray, quick = (
         _cell(run, scene=BALLS, **one) for one in (_of("povray", "float64", "off"), _of("cpp", "float64", "on"))
     )
-    header = ["time over time", "the gallery, geometric mean", "its slowest scene", "the study's case"]
-    group = limits.Limits(run, "", verdict.cells(run, {"scene": COMPARISON, **STUDYS}))
-    quickest = {one: _cell(run, scene=COMPARISON, **_of("cpp", one, "on", STUDYS)) for one in PRECISIONS}
+    header = ["time over time", "the gallery, geometric mean", "its largest", "the study's case"]
+    group = limits.Limits(run, "", verdict.cells(run, {"scene": COMPARISON, **STUDY_CASE}))
+    quickest = {one: _cell(run, scene=COMPARISON, **_of("cpp", one, "on", STUDY_CASE)) for one in PRECISIONS}
     shares = " and ".join(f"{quantity.text(group.share(cell), 100)} % in {one}" for one, cell in quickest.items())
     peak = f"On the study's case `cpp` in lanes reaches {shares} of the peak of fused multiply-adds."
-    balls_ = (
-        f"On Haines' balls POV-Ray traces {_tracing(run, pov_ray, quick)} times as long as `cpp` in lanes of float64."
-    )
+    balls_ = f"On Haines' balls POV-Ray takes {_tracing(run, pov_ray, quick)} times as long to trace as `cpp` in lanes of float64."
     return f"{_table(header, rows)}\n\n{peak} {balls_}"
-
-
-LANES = {False: ", in lanes over one by one", True: ", both in lanes"}
-OVER_READABLE = (
-    "cpp in lanes, float32, over cpp one by one, float64",
-    _of("cpp", "float32", "on"),
-    _of("cpp", "float64", "off"),
-)
 
 
 def roofline() -> str:
@@ -401,7 +399,7 @@ def peers() -> str:
 def threads() -> str:
     """What all threads gain over one on the comparison scene, and its share of what the machine gains."""
     run = _lanes()
-    group = limits.Limits(run, "", verdict.cells(run, {"scene": COMPARISON, **STUDYS}))
+    group = limits.Limits(run, "", verdict.cells(run, {"scene": COMPARISON, **STUDY_CASE}))
     rows = []
     for cell in group.cells:
         if cell.variant in ("cpp-threads", "numba-parallel"):
