@@ -165,7 +165,8 @@ def gains() -> str:
     quickest = {one: _cell(run, scene=COMPARISON, **_of("cpp", one, "on", STUDY_CASE)) for one in PRECISIONS}
     shares = " and ".join(f"{quantity.text(group.share(cell), 100)} % in {one}" for one, cell in quickest.items())
     peak = f"On the study's case `cpp` in lanes reaches {shares} of the peak of fused multiply-adds."
-    balls_ = f"On Haines' balls POV-Ray takes {_tracing(run, pov_ray, quick)} times as long to trace as `cpp` in lanes of float64."
+    slower = _tracing(run, pov_ray, quick)
+    balls_ = f"On Haines' balls POV-Ray takes {slower} times as long to trace as `cpp` in lanes of float64."
     return f"{_table(header, rows)}\n\n{peak} {balls_}"
 
 
