@@ -13,6 +13,8 @@ from .export import FILE, require, write
 PRECISIONS = ("float64",)  # of the geometry; NOTES.md lists exceptions
 PICTURE = "picture.exr"
 TICK = 0.02  # s between looks at POV-Ray's peak memory
+STARTS = 5  # of one frame: POV-Ray gives up if a thread of its own is not there in 3 s, as on a busy machine
+TOO_SLOW = "Timed out waiting for worker thread startup"  # nothing has been read or traced by then
 
 
 def main():
@@ -30,8 +32,7 @@ def main():
     with worker.phase("render"):
         peaks = []
         for index in range(job.frames + 1):
-            start = time.monotonic()
-            said = run(words, job.out, peaks)
+            start, said = run(words, job.out, peaks)
             end, traced = time.monotonic(), trace_time(said)
             worker.say("frame", index=index, start=start, end=end, parts=None if traced is None else {"trace": traced})
     with worker.phase("save"):
@@ -49,7 +50,28 @@ def main():
 
 
 def run(words, folder, peaks):
-    """Returns POV-Ray's output and adds its peak memory in bytes to `peaks`. Exits with its reason if it fails."""
+    """Renders one frame. Exits with POV-Ray's reason if it fails.
+
+    Returns when the process started that rendered it, by the monotonic clock, and its output. Adds its peak memory in
+    bytes to `peaks`.
+    """
+    for _ in range(STARTS):
+        start = time.monotonic()
+        status, said = _start(words, folder, peaks)
+        if not status:
+            return start, said
+        if TOO_SLOW not in said:
+            break
+    found = re.search(r"\b\w+ [Ee]rror\b.*(?:\n .*)?", said)
+    last = said.strip().rpartition("\n")[2]
+    reason = found[0] if found else f"exit status {status}: {last or 'it says nothing'}"
+    worker.say("error", reason=f"povray: {' '.join(reason.split())}")
+    sys.stderr.write(said)
+    sys.exit(1)
+
+
+def _start(words, folder, peaks):
+    """Returns the exit status and the output of one process."""
     process = subprocess.Popen(
         ["povray", *words], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     )
@@ -59,14 +81,7 @@ def run(words, folder, peaks):
     said = process.communicate()[1].decode("utf-8", errors="replace")
     over.set()
     watcher.join()
-    if process.returncode:
-        found = re.search(r"\b\w+ [Ee]rror\b.*(?:\n .*)?", said)
-        last = said.strip().rpartition("\n")[2]
-        reason = found[0] if found else f"exit status {process.returncode}: {last or 'it says nothing'}"
-        worker.say("error", reason=f"povray: {' '.join(reason.split())}")
-        sys.stderr.write(said)
-        sys.exit(1)
-    return said
+    return process.returncode, said
 
 
 def watch(pid, over, peaks):

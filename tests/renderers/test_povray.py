@@ -1,5 +1,7 @@
 """POV-Ray, which shares no code with our renderers, makes the same pictures. `pytest -rP` shows how far it is off."""
 
+import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ from harness.renderer.parameters import Parameters
 from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs
-from renderers.povray import exr
+from renderers.povray import exr, main
 
 SCENES = Path(__file__).parents[2] / "experiments" / "scenes"
 OFF = 2 / 255  # of linear light; 8-bit pictures that differ by less look the same
@@ -124,6 +126,33 @@ def test_a_region_and_threads(bench):
         assert np.array_equal(
             bench.picture("povray-threads", source, width=37, height=29, threads=threads, **jobs), whole.array
         )
+
+
+@pytest.mark.parametrize(
+    "slow, message, starts",
+    [(0, "", 1), (2, main.TOO_SLOW, 3), (99, main.TOO_SLOW, main.STARTS), (99, "Parse Error: no such word", 1)],
+)
+def test_a_start_that_was_too_slow_is_tried_again(tmp_path, monkeypatch, slow, message, starts):
+    """A povray whose first `slow` starts fail with the message. The time of a failed start is in no frame."""
+    fake = tmp_path / "povray"
+    fake.write_text(
+        "#!/bin/sh\necho >>starts\nsleep 0.1\n"
+        f"[ $(wc -l <starts) -gt {slow} ] && echo done >&2 && exit\necho '{message}' >&2; exit 7\n"
+    )
+    fake.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    told = []
+    monkeypatch.setattr(main.worker, "say", lambda event, **fields: told.append((event, fields)))
+    before = time.monotonic()
+    if slow == 99:
+        with pytest.raises(SystemExit):
+            main.run([], tmp_path, [])
+        ((event, fields),) = told
+        assert event == "error" and message in fields["reason"]
+    else:
+        start, said = main.run([], tmp_path, [])
+        assert said == "done\n" and start - before >= 0.1 * slow
+    assert (tmp_path / "starts").read_text().count("\n") == starts
 
 
 def test_units_do_not_matter(bench):
