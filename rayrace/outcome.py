@@ -43,7 +43,7 @@ def versions(folder: Path, fail_slower: float | None) -> bool:
     from reports.compare import versions
     from reports.run import results
 
-    if not store.read(folder)[0].get("against"):
+    if len(store.hosts(folder)) > 1 or not store.read(folder)[0].get("against"):  # --against is of one machine
         return False
     found = versions.held(results.load(folder))
     for line in [*(row.text for row in found if len(found) > 1), f"this version: {versions.verdict(found)}"]:

@@ -32,6 +32,7 @@ CAPTION = (
 MOST = 24  # charts
 MOST_FAMILIES = 24  # in the legend
 MOST_NAMED = 12  # in a sentence
+LONGEST = 120  # letters of a name in the legend
 MARKERS = "osD^vP*X<>phd8"
 FAINT = 0.25  # opacity of a point that is never on the front
 WIDTH, PLOT, HEAD, LEFT, RIGHT, LABEL, LINE = 7.2, 4.0, 0.55, 0.65, 0.15, 0.5, 0.145  # inches
@@ -44,8 +45,11 @@ def draw(results: Results, chart: Chart):
     of_cell = family_of(chart)
     families = list(dict.fromkeys(of_cell.values()))
     shown = families[:MOST_FAMILIES]
-    columns = 3 if max(map(len, [*variants, *shown])) < 30 else 2
-    rows = -(-len(variants) // columns) - (-len(shown) // columns)
+    legends = [
+        (names, style.columns(names, WIDTH - 0.1, 3))
+        for names in (variants, [textwrap.shorten(name, LONGEST, placeholder=" ..") for name in shown])
+    ]
+    rows = sum(-(-len(names) // columns) for names, columns in legends)
     fastest, lost = _fastest(results, chart), textwrap.wrap(_lost(chart), 150)[:4]
     foot = LABEL + LINE * (rows + 1 + len(lost) + (len(shown) < len(families)))
     height = HEAD + LINE * len(fastest) + PLOT + foot
@@ -53,23 +57,24 @@ def draw(results: Results, chart: Chart):
     box = LEFT / WIDTH, foot / height, 1 - (LEFT + RIGHT) / WIDTH, PLOT / height
     axes = figure.add_axes(box)
     zero = limits(axes, chart)
-    regions(axes, chart)
+    upright = regions(axes, chart)
     markers = {family: MARKERS[number % len(MARKERS)] for number, family in enumerate(families)}
     _curves(axes, results, chart, zero)
     _points(axes, results, chart, zero, {cell: markers[family] for cell, family in of_cell.items()})
     _front(axes, chart, zero)
     if chart.sampled and any(curve.dial in pareto.DRAWS for curve in chart.curves):
         _guides(axes)
-    _numbers(axes, chart, zero)
+    _numbers(axes, chart, zero, upright)
     figure.text(0.01, 1 - 0.08 / height, chart.view.title, va="top", fontweight="bold")
     figure.text(0.01, 1 - 0.26 / height, "\n".join(fastest), va="top", fontsize=7)
     handles = [Line2D([], [], color=style.colour(name, results.variants), lw=4) for name in variants]
     marks = [Line2D([], [], ls="", marker=markers[family], color="#555555", ms=5) for family in shown]
-    at, size = foot - LABEL, {"loc": "upper left", "ncols": columns, "columnspacing": 1, "borderaxespad": 0}
-    for mine, names in ((handles, variants), (marks, shown)):
-        figure.legend(mine, names, bbox_to_anchor=(0.02, at / height), **size)
+    at, size = foot - LABEL, {"loc": "upper left", "columnspacing": 1, "borderaxespad": 0}
+    for mine, (names, columns) in zip((handles, marks), legends, strict=True):
+        figure.legend(mine, names, bbox_to_anchor=(0.02, at / height), ncols=columns, **size)
         at -= LINE * (-(-len(names) // columns)) + 0.06
-    more = [f"and {len(families) - len(shown)} more methods: the CSV file names them"] * (len(shown) < len(families))
+    left = len(families) - len(shown)
+    more = [f"and {left} more method{'s' * (left > 1)}: the CSV file names them"] * (left > 0)
     figure.text(0.03, at / height, "\n".join(more + lost), va="top", fontsize=6.5, linespacing=1.35)
     return figure
 
@@ -120,14 +125,18 @@ def limits(axes, chart: Chart) -> float:
     return zero
 
 
-def regions(axes, chart: Chart) -> None:
-    """Marks regions of the error: below the resolution of the truth, a visible step, float32."""
+def regions(axes, chart: Chart) -> list:
+    """Marks regions of the error: below the resolution of the truth, a visible step, float32.
+
+    Returns the texts among the points.
+    """
     left, right = axes.get_xlim()
+    upright = []
     if chart.resolution > left:
         axes.axvspan(left, chart.resolution, color="#E4E4E4", lw=0, zorder=0)
         known = chart.resolution > pareto.ALIKE
         why = "from here on the truth cannot tell" if known else "float64 pictures are not told apart"
-        _upright(axes, chart.resolution, why, ha="right")
+        upright.append(_upright(axes, chart.resolution, why, ha="right"))
     names = [(VISIBLE, "1/255")]
     axes.axvline(VISIBLE, color="black", lw=0.8)
     parameters = ((point.error, point.cell.parameters) for point in chart.points)
@@ -140,10 +149,11 @@ def regions(axes, chart: Chart) -> None:
     for (_, text), x in zip(names, at, strict=True):
         above = text != "1/255" and abs(x - at[0]) < 0.1  # the two would overlap
         axes.text(x, 1.045 if above else 1.01, text, transform=axes.transAxes, ha="center", va="bottom", fontsize=7)
+    return upright
 
 
-def _upright(axes, x: float, text: str, ha: str = "center") -> None:
-    axes.text(
+def _upright(axes, x: float, text: str, ha: str = "center"):
+    return axes.text(
         x, 0.02, text, transform=axes.get_xaxis_transform(), rotation=90, ha=ha, va="bottom", fontsize=6.5,
         color="#555555", path_effects=style.OUTLINE,
     )  # fmt: skip
@@ -207,10 +217,16 @@ def _guides(axes) -> None:
     )
 
 
-def _numbers(axes, chart: Chart, zero: float) -> None:
-    """Numbers the points of the front, each where it covers least, and rings the fastest below a visible step."""
+def _numbers(axes, chart: Chart, zero: float, upright: list) -> None:
+    """Numbers the points of the front, each where it covers least, and rings the fastest below a visible step.
+
+    upright: texts, from bottom to top, that a number must not cover either.
+    """
     inch = axes.figure.dpi / 72
     taken = [axes.transData.transform((chart.drawn(p) or zero, p.time.value)) for p in chart.points]
+    for text in upright:
+        box = text.get_window_extent()
+        taken += [np.array([(box.x0 + box.x1) / 2, y]) for y in np.arange(box.y0, box.y1, 4 * inch)]
     for point in chart.front:
         at = axes.transData.transform((chart.drawn(point) or zero, point.time.value))
         places = [

@@ -15,6 +15,7 @@ MOST = 11, 16  # columns and rows
 ROOMY = 8  # columns up to which an interval fits into a square
 NARROW = 5.6  # least width, which a title needs, inches
 LETTER = 0.075  # width of a letter beside the squares, inches
+LINE = 0.15  # height of a line of the title, inches
 CAPTION = (
     f"Median over processes, with up to {ROOMY} columns also its 95 % interval; darker is less, on a logarithmic "
     f"scale. Of more than {MOST[0]} columns or {MOST[1]} rows some, evenly spread."
@@ -48,7 +49,8 @@ def draw(shown: Map, title: str, mark: str = "") -> Figure:
     norm = LogNorm(low / size, max(high, low * 1.01) / size)
     beside = LETTER * max(len(shown.rows[row]) for row in rows)
     side = min(1.4, max(SIDE, 4.2 / len(columns)))  # a few squares are larger, as wide as the title
-    wide, high = max(NARROW, side * len(columns) + 1.3 + beside), side * len(rows) + 1.0
+    wide = max(NARROW, side * len(columns) + 1.3 + beside)
+    high = side * len(rows) + 0.7 + LINE * (1 + style.wrapped(title, wide).count("\n"))
     figure, axes = plt.subplots(figsize=(wide, high), layout="constrained")
     shades = plt.get_cmap("cividis")
     for (column, row), value in values.items():

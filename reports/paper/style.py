@@ -22,6 +22,7 @@ from reports.run.stored import STEP
 
 DPI = 200
 LETTERS = 15  # of a title, to the inch
+EM, KEY = 0.55, 0.4  # width of a letter over its size; of a legend's sign with the gaps around it, inches
 ACROSS = "across"  # gid of a text that lies over a chart on purpose
 
 # Okabe and Ito's colours, which people with any colour vision tell apart (jfly.uni-koeln.de/color).
@@ -131,9 +132,17 @@ def figure(path: Path, alt: str, draw: Callable[..., Figure], *arguments) -> str
 
 def entitle(figure: Figure, text: str) -> None:
     """Sets a long title at the left, each of its lines in as many as it needs."""
-    most = int(LETTERS * figure.get_figwidth())
-    lines = "\n".join(textwrap.fill(line, most) for line in text.splitlines())
-    figure.suptitle(lines, x=0.01, ha="left", fontsize=8)
+    figure.suptitle(wrapped(text, figure.get_figwidth()), x=0.01, ha="left", fontsize=8)
+
+
+def wrapped(text: str, wide: float) -> str:
+    """Returns a title with its lines broken to fit into so many inches."""
+    return "\n".join(textwrap.fill(line, int(LETTERS * wide)) for line in text.splitlines())
+
+
+def columns(names: list[str], wide: float, most: int, size: float = RC["legend.fontsize"]) -> int:
+    """Returns in how many columns of a legend, `wide` inches in all, each name fits; 1 if one is too long for two."""
+    return max(1, min(most, int(wide / (KEY + max(map(len, names)) * EM * size / 72))))
 
 
 def visible_step(axes, right: bool = True) -> None:

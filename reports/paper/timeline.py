@@ -27,4 +27,7 @@ def legend(figure, seen) -> None:
     order = dict.fromkeys(name for name in (*style.PHASES, *seen) if name in seen)
     patches = [Patch(color=style.PHASES.get(name, style.OTHER_PHASE), label=name) for name in order]
     if patches:
-        figure.legend(handles=patches, loc="lower center", ncols=len(patches), title="phases", title_fontsize=7)
+        figure.legend(
+            handles=patches, loc="lower center", ncols=len(patches), title="phases", title_fontsize=7,
+            handlelength=1, handletextpad=0.4, columnspacing=0.8,  # all of them fit into a line
+        )  # fmt: skip

@@ -6,8 +6,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from reports.paper import markdown, style
-from reports.pictures.pictures_figure import panel, panel_size, say
+from reports.paper import markdown, style, thinning
+from reports.pictures.pictures_figure import panel, say
 from reports.run import gpu, launch, stored
 from reports.run.launch import Group
 from reports.run.results import Cell, Missing, Results
@@ -31,12 +31,13 @@ CAPTION = (
     "did not find the reason. The pattern follows the block size since shared memory belongs to a block: threads of "
     "one block read one copy and share its mistake; the next block has its own copy. Ticks: the borders of the blocks, "
     "where they are far enough apart to be seen. On the left the picture as it should be, the reference by another "
-    "renderer. This is about agreement, not about the error of a picture."
+    "renderer, from which the others are off. This is about agreement, not about the error of a picture."
 )
-GAP, HEAD, BELOW, EDGE = 44, 70, 76, 130  # pixels of the PNG
+GAP, HEAD, BELOW, EDGE, WIDEST = 24, 70, 76, 130, 1580  # pixels of the PNG
 LARGEST = 512
 CLOSEST = 5  # pixels of the PNG between two ticks
-NARROWEST = 300  # least width of the text below a panel, pixels
+MOST = 5  # block sizes, side by side
+LETTERS = 18  # of a line in an empty panel, at least
 
 
 def of_scene(results: Results, scene: str) -> list[Group]:
@@ -50,13 +51,22 @@ def _has_picture(results: Results, cell: Cell) -> bool:
     return bool((results.record(cell) or {}).get("picture"))
 
 
+def _lacking(results: Results, group: Group) -> Missing | None:
+    """Returns why no picture of a group can be shown, None if one can be."""
+    pictures = [stored.raw(results, cell) for cell in group.cells if _has_picture(results, cell)]
+    missing = [picture for picture in pictures if isinstance(picture, Missing)]
+    return missing[0] if len(missing) == len(pictures) else None
+
+
 def draw(results: Results, group: Group):
     """Draws a group."""
     variants = list(dict.fromkeys(cell.variant for cell in group.cells))
-    blocks = sorted({gpu.block(results, cell) or (0, 0) for cell in group.cells}, key=lambda b: (b[0] * b[1], b))
+    blocks = thinning.few(_blocks(results, group), MOST)
     height, width = group.cells[0].size
-    high, wide = panel_size(height, width, LARGEST)
-    step_wide, step_high = max(wide, NARROWEST) + GAP, high + BELOW + 24
+    step_wide = min(LARGEST + GAP, (WIDEST - EDGE) // (1 + len(blocks)))
+    zoom = (step_wide - GAP) / max(height, width)
+    high, wide = round(zoom * height), round(zoom * width)
+    step_high = high + BELOW + 24
     total_wide, total_high = EDGE + (1 + len(blocks)) * step_wide, HEAD + len(variants) * step_high
     figure = plt.figure(figsize=(total_wide / style.DPI, total_high / style.DPI))
 
@@ -81,28 +91,33 @@ def draw(results: Results, group: Group):
     return figure
 
 
+def _blocks(results: Results, group: Group) -> list[tuple[int, int]]:
+    """Returns the sizes of the blocks of a group, the smallest first; (0, 0) where one is not told."""
+    return sorted({gpu.block(results, cell) or (0, 0) for cell in group.cells}, key=lambda b: (b[0] * b[1], b))
+
+
 def _right(results: Results, cells: list[Cell], axes) -> None:
     cell = next((cell for cell in cells if _has_picture(results, cell)), None)
     agreement = cell and results.record(cell)["agreement"]
     found = stored.reference(results, agreement or {}) if cell else Missing("no reference")
     if isinstance(found, Missing):
-        say(axes, str(found))
+        say(axes, str(found), LETTERS)
         return
     axes.imshow(stored.displayed(found, cell), interpolation="nearest", aspect="auto")
-    axes.text(0.5, -0.03, "the reference", transform=axes.transAxes, ha="center", va="top", fontsize=7)
+    axes.text(0.5, -0.05, "the reference", transform=axes.transAxes, ha="center", va="top", fontsize=7)
 
 
 def _wrong(results: Results, cell: Cell | None, axes, block: tuple[int, int], zoom: tuple[float, float]) -> None:
     picture = stored.raw(results, cell) if cell else Missing("not run")
     if isinstance(picture, Missing):
-        say(axes, picture.reason if cell is None or not _has_picture(results, cell) else str(picture))
+        say(axes, picture.reason if cell is None or not _has_picture(results, cell) else str(picture), LETTERS)
         return
     axes.imshow(stored.displayed(picture, cell), interpolation="nearest", aspect="auto")
     for axis, side, size, scale in zip((axes.xaxis, axes.yaxis), block, picture.shape[1::-1], zoom, strict=True):
         if side and side * scale >= CLOSEST:
             axis.set_ticks(np.append(np.arange(0, size, side), size) - 0.5, labels=[])
     axes.tick_params(top=True, bottom=True, left=True, right=True, length=3, width=0.4)
-    axes.text(0.5, -0.03, _said(results, cell), transform=axes.transAxes, ha="center", va="top", fontsize=7)
+    axes.text(0.5, -0.05, _said(results, cell), transform=axes.transAxes, ha="center", va="top", fontsize=7)
 
 
 def _said(results: Results, cell: Cell) -> str:
@@ -112,7 +127,7 @@ def _said(results: Results, cell: Cell) -> str:
         return "not judged"
     if cell.status == "ok":
         return "right here"
-    return f"{wrong:.1%} of pixels differ from\nthe reference by more than 1/255"
+    return f"{wrong:.1%} of pixels off\nby more than 1/255"
 
 
 def _why(variant: str, apart: str) -> str:
@@ -129,7 +144,14 @@ def write(results: Results, out: Path) -> str:
     for number, group in enumerate(found):
         path = out / f"faults-{number}-{markdown.slug(group.label)}"
         parts.append(f"### {markdown.escape(group.label)}")
+        lacking = _lacking(results, group)
+        if lacking:
+            parts.append(markdown.escape(str(lacking)))
+            continue
         parts.append(style.figure(path, f"Exhibits: {group.label}", draw, results, group))
+        there = len(_blocks(results, group))
+        parts.append(thinning.note(min(there, MOST), there, "sizes of blocks", "the pictures of all are in the run"))
     variants = dict.fromkeys((cell.variant, cell.apart) for group in found for cell in group.cells)
     why = [_why(variant, apart) for variant, apart in variants]
-    return "\n\n".join([*parts, markdown.escape(CAPTION), markdown.bullets(list(map(markdown.escape, why)))])
+    told = markdown.bullets(list(map(markdown.escape, why)))
+    return "\n\n".join([*filter(None, parts), markdown.escape(CAPTION), told])

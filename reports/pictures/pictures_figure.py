@@ -172,11 +172,11 @@ def _panels(results: Results, cell: Cell, above, below, norm, room: int) -> None
     below.imshow(broken, interpolation="nearest", aspect="auto")
 
 
-def say(axes, text: str) -> None:
-    """Writes into an empty panel why it is empty."""
+def say(axes, text: str, least: int = 27) -> None:
+    """Writes into an empty panel why it is empty. least: letters of a line, wider than a narrow panel if need be."""
     axes.set_facecolor("#F4F4F4")
     wide = axes.get_window_extent().width / axes.figure.dpi * 72  # points
-    lines = textwrap.fill(text, max(27, int(wide / (0.55 * 7))))  # a letter is about 0.55 of its size wide
+    lines = textwrap.fill(text, max(least, int(wide / (0.55 * 7))))  # a letter is about 0.55 of its size wide
     axes.text(0.5, 0.5, lines, transform=axes.transAxes, ha="center", va="center", fontsize=7)
 
 

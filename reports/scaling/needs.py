@@ -23,7 +23,7 @@ CAPTION = (
     "the kernel as needed? Grey in the figure: not distinguishable from noise, by the A/A pair of the run."
 )
 NO_GPU = "it does not run on a GPU (rayrace doctor --cuda compiles its kernels without one)"
-ROW, HEAD = 0.2, 1.1  # inches
+WIDTH, ROW, HEAD, KEY = 7.2, 0.2, 0.95, 0.15  # inches
 
 
 @dataclass(frozen=True)
@@ -130,9 +130,9 @@ def _points(group: Carried) -> list[tuple[str, Estimate]]:
 def draw(results: Results, groups: list[Carried]):
     """Draws three panels with a row for each kernel: time over that of the needed kernel, compile time and memory."""
     rows = list(dict.fromkeys(carries(cell) for group in groups for cell in group.cells))
-    figure, panels = plt.subplots(
-        1, 3, figsize=(7.2, HEAD + ROW * len(rows) * max(1, len(groups) / 2)), sharey=True, layout="constrained"
-    )
+    beside = style.columns([group.label for group in groups], WIDTH, 3, 6)
+    height = HEAD + ROW * len(rows) * max(1, len(groups) / 2) + KEY * -(-len(groups) // beside)
+    figure, panels = plt.subplots(1, 3, figsize=(WIDTH, height), sharey=True, layout="constrained")
     for number, group in enumerate(groups):
         shift = 0.6 * ((number + 0.5) / len(groups) - 0.5)
         shade = style.colour(group.cells[0].variant, results.variants)
@@ -149,7 +149,7 @@ def draw(results: Results, groups: list[Carried]):
         axes.grid(axis="x")
     panels[0].set_yticks(range(len(rows)), rows)
     panels[0].set_ylim(len(rows) - 0.5, -0.5)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=6)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=beside, fontsize=6)
     return figure
 
 

@@ -21,7 +21,8 @@ CAPTION = (
     "lowest median is drawn."
 )
 
-ROW, HEAD, FOOT, WIDTH = 0.22, 0.95, 0.3, 7.7  # inches
+ROW, HEAD, FOOT, WIDTH, LINE = 0.22, 0.95, 0.3, 7.7, 0.14  # inches
+RIGHT = 2.45  # inches beside a panel
 HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255", "agrees"), (5, 45, 85, 137)  # points right of a panel
 LONGEST = 40  # letters of a name
 LEAST_RANGE = 2.0  # of an axis: its end over its start
@@ -46,7 +47,19 @@ def shown(results: Results, scene: str) -> list[tuple[str, str]]:
 
 def _height(results: Results, place: tuple[str, str]) -> float:
     """Returns the height of a panel, inches."""
-    return len(ranking.ranked(results, place)) * ROW + HEAD
+    return len(ranking.ranked(results, place)) * ROW + HEAD + LINE * _title(results, place).count("\n")
+
+
+def _title(results: Results, place: tuple[str, str]) -> str:
+    """Returns the title of a panel, in lines that end before the errors beside it."""
+    names = max(len(name) for other in drawable(results, place[0]) for name in _names(results, other))
+    bold = 1.1  # of a letter over a plain one
+    wide = (WIDTH - RIGHT) / (style.EM * style.RC["font.size"] / 72) - names
+    return textwrap.fill(naming.called(results, place), int(wide / bold))
+
+
+def _names(results: Results, place: tuple[str, str]) -> list[str]:
+    return [textwrap.shorten(cell.name, LONGEST) for cell in ranking.ranked(results, place)]
 
 
 def draw(results: Results, scene: str):
@@ -86,8 +99,8 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
         middle = (low * high) ** 0.5
         axes.set_xlim(middle / LEAST_RANGE**0.5, middle * LEAST_RANGE**0.5)
     style.log_ticks(axes.xaxis)
-    axes.set_yticks(range(len(cells)), [textwrap.shorten(cell.name, LONGEST) for cell in cells])
-    axes.set_title(naming.called(results, place), loc="left", fontweight="bold")
+    axes.set_yticks(range(len(cells)), _names(results, place))
+    axes.set_title(_title(results, place), loc="left", fontweight="bold")
     axes.grid(axis="x", color="#CCCCCC")
 
 

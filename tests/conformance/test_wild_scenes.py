@@ -32,6 +32,9 @@ JUDGED = (("numba", {}), ("numpy", {}), ("python", {}), ("opencl", {}), ("cpp", 
 THREADED = (("cpp-threads", {}, "cpp"), ("numba-parallel", {}, "numba"), ("cpp-threads", LANES, "cpp"))
 SHARE = 5  # every fifth scene is rendered by several threads too
 THREADS = 3
+MOVES, WIDER = 8, 2  # of the places of a scene far away; a pixel may be off by so many times what they change it
+SHAPES = ("spheres", "boxes", "ellipsoids")
+PLACED = ("lights", *SHAPES, *(f"csg_{shape}" for shape in SHAPES), "polygon_vertices", "mesh_vertices")
 SCENE = "RAYRACE_SCENE"  # environment variable: the number of a scene, which then is the only one
 KEPT = Path(__file__).parents[2] / "build" / "disagreements"
 
@@ -45,8 +48,8 @@ def drawn(number):
     return wild_scenes.draw(seeds.numbers("wild", number))
 
 
-def result_of(bench, variant, wild, accel, **more):
-    """The Result of a variant with its general kernel; or text, why it failed."""
+def result_of(bench, variant, wild, accel, moved=None, **more):
+    """The Result of a variant with its general kernel; or text, why it failed. moved: the generator for displaced()."""
     entry = bench.known[variant]
     chosen = {"kernel": "general"} if "general" in entry.methods.get("kernel", ()) else {}
     if accel in entry.methods.get("accel", ()):
@@ -55,7 +58,8 @@ def result_of(bench, variant, wild, accel, **more):
     needed = needs(wild.scene, wanted)
     reason = repetition.unsupported(entry, wanted, needed)
     assert reason is None, reason
-    result = bench.run(entry, flatten(wild.scene), wanted, needed)
+    arrays = flatten(wild.scene)
+    result = bench.run(entry, arrays if moved is None else displaced(arrays, moved), wanted, needed)
     return result if result.status == "ok" else f"{result.status}: {result.reason}\n{result.stderr[-500:]}"
 
 
@@ -64,7 +68,28 @@ def disagreement(bench, court, variant, methods, wild, accel):
     result = result_of(bench, variant, wild, accel, **methods)
     if isinstance(result, str):
         return result
-    return court.wrong((MAKER,), wild.scene, wild.parameters, result)
+    beside = (lambda: rounding(bench, wild, accel)) if wild.away else (lambda: 0.0)
+    return court.wrong((MAKER,), wild.scene, wild.parameters, result, beside)
+
+
+def rounding(bench, wild, accel):
+    """What the rounding of coordinates can do to each pixel of a scene far from the origin, (height, width).
+
+    A million sizes away they are rounded to 1e-10 of the size, and each curved face on a ray's way makes more of that.
+    """
+    plain, rng = result_of(bench, MAKER, wild, accel), np.random.default_rng(seeds.numbers("moves"))
+    moved = [result_of(bench, MAKER, wild, accel, moved=rng) for _ in range(MOVES)]
+    return WIDER * np.max([np.abs(result.array - plain.array).max(axis=2) for result in moved], axis=0)
+
+
+def displaced(arrays, rng):
+    """The arrays of a scene, each coordinate of a place moved by 0 or a unit in the last place of the largest."""
+    found = {name: array.copy() for name, array in arrays.items()}
+    places = [found["camera"][:1], *(found[name][:, :3] for name in PLACED)]
+    unit = np.spacing(max(np.abs(place).max(initial=0) for place in places))
+    for place in places:
+        place += unit * rng.integers(-1, 1, place.shape, endpoint=True)
+    return found
 
 
 def differs_by_threads(bench, variant, methods, twin, wild, accel):

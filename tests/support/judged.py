@@ -1,5 +1,6 @@
 """Judges the pictures of tests with many cases: makes references, keeps them, and gives verdicts."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -46,20 +47,28 @@ class Court:
             self.kept[key] = found
         return self.kept[key]
 
-    def wrong(self, makers: tuple[str, ...], scene: Scene, parameters: Parameters, result: Result) -> str | None:
+    def wrong(
+        self,
+        makers: tuple[str, ...],
+        scene: Scene,
+        parameters: Parameters,
+        result: Result,
+        beside: Callable[[], np.ndarray | float] = lambda: 0.0,
+    ) -> str | None:
         """None, or what is wrong with the picture and the counts of a Result.
 
-        The mask takes dozens of pictures: it is made only where some pixel or count does not agree.
+        beside: makes what each pixel may be off by beside the tolerance, (height, width). That and the mask take dozens
+        of pictures: they are made only where some pixel or count does not agree.
         """
-        return self._wrong(makers, scene, parameters, result, False) and self._wrong(
-            makers, scene, parameters, result, True
+        return self._wrong(makers, scene, parameters, result) and self._wrong(
+            makers, scene, parameters, result, True, beside
         )
 
-    def _wrong(self, makers, scene, parameters, result, masked):
+    def _wrong(self, makers, scene, parameters, result, masked=False, beside=lambda: 0.0):
         found = self.reference(makers, scene, parameters, masked)
         broken = may_break(naive_of(parameters, needs(scene, parameters)))
         picture = told(result.array) if broken else result.array
-        verdict = judge.judge(picture, found, parameters.precision)
+        verdict = judge.judge(picture, found, parameters.precision, bound=beside())
         wrong = verdict.wrong or _counts(result.said.rays, found, parameters.precision)
         if result.said.rays["non_finite"] and not broken:
             wrong = wrong or f"{result.said.rays['non_finite']} samples are not finite"

@@ -16,6 +16,7 @@ from harness.race import race
 from harness.renderer import registry
 from harness.store import alone, likeness, store
 from harness.store.record import key
+from rayrace import outcome
 
 SCENE = """CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)
 AMBIENT (0.2,0.2,0.3)
@@ -243,7 +244,7 @@ def test_what_was_unavailable_is_tried_again(front, monkeypatch):
 
 
 @pytest.mark.slow
-def test_hosts_are_not_pooled(file, known, monkeypatch):
+def test_hosts_are_not_pooled(file, known, monkeypatch, capsys):
     """Rows say which host they are of. Two hosts are read together only if that is asked for."""
     front = Front(file, known, Cluster(monkeypatch, ["left", "right"]))
     rows = front.run()
@@ -253,6 +254,8 @@ def test_hosts_are_not_pooled(file, known, monkeypatch):
     assert by_host == {"left": {1, 3}, "right": {2}}
     with pytest.raises(UserError, match="of several hosts, which are not pooled"):
         store.read(front.folder)
+    outcome.show(front.folder, rows)
+    assert not outcome.versions(front.folder, None) and not capsys.readouterr().out, "nothing to compare is no fault"
     names = list(store.hosts(front.folder))
     facts, some = store.read(front.folder, names[1:])
     assert facts["environment"]["host"] == "right" and len(some) == 4 and len(facts["cells"]) == 2
