@@ -111,6 +111,8 @@ def test_threads_change_no_byte(bench, known, scenes, name):
     for variant, entry in known.items():
         if entry.variant.threads == 1 or entry.renderer.manifest.name == "povray" or entry.unavailable:
             continue
+        if entry.variant.exhibit:  # wrong on purpose
+            continue
         if "box" not in entry.renderer.manifest.features:  # peers that know fewer shapes have tests of their own
             continue
         twin = bench.result(entry.renderer.manifest.variant[0].name, source, exact=True, **SIZE, **jobs)
