@@ -184,8 +184,8 @@ def make(
     arrays: dict[str, dict] = {}
     seen: dict[str, tuple[Cell, int]] = {}
     sources: dict[str, Source] = {}
-    for picture in _pictures(experiment, file):
-        for cell in picture.cells(experiment, chosen, constraints):
+    for picture in _located(_pictures(experiment, file), file):
+        for cell in _located(picture.cells(experiment, chosen, constraints), file, picture.point):
             other, table = seen.setdefault(cell.key, (cell, picture.table))
             if other is not cell and table == picture.table:
                 raise UserError(f'{file}: "{other.label}" and "{cell.label}" are the same cell; leave one out')
@@ -365,6 +365,17 @@ def _stressed(experiment: Experiment, file: Path) -> Iterator[_Picture]:
                 point = {"stress": row.name, "level": level, **swept}
                 found = _image({**image, **source.trial.parameters, **swept}, file, [f"stress {point}"])
                 yield _Picture(source, found, point, table)
+
+
+def _located(items: Iterator, file: Path, point: dict | None = None) -> Iterator:
+    """Yields pictures, or the cells of a point; a UserError that names no file gets this one, and the point."""
+    try:
+        yield from items
+    except UserError as error:
+        if error.file is not None or str(file) in str(error):
+            raise
+        where = f"point {point}: " if point else ""
+        raise UserError(f"{where}{error.message}", file=file, remedy=error.remedy) from None
 
 
 def _image(chosen: dict, file: Path, where: list[str]) -> Image:

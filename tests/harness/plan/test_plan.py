@@ -115,6 +115,12 @@ def test_each_cell_has_needs_of_its_own(make):
         assert ("supersampling" in cell.needs) == (cell.point["samples"] == 2) and "lens" in cell.needs
 
 
+def test_a_point_with_half_a_lens_says_where(make):
+    with pytest.raises(UserError) as told:
+        make("[[points]]\nside = 4\n[[points]]\nside = 5\nlens_radius = 1\n")
+    assert ".toml: point {" in str(told.value) and "lens_radius: also needs focal_distance" in str(told.value)
+
+
 @pytest.mark.parametrize(
     ("expression", "message"),
     [
