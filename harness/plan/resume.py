@@ -55,4 +55,10 @@ def of_cells(before: list[dict], now: Iterable[Cell], names: tuple[str, ...]) ->
 def _changes(where: str, before: dict, now: dict, names: tuple[str, ...]) -> list[str]:
     """A line for each value that differs."""
     found = fingerprint.changes(before, json.loads(json.dumps(now)), names)
-    return [f"{where}{name} was {json.dumps(old)}, is {json.dumps(new)}" for name, old, new in found]
+    known = [change for change in found if not any(map(_unread, change[1:]))]
+    return [f"{where}{name} was {json.dumps(old)}, is {json.dumps(new)}" for name, old, new in known]
+
+
+def _unread(value) -> bool:
+    """Whether an error of the system kept a fact from being read: it says nothing of a change."""
+    return isinstance(value, str) and value.startswith("unavailable: [Errno ")

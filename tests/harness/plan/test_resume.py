@@ -157,9 +157,11 @@ def test_nothing_changed_is_mixed_in(rayrace, experiment, write, tmp_path, bad_f
     facts = json.loads((folder / "run.json").read_text())
     facts["environment"]["cpu"] = "another"
     facts["environment"]["packages"]["numpy"] = "0.1"
+    facts["environment"]["compilers"]["c++"] = "unavailable: [Errno 5] Input/output error: '/usr/bin/c++'"
     (folder / "run.json").write_text(json.dumps(facts))
     said = refused(rayrace, file, folder, *words)
     assert 'this machine: cpu was "another", is ' in said and 'this machine: packages.numpy was "0.1", is ' in said
+    assert "compilers" not in said, "an error as it was read is no change"
 
 
 def test_a_budget_makes_a_thinner_study_that_can_be_gone_on_with(rayrace, experiment, tmp_path):
