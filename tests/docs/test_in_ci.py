@@ -36,8 +36,7 @@ def tree(tmp_path):
     return tmp_path
 
 
-@pytest.mark.slow
-@pytest.mark.whole
+@pytest.mark.alone
 @pytest.mark.parametrize("loops, code", [(200_001, 0), (600_000, 1)])
 def test_the_gate(tree, rayrace, loops, code):
     """Three times the work fails it; another number of turns, which nothing can tell, does not."""
