@@ -20,6 +20,16 @@ def stamp(folder: str, number: int) -> None:
     _leave(folder, number, begin=begin, end=time.monotonic(), pid=os.getpid(), **told)
 
 
+def meet(folder: str, number: int) -> None:
+    """Be at work until the other of tasks 0 and 1 is too, or for a minute in vain; when."""
+    begin = time.monotonic()
+    mine, other = (Path(folder) / f"{each}.begun" for each in (number, 1 - number))
+    mine.touch()
+    while not other.exists() and time.monotonic() < begin + 60:
+        time.sleep(0.02)
+    _leave(folder, number, begin=begin, end=time.monotonic())
+
+
 def alone(folder: str, number: int) -> None:
     """As `stamp`, as a run that measures: the host is its own meanwhile."""
     from harness.race.host import host_lock  # with all that it needs, which takes a second

@@ -68,7 +68,7 @@ def test_workers_of_a_host_take_turns(workers, table, folder):
 
 def test_dask_itself_knows_no_turns_but_the_lock_of_the_host_does(workers, folder):
     """Two tasks that are given to the two workers, as Dask gives them."""
-    for work, together in ((cluster_tasks.stamp, True), (cluster_tasks.alone, False)):
+    for work, together in ((cluster_tasks.meet, True), (cluster_tasks.alone, False)):
         workers.gather(workers.map(work, [str(folder)] * 2, [0, 1], pure=False))
         assert cluster_tasks.overlap(list(cluster_tasks.left(folder).values())) == together
 
@@ -214,7 +214,7 @@ def test_cancelled_before_there_is_a_worker(folder):
 
 
 def test_at_the_end_of_its_time(table, folder):
-    executor = Dask(table.model_copy(update={"time": 3.0}))
+    executor = Dask(table.model_copy(update={"time": 8.0}))
     jobs = submit(executor, cluster_tasks.obey, folder, 0)
     assert ended(executor, jobs)[0].reason == "ran out of time"
     assert cluster_tasks.left(folder)[0]["heard"] == "SIGTERM"
