@@ -26,7 +26,7 @@ def fake(place, **fault):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["GpuIsLost", "dies", "hangs"])
 def test_in_mid_run(rayrace, tmp_path, kind, injected):
-    """From half a second after each measurer began, in repetitions of a second or two."""
+    """From half a second after the first sample of each measurer, in repetitions of a second or two."""
     file, words = faulty.tiny(tmp_path / "tiny", processes=1)
     words += ["--set", "image.width=300", "--set", "image.height=300", "--set", "frames=500", "--only", "flat"]
     rayrace("run", file, "--out", tmp_path / "run", *words, env=fake(tmp_path, kind=kind, from_s=0.5), code=0)

@@ -18,6 +18,7 @@ TRACE = json.loads(Path(os.environ.get("NVML_TRACE") or Path(__file__).with_name
 ORIGIN = TRACE["origin_s"] if TRACE["origin_s"] is not None else time.monotonic()
 ROWS = [dict(zip(TRACE["columns"], row, strict=True)) for row in TRACE["rows"]]
 STAMP = 7_000_000_000  # us: NVML's stamps are on a clock of its own
+IS_MEASURER = "harness.process.measurer" in sys.orig_argv
 
 NVML_SUCCESS = 0
 CODES = {
@@ -193,6 +194,7 @@ def nvmlDeviceGetPowerUsage(handle):
 
 def nvmlDeviceGetTotalEnergyConsumption(handle):
     _refuse("nvmlDeviceGetTotalEnergyConsumption")
+    first_sample[:] = first_sample or [_seconds()]  # nobody else asks for energy
     step = TRACE["energy_step_s"]
     return round(1000 * (1e6 + integral("power_w", math.floor(_seconds() / step) * step)))
 
@@ -222,16 +224,26 @@ def nvmlDeviceGetCurrentClocksThrottleReasons(handle):
     return _at(_seconds())["reasons"]
 
 
+first_sample = []  # the time of it (s)
+
+
+def _is_lost(fault):
+    """Whether from_s have passed: in the measurer since its first sample, however long it took to get there."""
+    if not IS_MEASURER or fault["from_s"] < 0:
+        return _seconds() >= fault["from_s"]
+    return first_sample and _seconds() - first_sample[0] >= fault["from_s"]
+
+
 def _mortal(call):
-    """`call`, which fails from a time of the trace on; what is worse than an error happens in the measurer alone."""
+    """`call`, which fails from some time on; what is worse than an error happens in the measurer alone."""
 
     @functools.wraps(call)
     def ask(*arguments, **named):
         fault = TRACE.get("fault")
-        if fault and _seconds() >= fault["from_s"]:
+        if fault and _is_lost(fault):
             if fault["kind"] in CODES:
                 raise NVMLError(CODES[fault["kind"]][0])
-            if "harness.process.measurer" in sys.orig_argv:
+            if IS_MEASURER:
                 sleep(1000) if fault["kind"] == "hangs" else os.abort()
         return call(*arguments, **named)
 
