@@ -4,7 +4,8 @@ import shutil
 from pathlib import Path
 
 PROGRAMS = Path(__file__).parents[1] / "harness" / "bad_renderers"
-TIMEOUT = 2.0  # s
+TIMEOUT = 2.0  # s, for those that would go on for ever
+AMPLE = 60.0  # s, for the others: they end by themselves or are ended for a limit, late where other tests run too
 LIMITS = {"memory": "300 MB", "disk": "4 MB", "output": "2 MB", "processes": 60}
 GOOD = "zoo-good"
 PATIENT = ("zoo-stop-launcher",)  # takes process.STUCK longer than its time
@@ -92,6 +93,11 @@ ZOO = {
     "zoo-core": ("failed", "ended by SIGABRT"),
     "zoo-lowered": ("ok", ""),
 }
+
+
+def timeout(variant: str) -> float:
+    """In s."""
+    return TIMEOUT if ZOO.get(variant, "")[:1] == ("timeout",) else AMPLE
 
 
 def wrong(variant: str, record: dict) -> str | None:

@@ -15,6 +15,7 @@ from harness.scene import text
 from harness.scene.flatten import flatten
 
 BAD = Path(__file__).parents[1] / "bad_renderers"
+HANG = "bad-hang", "bad-stubborn", "bad-hang-child"
 VARIANTS = re.findall(r'^name    = "(bad-.*)"', (BAD / "renderer.toml").read_text(), re.MULTILINE)
 
 # variant: status, part of the reason
@@ -97,8 +98,9 @@ def run(rayrace, tmp_path_factory):
     (place / "scene.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n")
     names = ", ".join(f'"{name}"' for name in VARIANTS)
     (place / "bad.toml").write_text(
-        f'title = "bad"\nscenes = ["scene.txt"]\nrenderers = [{names}]\nprocesses = 1\nframes = 1\ntimeout = "3 s"\n'
+        f'title = "bad"\nscenes = ["scene.txt"]\nrenderers = [{names}]\nprocesses = 1\nframes = 1\ntimeout = "60 s"\n'
         "[image]\nwidth = 8\nheight = 7\ndepth = 1\n"
+        + "".join(f'[override.{name}]\ntimeout = "3 s"\n' for name in HANG)
     )
     began = time.monotonic()
     done = rayrace("run", place / "bad.toml", "--out", place / "run", "--renderer", BAD)
@@ -137,7 +139,7 @@ def test_good_with_one_thing_wrong_was_judged(run, rows):
 
 @pytest.mark.slow
 def test_timeouts_were_kept(run, rows):
-    for variant in ("bad-hang", "bad-stubborn", "bad-hang-child"):
+    for variant in HANG:
         (row,) = rows(run[1])[variant]
         assert 3 <= row["wall_s"] < 20
 
@@ -160,7 +162,8 @@ def test_child_that_is_left_behind_is_killed(variant, bad_folder, tmp_path):
     """Through one repetition, whose cache folder we know."""
     entry = registry.entries((bad_folder(variant, name="left"),))[variant]
     scene = flatten(text.read("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\n"))
-    result = repetition.run(entry, scene, Parameters(width=4, height=4), (), timeout=2, cache=tmp_path)
+    timeout = 5 if variant in HANG else 60
+    result = repetition.run(entry, scene, Parameters(width=4, height=4), (), timeout=timeout, cache=tmp_path)
     assert result.status == ("timeout" if variant == "bad-hang-child" else "ok")
     child = int((tmp_path / "child").read_text())
     until = time.monotonic() + 5

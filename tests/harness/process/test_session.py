@@ -118,8 +118,8 @@ def test_a_crash_after_other_jobs_is_no_result(sessions, listed):
 def test_a_hang_after_other_jobs_is_no_result(sessions, listed):
     do(sessions, listed, 0)
     start = time.monotonic()
-    assert number_of(do(sessions, listed, 4, timeout=1.5)) == 1
-    assert 1.5 <= time.monotonic() - start < 60
+    assert number_of(do(sessions, listed, 4, timeout=5.0)) == 1  # it holds for the second try too
+    assert 5.0 <= time.monotonic() - start < 60
 
 
 def test_a_job_that_wants_another_process_gets_it_and_both_stay(sessions, listed):

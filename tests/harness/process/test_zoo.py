@@ -31,15 +31,15 @@ def run(animals, tmp_path, monkeypatch):
     """run(variant) is the Result of one repetition, and its row; all that it makes is below one folder."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     (tmp_path / "temporary").mkdir()
-    monkeypatch.setattr(process, "STUCK", 2.0)
-    limits = Limits.model_validate(zoo.LIMITS)
+    stuck, limits = process.STUCK, Limits.model_validate(zoo.LIMITS)
 
     def run(variant, watch=False):
         series = tmp_path / ("series.csv" if watch else "none.csv")
+        monkeypatch.setattr(process, "STUCK", 2.0 if variant in zoo.PATIENT else stuck)
         result = repetition.run(
             animals[variant], flatten(text.read(SCENE)), Parameters(width=8, height=7, frames=1), (),
-            timeout=zoo.TIMEOUT, series=series if watch else None, cache=tmp_path / "cache", log=tmp_path / "log",
-            limits=limits,
+            timeout=zoo.timeout(variant), series=series if watch else None,
+            cache=tmp_path / "cache", log=tmp_path / "log", limits=limits,
         )  # fmt: skip
         told = {"status": result.status, "reason": result.reason}
         told["unranked"] = contradiction.marks(result, series, 1) if result.status == "ok" else None

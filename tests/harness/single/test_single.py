@@ -101,7 +101,7 @@ def test_render_by_a_bad_one(variant, suffix, code, message, rayrace, write, bad
         "--renderer",
         bad_folder(variant, name="single"),
         "--timeout",
-        2,
+        2 if variant == "bad-hang" else 60,
         "--width",
         8,
         "--height",
