@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from renderers.povray import exr
+from renderers.povray import exr, main
 
 STAGE = """CAMERA (0,0,0) (1,0,0) (0,1,0) (0.1,0.2,3)
 BACKGROUND (0.2,0.5,0.7)
@@ -55,7 +55,11 @@ def test_the_command_in_the_file_makes_the_picture(rayrace, scene, tmp_path):
     rayrace("render", scene, *jobs, "-r", "povray", "-o", tmp_path / "a.npy", code=0)
     text = (tmp_path / "a.pov").read_text()
     words = re.search(r"//   povray (.*\+FE) ", text)[1].replace("THIS_FILE", "a").split()
-    subprocess.run(["povray", *words, "-D", "-GA", "+Oa.exr"], cwd=tmp_path, check=True, capture_output=True)
+    for _ in range(main.STARTS):
+        done = subprocess.run(["povray", *words, "-D", "-GA", "+Oa.exr"], cwd=tmp_path, capture_output=True, text=True)
+        if main.TOO_SLOW not in done.stderr:
+            break
+    assert done.returncode == 0, done.stderr
     assert "mean of each 2 x 2 pixels" in text
     found = exr.read(tmp_path / "a.exr")[2:14, 4:22].reshape(6, 2, 9, 2, 3).mean(axis=(1, 3), dtype=np.float64)
     assert np.array_equal(found, np.load(tmp_path / "a.npy"))
