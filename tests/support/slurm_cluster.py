@@ -27,7 +27,7 @@ PROGRAMS = "slurmctld", "slurmd", "munged", "sbatch"
 START = 60  # s, until a node is idle
 STOP = 20  # s, until a daemon has ended
 PATH = os.pathsep.join([os.environ.get("PATH", os.defpath), "/usr/sbin", "/sbin"])  # where the daemons are
-KILL_WAIT = 3  # s; 30 unless told, longer than a test wants to wait
+KILL_WAIT = 8  # s, enough for a task on a busy machine to say what it heard; 30 unless told, too long for a test
 
 # Each line is there for a reason, said above it.
 CONF = """\

@@ -22,7 +22,7 @@ def submit(executor, work, folder, *numbers) -> list[str]:
     return [job for _, job in found]
 
 
-def ended(executor, jobs, seconds=60.0) -> list[State]:
+def ended(executor, jobs, seconds=180.0) -> list[State]:
     """Their states when all have ended."""
 
     def states():
@@ -147,7 +147,7 @@ def test_what_slurm_refuses(slurm, folder, table, words, capfd):
 
 @pytest.mark.slow
 def test_a_job_that_slurm_has_forgotten_and_a_slurm_that_is_down(folder, monkeypatch, real_cluster):
-    with slurm_cluster.Cluster(remembered=2, extra="MessageTimeout=2") as short:
+    with slurm_cluster.Cluster(remembered=2, extra="MessageTimeout=6") as short:
         monkeypatch.setenv("SLURM_CONF", short.environment["SLURM_CONF"])
         executor = Slurm(Table(), folder / "logs")
         jobs = submit(executor, cluster_tasks.stamp, folder, 0)
