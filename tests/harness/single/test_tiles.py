@@ -205,7 +205,7 @@ def start(environment, *words):
 def test_the_same_command_goes_on(how, rayrace, scene, environment, tmp_path):
     out = tmp_path / "a.tif"
     # so many samples that a second or more is left when the signal is sent
-    picture = "render", scene, "-r", "python", "--width", 51, "--height", 40, "--samples", 3
+    picture = "render", scene, "-r", "python", "--width", 51, "--height", 40, "--samples", 5
     words = *picture, "-o", out, "--tiles", 9
     harness = start(environment, *words)
     until = time.monotonic() + 60
@@ -239,7 +239,7 @@ def test_a_renderer_that_fails_ends_it(rayrace, write, bad_folder, tmp_path):
 
 
 def test_one_at_a_time(rayrace, scene, environment, tmp_path):
-    words = ("render", scene, "-r", "python", "--width", 51, "--height", 40, "--samples", 3, "--tiles", 17)
+    words = ("render", scene, "-r", "python", "--width", 51, "--height", 40, "--samples", 5, "--tiles", 17)
     words += ("-o", tmp_path / "a.tif")
     first = start(environment, *words)
     try:
