@@ -3,6 +3,7 @@
 import io
 import re
 import shutil
+import time
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from PIL import Image
 from reports.page import LIMIT, index, report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+PATIENCE = 60.0  # s, where the page is about to do something: it takes a moment, or long on a busy machine
 QUIET = ("--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run")
 
 
@@ -21,7 +23,8 @@ def browser():
     if CHROMIUM is None:
         pytest.skip("no Chromium here (Debian: apt install chromium)")
     with sync_api.sync_playwright() as playwright:
-        made = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu", *QUIET])
+        arguments = ["--no-sandbox", "--disable-gpu", *QUIET]
+        made = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments, timeout=2000 * PATIENCE)
         yield made
         made.close()
 
@@ -34,6 +37,7 @@ def visit(browser):
     def visit(path, width, scheme="light"):
         context = browser.new_context(viewport={"width": width, "height": 900}, offline=True, color_scheme=scheme)
         opened.append(context)
+        context.set_default_timeout(2000 * PATIENCE)
         page = context.new_page()
         page.on("console", lambda message: heard.append(message.text) if message.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: heard.append(str(error)))
@@ -102,11 +106,10 @@ def _of_many_methods(make_run, cell, tmp_path):
 
 def until(page, condition):
     """Wait until an expression is true. (The page's policy lets it evaluate no text itself.)"""
-    for _ in range(50):
-        if page.evaluate(condition):
-            return
+    end = time.monotonic() + PATIENCE
+    while not page.evaluate(condition):
+        assert time.monotonic() < end, f"never true: {condition}"
         page.wait_for_timeout(100)
-    raise AssertionError(f"never true: {condition}")
 
 
 def processor_s(page):
@@ -248,9 +251,14 @@ def test_the_page(visit, path, width):
 def _chart(page):
     page.locator("#chart-plot").scroll_into_view_if_needed()
     assert page.locator("#point-picture").is_hidden()
-    page.mouse.move(*centre(page, 0))
-    page.wait_for_selector("#point-picture:not([hidden])")
-    assert page.evaluate("document.getElementById('point-picture').naturalWidth") > 1
+    end = time.monotonic() + PATIENCE
+    while page.locator("#point-picture").is_hidden():  # a chart that is still being drawn does not see the mouse
+        assert time.monotonic() < end
+        x, y = centre(page, 0)
+        page.mouse.move(x + 1, y)
+        page.mouse.move(x, y)
+        page.wait_for_timeout(200)
+    until(page, "document.getElementById('point-picture').naturalWidth > 1")
     assert page.inner_text("#point-name").startswith("1. cpp, ") and "1.10" in page.inner_text("#point-told")
     page.mouse.click(*centre(page, 0))
     page.wait_for_selector("#point-commands code")
@@ -272,28 +280,37 @@ def _pixels(page, canvas="compare-canvas"):
     return np.array(page.evaluate(script)).reshape(-1, 4)[:, :3]
 
 
+def _drawn(page, is_done):
+    """The comparer's picture when it is_done, or as it is after all that time."""
+    end = time.monotonic() + PATIENCE
+    while not is_done(picture := _pixels(page).reshape(60, 80, 3)) and time.monotonic() < end:
+        page.wait_for_timeout(100)
+    return picture
+
+
 def _comparer(page):
     page.locator("#compare-canvas").scroll_into_view_if_needed()
-    assert page.evaluate(
-        "[document.getElementById('compare-canvas').width, document.getElementById('compare-canvas').height]"
-    ) == [80, 60]
+    for what, length in (("width", 80), ("height", 60)):
+        until(page, f"document.getElementById('compare-canvas').{what} === {length}")
     assert page.eval_on_selector("#compare-b", "one => one.selectedOptions[0].textContent") == "the truth"
-    seen = {}
+    seen, last = {}, _drawn(page, np.any)
     for at in (0, 100):
         page.evaluate(f"document.getElementById('compare-at').value = {at}")
         page.dispatch_event("#compare-at", "input")
-        page.wait_for_timeout(200)
-        seen[at] = _pixels(page).reshape(60, 80, 3)
+        seen[at] = last = _drawn(page, lambda now, last=last: (now != last).any())
     assert (seen[0][:, 5:-5] != seen[100][:, 5:-5]).mean() > 0.5, "A and B are two pictures"
     page.select_option("#compare-mode", "difference")
     page.evaluate("document.getElementById('compare-times').value = 0")
     page.dispatch_event("#compare-times", "input")
-    page.wait_for_timeout(200)
     expected = np.abs(seen[0].astype(int) - seen[100].astype(int))[:, 5:-5]
-    np.testing.assert_array_equal(_pixels(page).reshape(60, 80, 3)[:, 5:-5], expected)
+    found = _drawn(page, lambda now: np.array_equal(now[:, 5:-5], expected))
+    np.testing.assert_array_equal(found[:, 5:-5], expected)
     page.select_option("#compare-mode", "error-a")
-    page.wait_for_timeout(200)
-    assert len(np.unique(_pixels(page), axis=0)) > 3
+
+    def is_a_map(now):
+        return (now != found).any() and len(np.unique(now.reshape(-1, 3), axis=0)) > 3
+
+    assert is_a_map(_drawn(page, is_a_map))
     page.select_option("#compare-mode", "error-b")
     until(page, "document.getElementById('compare-told').textContent.includes('B is the truth, which has no error')")
     page.select_option("#compare-mode", "flip-a")
@@ -307,8 +324,7 @@ def _series(page):
     page.locator("#series-plot").scroll_into_view_if_needed()
     assert page.locator("#series-plot .scatterlayer .trace").count() == 1
     page.select_option("#series-kind", "1")
-    page.wait_for_timeout(200)
-    assert page.evaluate("document.getElementById('series-plot').data[0].y") == [1, 2, 3, 3]
+    until(page, "document.getElementById('series-plot').data[0].y.join() === '1,2,3,3'")
 
 
 @pytest.fixture
