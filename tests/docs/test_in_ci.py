@@ -28,7 +28,7 @@ def tree(tmp_path):
     (experiment,) = blocks(PAGE, "toml")
     (tmp_path / "speed.toml").write_text(experiment)
     (tmp_path / "scene.txt").write_text(SCENE)
-    write(tmp_path, 200_000)
+    write(tmp_path, 1_000_000)
     git(tmp_path, "init", "-q")
     git(tmp_path, "add", ".")
     git(tmp_path, "commit", "-qm", "before")
@@ -37,7 +37,7 @@ def tree(tmp_path):
 
 
 @pytest.mark.alone
-@pytest.mark.parametrize("loops, code", [(200_001, 0), (600_000, 1)])
+@pytest.mark.parametrize("loops, code", [(1_000_001, 0), (3_000_000, 1)])
 def test_the_gate(tree, rayrace, loops, code):
     """Three times the work fails it; another number of turns, which nothing can tell, does not."""
     (command,) = (block for block in blocks(PAGE) if block.startswith("rayrace ") and "--against" in block)
