@@ -82,6 +82,7 @@ def compare(bench, source, **jobs):
     return on_gpu
 
 
+@pytest.mark.alone
 def test_parts_of_a_batch_are_of_one_render(bench):
     jobs = {**TINY, "width": 2, "height": 2, "frames": 2}
     once = bench.result("numba-cuda", crowd(30, sphere=1), exact=True, **jobs)

@@ -156,6 +156,7 @@ def test_no_spot_is_begun_when_the_time_is_over(work_out, scenes):
     assert found.shape == (0, 3) and found.dtype == np.float64
 
 
+@pytest.mark.alone
 def test_spots_end_in_time(work_out, scenes):
     """Rows of the first pixels only, as many as there was time for."""
     source, jobs = scenes["soft"]

@@ -36,7 +36,7 @@ def found(known, tmp_path):
         before = trouble.look()
         result = repetition.run(entry, ARRAYS, wanted, (), series=series)
         assert result.status == "ok", result.reason
-        # Other tests run meanwhile: honest renderers wait for a core, and those that lie do so all the same.
+        # Other programs may run meanwhile: honest renderers wait for a core, and those that lie do so all the same.
         disturbed = trouble.between(before, trouble.look()) if variant in liars.HONEST else None
         told = contradiction.found(
             result,
@@ -53,11 +53,13 @@ def found(known, tmp_path):
     return run
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("variant", liars.LIES)
 def test_false(variant, found):
     assert found(variant).startswith("its marks contradict " + liars.LIES[variant])
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("variant", liars.HONEST)
 def test_true(variant, found):
     assert found(variant) is None
@@ -202,6 +204,7 @@ def test_a_blank_is_one_pixel():
     assert contradiction.blank(replace(whole, region=(1, 1, 9, 9)), has_region=False).shape()[:2] == (1, 1)
 
 
+@pytest.mark.alone
 def test_a_run_and_its_report(rayrace, rows, tmp_path):
     """The picture is right and the row is ok; the first place goes to who tells the time."""
     (tmp_path / "scene.txt").write_text(SCENE)

@@ -108,6 +108,7 @@ def test_a_cell_of_fewer_processes_does_not_count_and_one_that_is_behind_does():
     assert enough.rounds(UNTIL, plan, rows_of(times | {"numba": noise[:24]})) is None
 
 
+@pytest.mark.alone
 def test_a_run_of_the_command_line(rayrace, experiment, rows, tmp_path):
     """It ends at a look, and nothing is left to be resumed."""
     file = experiment(["python"], '[measure]\nuntil = "95 %"\npair = "off"\n', processes=60)

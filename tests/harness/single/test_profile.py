@@ -74,7 +74,7 @@ def test_a_program_in_c(ask, tmp_path):
     assert any(stack[-3:] == ["main", "three_parts", "spin"] for stack in names)
 
 
-@pytest.mark.slow
+@pytest.mark.alone
 def test_a_program_in_python(ask, tmp_path):
     work = "pixels = background * ((x1 - x0) * (y1 - y0))"
     after = f"three_parts(); one_part(); {work}"
