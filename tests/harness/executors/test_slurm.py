@@ -147,7 +147,7 @@ def test_what_slurm_refuses(slurm, folder, table, words, capfd):
 
 @pytest.mark.slow
 def test_a_job_that_slurm_has_forgotten_and_a_slurm_that_is_down(folder, monkeypatch, real_cluster):
-    with slurm_cluster.Cluster(remembered=2, extra="MessageTimeout=6") as short:
+    with slurm_cluster.Cluster(remembered=2, extra="MessageTimeout=4") as short:
         monkeypatch.setenv("SLURM_CONF", short.environment["SLURM_CONF"])
         executor = Slurm(Table(), folder / "logs")
         jobs = submit(executor, cluster_tasks.stamp, folder, 0)
