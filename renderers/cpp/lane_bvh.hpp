@@ -20,53 +20,59 @@ public:
 
     bool empty() const { return nodes.empty(); }
 
-    // Visits leaves that the ray meets at some t with least <= t <= most, the nearest first where that is known:
-    // visit(number) for each shape by itself, and visit_group(group) for each group, until one answers true.
-    template<typename Visit, typename VisitGroup>
+    // Visits leaves that the ray meets at some t with least <= t <= most: visit(number) for each shape by itself, and
+    // visit_group(group) for each group, until one answers true. Of `shrinking` `most`, the nearest first where that
+    // is known.
+    template<bool shrinking, typename Visit, typename VisitGroup>
     bool search(const Ray<Real>& ray, Real least, const Real& most, const Visit& visit,
                 const VisitGroup& visit_group) const
     {
         const typename Bvh<Real>::Slabs slabs(ray);
-        struct Later {
-            int child;
-            Real near;
-        } stack[Bvh<Real>::depth_limit * (width - 1) + 1];
+        constexpr int room = (Bvh<Real>::depth_limit + 1) * width;
+        Integer<Real> children[room];  // those that wait, and where the ray enters them
+        Real nears[room];
         int waiting = 0;
-        stack[waiting++] = {0, least};
-        while (waiting > 0) {
-            const Later here = stack[--waiting];
-            if (!(here.near <= most))
-                continue;
-            if (here.child < 0) {
-                if (look_into(leaves[std::size_t(~here.child)], visit, visit_group))
-                    return true;
-                continue;
-            }
-            const Node& node = nodes[std::size_t(here.child)];
-            Lanes<Real> in = all(least), out = all(most);
-            for (int a = 0; a < 3; a++) {  // a NaN sets no bound, as in Bvh
-                const int low = slabs.low[a];
-                const Lanes<Real> x = (node.bounds[low][a] - slabs.origin[0][a]) * slabs.inverse[a];
-                const Lanes<Real> y = (node.bounds[1 - low][a] - slabs.origin[1][a]) * slabs.inverse[a];
-                in = x > in ? x : in;
-                out = y < out ? y : out;
-            }
-            const int first = waiting;
-            for (unsigned met = bits<Real>(in <= out); met != 0; met &= met - 1) {
-                const int k = std::countr_zero(met);
-                int place = waiting++;
-                for (; place > first && stack[place - 1].near < in[k]; place--)  // the nearest last
-                    stack[place] = stack[place - 1];
-                stack[place] = {node.children[k], in[k]};
-            }
+        for (int child = 0;;) {
+            if (child >= 0) {
+                const Node& node = nodes[std::size_t(child)];
+                Lanes<Real> in = all(least), out = all(most);
+                for (int a = 0; a < 3; a++) {  // a NaN sets no bound, as in Bvh
+                    const int low = slabs.low[a];
+                    const Lanes<Real> x = (node.bounds[low][a] - slabs.origin[0][a]) * slabs.inverse[a];
+                    const Lanes<Real> y = (node.bounds[1 - low][a] - slabs.origin[1][a]) * slabs.inverse[a];
+                    in = x > in ? x : in;
+                    out = y < out ? y : out;
+                }
+                const Mask<Real> met = in <= out;
+                compress<Real>(met, node.children, children + waiting);
+                const int first = waiting;
+                waiting += count<Real>(met);
+                if constexpr (shrinking) {
+                    compress<Real>(met, in, nears + first);
+                    for (int i = first + 1; i < waiting; i++) {
+                        const Real near = nears[i];
+                        const Integer<Real> one = children[i];
+                        int place = i;
+                        for (; place > first && nears[place - 1] < near; place--)
+                            nears[place] = nears[place - 1], children[place] = children[place - 1];
+                        nears[place] = near, children[place] = one;
+                    }
+                }
+            } else if (look_into(leaves[std::size_t(~child)], visit, visit_group))
+                return true;
+            do {
+                if (waiting == 0)
+                    return false;
+                waiting--;
+            } while (shrinking && !(nears[waiting] <= most));
+            child = int(children[waiting]);
         }
-        return false;
     }
 
 private:
     struct Node {
         Lanes<Real> bounds[2][3];
-        int children[width];  // below 0: ~ the number of a leaf
+        Integers<Real> children;  // below 0: ~ the number of a leaf
     };
 
     // Ranges of `alone`, `spheres` and `triangles`.
@@ -146,7 +152,7 @@ private:
         }
         const std::size_t number = nodes.size();
         nodes.emplace_back();
-        std::fill_n(nodes[number].children, width, ~0);
+        nodes[number].children = Integers<Real>{} - 1;
         for (int a = 0; a < 3; a++) {
             nodes[number].bounds[0][a] = all(std::numeric_limits<Real>::infinity());
             nodes[number].bounds[1][a] = -nodes[number].bounds[0][a];

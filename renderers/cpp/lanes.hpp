@@ -295,15 +295,15 @@ LANE void gather(const Real* table, Integers<Real> rows, Lanes<Real> (&columns)[
     }
 }
 
-// Writes the lanes that are wanted side by side to `to`, where there must be room for all.
-template<typename Real>
-LANE void compress(Mask<Real> wanted, Lanes<Real> value, Real* to)
+// Writes the lanes that are wanted side by side to `to`, where there must be room for all: Lanes or Integers.
+template<typename Real, typename Value, typename Number>
+LANE void compress(Mask<Real> wanted, Value value, Number* to)
 {
 #ifdef WIDE_LANES
     if constexpr (sizeof(Real) == 4)
-        _mm512_storeu_ps(to, _mm512_maskz_compress_ps(__mmask16(bits<Real>(wanted)), value));
+        _mm512_storeu_ps(to, _mm512_maskz_compress_ps(__mmask16(bits<Real>(wanted)), (Lanes<Real>)value));
     else
-        _mm512_storeu_pd(to, _mm512_maskz_compress_pd(__mmask8(bits<Real>(wanted)), value));
+        _mm512_storeu_pd(to, _mm512_maskz_compress_pd(__mmask8(bits<Real>(wanted)), (Lanes<Real>)value));
 #else
     for (unsigned left = bits<Real>(wanted); left != 0; left &= left - 1)
         *to++ = value[std::countr_zero(left)];

@@ -282,7 +282,7 @@ private:
     }
 
     // Calls visit(number, t) for the shapes that a ray may hit before `most`; t not greater than 0 is a miss.
-    template<typename Visit>
+    template<bool shrinking, typename Visit>
     bool search(const Probe<Real>& probe, const Real& most, const Visit& visit) const
     {
         const auto look_at = [&](int number) { return visit(number, distance(number, probe)); };
@@ -304,7 +304,7 @@ private:
             return false;
         };
         if (!wide.empty())
-            found = wide.search(probe, 0, most, look_at, look_at_group);
+            found = wide.template search<shrinking>(probe, 0, most, look_at, look_at_group);
         else
 #endif
             found = hierarchy.search(probe, 0, most, look_at);
@@ -324,7 +324,7 @@ private:
     [[gnu::noinline]] Hit<Real> nearest_of_hierarchy(const Probe<Real>& probe) const
     {
         Hit<Real> hit;
-        search(probe, hit.t, [&](int number, Real t) {
+        search<true>(probe, hit.t, [&](int number, Real t) {
             if (t > 0 && (t < hit.t || (t == hit.t && number < hit.shape)))
                 hit = {t, number};
             return false;
@@ -334,6 +334,6 @@ private:
 
     [[gnu::noinline]] bool blocked_in_hierarchy(const Probe<Real>& feeler, Real distance_to_light) const
     {
-        return search(feeler, distance_to_light, [&](int, Real t) { return t > 0 && t < distance_to_light; });
+        return search<false>(feeler, distance_to_light, [&](int, Real t) { return t > 0 && t < distance_to_light; });
     }
 };

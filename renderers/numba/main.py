@@ -39,7 +39,7 @@ CUDA_METHODS = METHODS | {
     "gpu_wait": ("auto", "spin", "yield", "block"),
 }
 # What there is in lanes (VEC-1); of methods that are not named here, the first.
-LANES = tuple(name for name in FEATURES if name not in ("adaptive", "rays"))
+LANES = tuple(name for name in FEATURES if name != "rays")
 LANE_METHODS = {name: METHODS[name] for name in ("precision", "accel", "vector", "glossy_weight")} | {
     "walk": ("least", "chain"),
 }

@@ -65,13 +65,13 @@ def run(job):
             answers = [np.zeros((len(questions[0][0]), 8))]
         elif needs.VECTOR:
             entry = render_tiles_parallel if parallel else render_tiles
-            questions = [(job.width, job.height, job.region, job.depth)]
-            answers = [np.zeros((y1 - y0, x1 - x0, 3), real), np.zeros((tiles(job.region), 5), np.int64)]
+            entry, parts = render_tiles_parallel if parallel else render_tiles, tiles(job)
         else:
-            entry = render_rows_parallel if parallel else render_rows
+            entry, parts = render_rows_parallel if parallel else render_rows, y1 - y0 + 1
+        if job.kind == "image":
             passes = (True, False) if job.sampler == "adaptive" else (False,)  # corners of pixels, pixels
             questions = [(job.width, job.height, job.region, job.depth, corners) for corners in passes]
-            answers = [np.zeros((y1 - y0, x1 - x0, 3), real), np.zeros((y1 - y0 + 1, 5), np.int64)]
+            answers = [np.zeros((y1 - y0, x1 - x0, 3), real), np.zeros((parts, 5), np.int64)]
     if needs.TREE:
         with worker.phase("build"):
             build(loaded, real)

@@ -215,14 +215,15 @@ def test_more_solids_in_each_other_than_there_are_bits(bench, agree, render):
     assert refused.status == "unsupported" and "40 solids" in refused.reason
 
 
+@pytest.mark.parametrize("variant", [*WHOLE_MODEL, "numba-parallel"])
 @pytest.mark.parametrize("depth", [0, 1, 4, 7])
-def test_lattices_of_any_depth(agree, depth):
+def test_lattices_of_any_depth(agree, depth, variant):
     """SAM-4, SAM-5: from a whole tile in work to a single pixel; with a lens, so that each point draws."""
     scene = (
         STAGE + LIGHTS + FLOOR + f"SPHERE (0,0,0) 1 {MIRROR}\nBOX (0.4,-1,1) (1,0,0.3) (0,1,0) (-0.3,0,1) {MIRROR}\n"
     )
     size = {"width": 39 if depth < 7 else 5, "height": 27 if depth < 7 else 4}
-    agree("cpp", scene, depth=1, sampler="adaptive", adaptive_depth=depth, lens_radius=0.05, focal_distance=5, **size)
+    agree(variant, scene, depth=1, sampler="adaptive", adaptive_depth=depth, lens_radius=0.05, focal_distance=5, **size)
 
 
 @pytest.mark.parametrize("variant", WHOLE_MODEL)

@@ -128,7 +128,7 @@ def test_no_tile_leaves_out_what_it_can_see(bench, tmp_path, seed):
     copies = {}
     for name, margin in (("culled", "MARGIN = 64 * UNIT_ROUNDOFF"), ("all", "MARGIN = math.inf")):
         shutil.copytree(RENDERERS, tmp_path / name / "renderers", ignore=shutil.ignore_patterns("__pycache__"))
-        module = tmp_path / name / "renderers" / "numba" / "lanes" / "cull.py"
+        module = tmp_path / name / "renderers" / "numba" / "lanes" / "eye.py"
         code = module.read_text()
         assert "MARGIN = 64 * UNIT_ROUNDOFF" in code
         module.write_text(code.replace("MARGIN = 64 * UNIT_ROUNDOFF", margin))
@@ -188,7 +188,6 @@ GLASS = "SPHERE (0,0,0) 1 (0.1,0.1,0.1) 0.9 4 (0.9,0.9,0.9) 2 1\n"
 @pytest.mark.parametrize(
     ("reason", "more", "parameters"),
     [
-        ("does not support adaptive", "", {"sampler": "adaptive"}),
         ("sets of up to 31 clear solids alone", 32 * GLASS, {}),
         ("does not support sphere textbook", "", {"sphere": "textbook"}),
         ("does not support offset fixed", "", {"offset": "fixed"}),

@@ -127,7 +127,7 @@ def of_cpp(case: Case) -> str | None:
 def of_numba(case: Case) -> str | None:
     """None, or why Numba refuses a case."""
     usual = all(case[name] == default(name) for name in (*USUAL, "triangle", "slab", "merge", "floating_point"))
-    in_lanes = case["sampler"] != "adaptive" and case["walk"] in ("least", "chain") and case["kernel"] == "needed"
+    in_lanes = case["walk"] in ("least", "chain") and case["kernel"] == "needed"
     if case["vector"] == "on" and not (usual and in_lanes):
         return "not in lanes (VEC-1)"
     return refusal(case)

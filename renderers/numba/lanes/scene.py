@@ -61,14 +61,48 @@ FIELDS = {
     "progress": True,  # int64 (threads, 2, orders and more): rays of each order that wait, and that have been read
     "light": True,  # (threads, 3, pixels and more): of the tile's samples
     "losses": needs.CUTOFF,  # (threads, 1, pixels and more): their dropped weight (CUT-2)
+    # Of adaptive samples, with `lattice` and `squares` for all pixels in work: P points, S squares.
+    "work_width": needs.ADAPTIVE,  # of the pixels that a thread has in work
+    "work_height": needs.ADAPTIVE,
+    "points": needs.ADAPTIVE,  # int32 (threads, 2, pixels and more): a and b of those that are traced together (SAM-4)
+    "lattice_known": needs.ADAPTIVE,  # bool (threads, P): points whose colours `lattice` (threads, P, 3) has, or will
+    "wanted": needs.ADAPTIVE,  # int32 (threads, P): those that are to be traced
+    "means": needs.ADAPTIVE,  # (threads, S, 3): of `squares`, int32 (threads, S, 5): pixel, a, b, side, first quarter
 }
 Scene = namedtuple("Scene", [*scalar.Scene._fields, *(name for name, needed in FIELDS.items() if needed)])
 
 
-def tiles(region):
-    """The number of tiles."""
-    x0, y0, x1, y1 = region
-    return -(-(x1 - x0) // SIDE) * -(-(y1 - y0) // SIDE)
+def tiles(job):
+    """The largest number of tiles of a pass over the region: of adaptive samples the corners of pixels have one too."""
+    x0, y0, x1, y1 = job.region
+    if not needs.ADAPTIVE:
+        return -(-(x1 - x0) // SIDE) * -(-(y1 - y0) // SIDE)
+    sizes = (SIDE, SIDE), work_size(job.adaptive_depth)
+    return max(-(-(x1 + 1 - x0) // across) * -(-(y1 + 1 - y0) // down) for across, down in sizes)
+
+
+def work_size(levels):
+    """Width and height of the pixels in work: as many as have 65,536 points of the lattice, 32 by 16 at most."""
+    most = max(1, 2**16 // ((1 << levels) + 1) ** 2)
+    height = min(max(most // 16, 1), 16)
+    return min(most // height, 32), height
+
+
+def adaptive_work(threads, levels, real):
+    """Work memory of adaptive samples (SAM-4), by field of the Scene."""
+    across, down = work_size(levels)
+    points = across * down * ((1 << levels) + 1) ** 2
+    squares = across * down * (4 ** (levels + 1) - 1) // 3
+    return {
+        "work_width": across,
+        "work_height": down,
+        "points": np.zeros((threads, 2, SIDE * SIDE + COUNT), np.int32),
+        "lattice": np.zeros((threads, points, 3), real),
+        "lattice_known": np.zeros((threads, points), np.bool_),
+        "wanted": np.zeros((threads, points), np.int32),
+        "squares": np.zeros((threads, squares, 5), np.int32),
+        "means": np.zeros((threads, squares, 3), real),
+    }
 
 
 def scene_of(values):
@@ -114,6 +148,8 @@ def load(job, real, threads):
         "light": block(3, pixels),
         "losses": block(1, pixels),
     }
+    if needs.ADAPTIVE:
+        lanes |= adaptive_work(threads, job.adaptive_depth, real)
     return values | lanes | faces(values, np.load(job.array("materials")), np.load(job.array("air")), real)
 
 
