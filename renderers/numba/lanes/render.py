@@ -63,7 +63,7 @@ def deliver(scene, thread, light, tile, x0, y0, sample, samples, picture):
 
 @kernel
 def follow(scene, thread, width, height, depth, tile, seen, count, sample):
-    """Add the light of a sample of each of the tile's first `count` places to scene.light, order by order of its rays.
+    """Work out a sample of each of the tile's first `count` places, into scene.light, order by order of its rays.
 
     seen: how many spheres, and other shapes, the eye rays can meet. How many rays are reflected, transmitted, feelers.
     """
