@@ -447,6 +447,19 @@ def first_hits() -> str:
     return _table(["first hits", "a whole frame ÷ Embree's own search"], sorted(rows))
 
 
+def mesh_pictures() -> str:
+    """Times of pictures of triangles over that of Embree with NumPy."""
+    run = _run("emerald-rapids-2x", "peers")
+    cells = [cell for cell in run.cells if (cell.swept["case"] or "").startswith("balls of triangles")]
+    (embree,) = (cell for cell in cells if cell.variant == "embree" and not cell.unranked)
+    rows = []
+    for cell in cells:
+        if cell is not embree and not cell.unranked and limits.threads(cell) == 1:
+            lanes = ", in lanes" if cell.swept["case"].endswith("lanes") else ""
+            rows.append([f"{cell.variant}{lanes}", _shown(run, ranking.ratio(cell, embree)), cell.agreement])
+    return _table(["pictures of triangles", "time ÷ embree", "agrees"], sorted(rows))
+
+
 # --- Hierarchies ---
 
 
@@ -789,6 +802,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "threads": threads,
     "naive": naive,
     "first-hits": first_hits,
+    "mesh-pictures": mesh_pictures,
     "equation": equation,
     "cutoffs": cutoffs,
     "slopes": slopes,
