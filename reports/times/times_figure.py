@@ -37,25 +37,30 @@ def drawable(results: Results, scene: str) -> list[tuple[str, str]]:
 
 def shown(results: Results, scene: str) -> list[tuple[str, str]]:
     """Returns the places of a scene to draw: as many as a figure has room for, evenly spread."""
-    there = drawable(results, scene)
+    there, letters = drawable(results, scene), _letters(results, scene)
+    heights = {place: _height(results, place, letters) for place in there}
     for most in range(len(there), 1, -1):
         places = thinning.few(there, most)
-        if sum(_height(results, place) for place in places) <= HIGHEST - FOOT:
+        if sum(heights[place] for place in places) <= HIGHEST - FOOT:
             return places
     return there[:1]
 
 
-def _height(results: Results, place: tuple[str, str]) -> float:
+def _height(results: Results, place: tuple[str, str], letters: int) -> float:
     """Returns the height of a panel, inches."""
-    return len(ranking.ranked(results, place)) * ROW + HEAD + LINE * _title(results, place).count("\n")
+    return len(ranking.ranked(results, place)) * ROW + HEAD + LINE * _title(results, place, letters).count("\n")
 
 
-def _title(results: Results, place: tuple[str, str]) -> str:
-    """Returns the title of a panel, in lines that end before the errors beside it."""
-    names = max(len(name) for other in drawable(results, place[0]) for name in _names(results, other))
+def _letters(results: Results, scene: str) -> int:
+    """Returns the most letters of a line of a title, which ends before the errors beside it."""
+    names = max((len(name) for place in drawable(results, scene) for name in _names(results, place)), default=0)
     bold = 1.1  # of a letter over a plain one
-    wide = (WIDTH - RIGHT) / (style.EM * style.RC["font.size"] / 72) - names
-    return textwrap.fill(naming.called(results, place), int(wide / bold))
+    return int(((WIDTH - RIGHT) / (style.EM * style.RC["font.size"] / 72) - names) / bold)
+
+
+def _title(results: Results, place: tuple[str, str], letters: int) -> str:
+    """Returns the title of a panel."""
+    return textwrap.fill(naming.called(results, place), letters)
 
 
 def _names(results: Results, place: tuple[str, str]) -> list[str]:
@@ -64,20 +69,20 @@ def _names(results: Results, place: tuple[str, str]) -> list[str]:
 
 def draw(results: Results, scene: str):
     """Draws a scene with a ranked cell."""
-    places = shown(results, scene)
-    heights = [_height(results, place) for place in places]
+    places, letters = shown(results, scene), _letters(results, scene)
+    heights = [_height(results, place, letters) for place in places]
     figure, panels = plt.subplots(
         len(places), 1, figsize=(WIDTH, sum(heights) + FOOT), squeeze=False, height_ratios=heights, layout="constrained"
     )
     for place, axes in zip(places, panels[:, 0], strict=True):
-        _panel(results, place, axes)
+        _panel(results, place, letters, axes)
     if any(study.case(cell) for cell in results.of(scene)):
         ours, theirs = (Line2D([], [], ls="", marker=marker, mfc=fill, mec="black") for marker, fill in MARKS)
         figure.legend([ours, theirs], ["here", "the study, on its machine"], loc="outside lower center", ncols=2)
     return figure
 
 
-def _panel(results: Results, place: tuple[str, str], axes) -> None:
+def _panel(results: Results, place: tuple[str, str], letters: int, axes) -> None:
     cells = ranking.ranked(results, place)
     for row, cell in enumerate(cells):
         time, values = cell.steady, cell.values("steady_s")
@@ -100,7 +105,7 @@ def _panel(results: Results, place: tuple[str, str], axes) -> None:
         axes.set_xlim(middle / LEAST_RANGE**0.5, middle * LEAST_RANGE**0.5)
     style.log_ticks(axes.xaxis)
     axes.set_yticks(range(len(cells)), _names(results, place))
-    axes.set_title(_title(results, place), loc="left", fontweight="bold")
+    axes.set_title(_title(results, place, letters), loc="left", fontweight="bold")
     axes.grid(axis="x", color="#CCCCCC")
 
 
