@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
+from matplotlib.transforms import Bbox
 
 from reports.paper import heat_map, markdown, quantity, style, table, thinning
 from reports.run import gpu, launch
@@ -34,6 +34,10 @@ OF_LAUNCHES = (
 MOST = 12  # panels of a figure
 MOST_LINES = 16  # of a panel
 MOST_CROSSINGS = 24
+RING = 8  # points across the ring of a crossing
+BESIDE = [
+    (reach * x, reach * y) for reach in (1, 1.8) for x, y in ((8, 8), (-8, -8), (-8, 8), (8, -8), (11, 0), (-11, 0))
+]
 DASHES = "-", "--", ":", "-."
 MARKERS = "osD^vP*X<>ph"
 WIDTH, HIGH = 7.4, 2.5  # inches of a figure, and of a row of panels
@@ -123,8 +127,6 @@ def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbe
         axes.set_title(textwrap.fill(panel.label, int(19 * wide / columns)), loc="left", fontsize=7)
         if number % columns == 0:
             axes.set_ylabel(f"{what.title} ({name})" if name else what.title)
-        for place, one in crossings.get(panel, ())[:MOST_CROSSINGS]:
-            _mark(axes, place, one.x, one.y / unit)
         style.across(axes, panel.mark)
     if upright.name == "linear" and min(values) >= 0:
         every[0, 0].set_ylim(bottom=0)
@@ -137,6 +139,10 @@ def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbe
     against = all_against(cell.against for panel in panels for line in panel.lines for _, cell in line.cells)
     if what is ERROR and against:
         style.entitle(figure, f"errors: {against}")
+    if any(crossings.get(panel) for panel in panels):
+        figure.draw_without_rendering()  # lays the panels out: numbers need to know where their rings are
+        for axes, panel in drawn:
+            _mark(axes, [(number, one.x, one.y / unit) for number, one in crossings.get(panel, ())[:MOST_CROSSINGS]])
     return figure
 
 
@@ -192,12 +198,25 @@ def tick(panel: Panel, value: float) -> str:
     return f"{sweep.digits(math.sqrt(value))}²" if panel.squares else sweep.digits(value)
 
 
-def _mark(axes, number: int, x: float, y: float) -> None:
-    axes.plot(x, y, "o", ms=8, mfc="none", mec="black", mew=0.9, zorder=5)
-    axes.annotate(
-        str(number), (x, y), xytext=((5, 5), (-9, -10))[number % 2], textcoords="offset points", fontsize=7,
-        fontweight="bold", zorder=6, path_effects=[withStroke(linewidth=1.5, foreground="white")],
-    )  # fmt: skip
+def _mark(axes, rings: list[tuple[int, float, float]]) -> None:
+    """Draws rings (number, x, y), each with its number beside it, where that covers the fewest rings and numbers."""
+    places = [axes.transData.transform((x, y)) for _, x, y in rings]
+    points = axes.figure.dpi / 72
+    taken = [Bbox.from_extents(*(place - RING / 2 * points), *(place + RING / 2 * points)) for place in places]
+    for number, x, y in rings:
+        axes.plot(x, y, "o", ms=RING, mfc="none", mec="black", mew=0.9, zorder=5)
+        name = axes.annotate(
+            str(number), (x, y), (0, 0), textcoords="offset points", fontsize=7, fontweight="bold", zorder=6,
+            path_effects=style.OUTLINE, ha="center", va="center",
+        )  # fmt: skip
+        found = []
+        for offset in BESIDE:
+            name.xyann = offset
+            box = name.get_window_extent()
+            outside = not (axes.bbox.contains(*box.p0) and axes.bbox.contains(*box.p1))
+            found.append((box.count_overlaps(taken) + outside, len(found), offset, box))
+        _, _, name.xyann, box = min(found, key=lambda one: one[:2])
+        taken.append(box)
 
 
 def _guides(axes, panel: Panel, what: Quantity) -> list[int]:

@@ -3,10 +3,13 @@
 import csv
 import math
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import seeds
+from figure_lint import faults
 
-from reports.paper import heat_map
+from reports.paper import heat_map, style
 from reports.scaling import crossing, sweep, sweep_figure
 from reports.scaling.sweep import MEMORY, TIME
 
@@ -345,6 +348,20 @@ def test_a_simulator_is_drawn_only_where_it_is_alone_and_with_a_mark(load, swept
     assert the(alone).mark in [text.get_text() for text in drawn["sweeps-time"].axes[0].texts]
     both = load(rows + swept("cpp", sides(), lambda side: A + B * side**2), name="both")
     assert [line.label for line in the(both).lines] == ["cpp"] and the(both).mark == ""
+
+
+@pytest.mark.parametrize("draw", range(5))
+def test_numbers_of_crossings_that_lie_close_do_not_lie_on_each_other(draw):
+    print(seeds.again("tests/reports/scaling/test_sweep.py"))
+    rng = np.random.default_rng(seeds.numbers("crossings", draw))
+    places = rng.uniform((0, 0), (1, 1), (3, 2)).repeat(3, axis=0) + rng.normal(0, 0.02, (9, 2))
+    with style.styled():
+        figure, axes = plt.subplots(figsize=(3, 2.5), layout="constrained")
+        axes.set(xlim=(-0.2, 1.2), ylim=(-0.2, 1.2))
+        figure.draw_without_rendering()
+        sweep_figure._mark(axes, [(number, *place) for number, place in enumerate(places, 8)])
+        assert faults(figure) == []
+    plt.close(figure)
 
 
 def test_2000_points_are_thinned_in_the_figure_and_whole_in_the_csv(load, swept, tmp_path, drawn):
