@@ -235,16 +235,16 @@ class _Lines:
                 self.known.setdefault((*table, *_parts(key[1])), number)
 
     @cached_property
-    def _all(self) -> dict[Place, int]:
-        """`known`, and each place without its numbers of tables: the first table of that name."""
+    def _all(self) -> dict[tuple[str, ...], int]:
+        """`known`, and each place without its numbers of tables: the first table of that name. Numbers as text."""
         first: dict[Place, int] = {}
         for place, line in self.known.items():
             first.setdefault(tuple(step for step in place if isinstance(step, str)), line)
-        return first | self.known
+        return {tuple(map(str, place)): line for place, line in (first | self.known).items()}
 
     def of(self, place: Place | str) -> int | None:
         """The line of a place or dotted key, or of the closest table around it; None if there is none."""
-        steps = tuple(int(s) if s.isdigit() else s for s in _parts(place)) if isinstance(place, str) else place
+        steps = tuple(map(str, _parts(place) if isinstance(place, str) else place))
         return next((self._all[steps[:n]] for n in range(len(steps), 0, -1) if steps[:n] in self._all), None)
 
 

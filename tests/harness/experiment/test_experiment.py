@@ -111,6 +111,15 @@ def test_faults_of_sweeps(text, message, write):
     assert str(file) in str(fault.value) and message in str(fault.value)
 
 
+@pytest.mark.parametrize("key", ["7" * 5000, '"²"', '"٣"', "12"], ids=["5000 digits", "square", "Arabic", "12"])
+def test_an_unknown_key_of_digits_has_its_line(key, write):
+    file = write("e.toml", f"{BASE}[[sweep]]\n{key} = [1]\n")
+    with pytest.raises(UserError) as fault:
+        experiment.load(file)
+    named = key.strip('"')[:40]
+    assert str(fault.value).startswith(f"{file}:5: sweep.{named}")
+
+
 def test_schema_file_is_what_the_command_prints(rayrace):
     assert (REPOSITORY / "experiments" / "schema.json").read_text() == rayrace("schema", code=0).stdout
 
