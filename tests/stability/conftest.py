@@ -24,6 +24,8 @@ def strain(bench):
         reason = repetition.unsupported(entry, parameters, wanted.needs(parameters))
         if reason:
             pytest.skip(f"{variant} {reason}")
+        if entry.simulated and image.floating_point != "strict":
+            pytest.skip("the simulator of a GPU is strict")
         arrays, needs = wanted.flat(image.arithmetic)[1], wanted.needs(parameters)
         # What a pixel takes hangs on the kernel; Numba compiles the least the quickest.
         of_kernel = stress.rows()[row].method == "walk" or not entry.renderer.manifest.build
