@@ -35,9 +35,8 @@ MOST = 12  # panels of a figure
 MOST_LINES = 16  # of a panel
 MOST_CROSSINGS = 24
 RING = 8  # points across the ring of a crossing
-BESIDE = [
-    (reach * x, reach * y) for reach in (1, 1.8) for x, y in ((8, 8), (-8, -8), (-8, 8), (8, -8), (11, 0), (-11, 0))
-]
+AROUND = (8, 8), (-8, -8), (-8, 8), (8, -8), (11, 0), (-11, 0), (0, 10), (0, -10)
+BESIDE = [(reach * x, reach * y) for reach in (1, 1.6, 2.2, 2.8) for x, y in AROUND]  # points from a ring to its number
 DASHES = "-", "--", ":", "-."
 MARKERS = "osD^vP*X<>ph"
 WIDTH, HIGH = 7.4, 2.5  # inches of a figure, and of a row of panels

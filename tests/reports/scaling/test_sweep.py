@@ -354,7 +354,8 @@ def test_a_simulator_is_drawn_only_where_it_is_alone_and_with_a_mark(load, swept
 def test_numbers_of_crossings_that_lie_close_do_not_lie_on_each_other(draw):
     print(seeds.again("tests/reports/scaling/test_sweep.py"))
     rng = np.random.default_rng(seeds.numbers("crossings", draw))
-    places = rng.uniform((0, 0), (1, 1), (3, 2)).repeat(3, axis=0) + rng.normal(0, 0.02, (9, 2))
+    clusters = np.array([(0, 0), (0.5, 1), (1, 0)]) + rng.uniform(-0.15, 0.15, (3, 2))
+    places = clusters.repeat(3, axis=0) + rng.normal(0, 0.02, (9, 2))
     with style.styled():
         figure, axes = plt.subplots(figsize=(3, 2.5), layout="constrained")
         axes.set(xlim=(-0.2, 1.2), ylim=(-0.2, 1.2))
