@@ -578,9 +578,11 @@ def findings() -> str:
 
 def _of_numba() -> str:
     run = _comparison()
-    ratio = _shown(run, ranking.ratio(*(_cell(run, variant=name, **WHOLE) for name in ("numba", "cpp"))))
-    told = f"on the study's scene Numba takes {ratio} times the time of C++, where the study found 13"
-    return f"**Numba keeps up with C++**: {told}. [The race](docs/results.md)."
+    one_by_one = _shown(run, ranking.ratio(*(_cell(run, variant=name, **WHOLE) for name in ("numba", "cpp"))))
+    mean = quantity.text(_mean(_lanes(), *NUMBA_OVER_CPP[1][1:]))
+    told = f"with rays in lanes, the best of both, Numba takes {mean} times the time of C++ on one core"
+    more = f"(float64, geometric mean over the gallery); one ray after another on the study's scene {one_by_one} times"
+    return f"**Numba is close to C++**: {told} {more}, where the study found 13. [The race](docs/results.md)."
 
 
 def _of_style() -> str:
@@ -601,40 +603,87 @@ def _of_lanes() -> str:
 
 
 def _of_gpu() -> str:
+    """A GPU beside the best of all cores of its machine; without lanes there, what lanes gain on another."""
     run = _run(GPU, "gpu")
-    cells = {
-        name: _cell(run, variant=name, precision="float64", floating_point="strict")
-        for name in ("cpp-threads", "numba-cuda", "cuda-cpp")
-    }
-    base = cells["cpp-threads"]
-    numba, cuda = (quantity.plain(ranking.ratio(base, cells[name]).value, 2) for name in ("numba-cuda", "cuda-cpp"))
-    device, cores = gpu.device(run, cells["cuda-cpp"], "name"), run.facts["environment"]["cores"]["usable"]
-    told = f"on one {device} Numba is {numba} times as fast as C++ on {cores} cores, and CUDA C++ {cuda} times"
-    note = f"in float64 (medians of {base.steady.processes} processes)"
-    return f"**A GPU beats all cores, from Python too**: {told}, {note}. [On a GPU](docs/on-a-gpu.md)."
+    wanted = {"precision": "float64", "floating_point": "strict"}
+    numba, cuda = (_cell(run, variant=name, vector="off", **wanted) for name in ("numba-cuda", "cuda-cpp"))
+    best = min(_on_cores(run, **wanted), key=lambda cell: cell.steady.value)
+    factors = [ranking.ratio(best, cell).value for cell in (numba, cuda)]
+    device, cores = gpu.device(run, cuda, "name"), run.facts["environment"]["cores"]["usable"]
+    told = f"on one {device} Numba is {quantity.plain(factors[0], 2)} times as fast as"
+    and_cuda = f"and CUDA C++ {quantity.plain(factors[1], 2)} times"
+    note = f"in float64 (medians of {best.steady.processes} processes)"
+    if best.parameters["vector"] == "on":
+        rival = f"{best.variant} in lanes on {cores} cores"
+        return f"**A GPU beside all cores, both at their best**: {told} {rival}, {and_cuda}, {note}. {ON_A_GPU}"
+    lanes_ = _lanes_of_threads("float64")
+    left = " and ".join(quantity.plain(factor * lanes_.value, 2) for factor in factors)
+    rival = f"C++ on {cores} cores that trace one ray after another"
+    more = (
+        f"lanes, which no run has beside a GPU yet, take C++ to {quantity.text(lanes_)} of its time on two other cores"
+    )
+    rest = f"if they do so there, {left} times remain"
+    return f"**A GPU, from Python too**: {told} {rival}, {and_cuda}, {note}; {more}: {rest}. {ON_A_GPU}"
+
+
+ON_A_GPU = "[On a GPU](docs/on-a-gpu.md)."
+
+
+def _on_cores(run: Results, **wanted) -> list[Cell]:
+    """The cells of all cores of the processor, in lanes too, that have a rank."""
+    found = [
+        cell for name in ("cpp-threads", "numba-parallel") for cell in verdict.cells(run, {"variant": name, **wanted})
+    ]
+    return [cell for cell in found if not cell.unranked]
+
+
+def _lanes_of_threads(precision: str) -> Estimate:
+    """The time of C++ on all cores in lanes over that one ray after another, on the study's case."""
+    found = _ratio(
+        _lanes(), COMPARISON, *(_of("cpp-threads", precision, vector, STUDY_CASE) for vector in ("on", "off"))
+    )
+    assert isinstance(found, Estimate), found
+    return found
+
+
+LEAST_FALLS = (4, 2.0), (8, 1.5)  # samples on a side, and by how much they lower the error at least if they decide it
 
 
 def _of_samples() -> str:
+    """What samples do to the error, and whether they decide it."""
     run = _run("epyc-2x", "accuracy")
     python, quick = _way(run, "python"), _way(run, "cpp-threads", precision="float32", vector="on")
-    errors = [accuracy_columns.shown_rmse(_way(run, "cpp", sampler="jittered", samples=side)) for side in (4, 8)]
-    one = f"with one sample a pixel every renderer has an RMSE of {accuracy_columns.shown_rmse(python)}"
+    many = {1: _way(run, "cpp"), **{n: _way(run, "cpp", sampler="jittered", samples=n) for n, _ in LEAST_FALLS}}
+    errors = {n: cell.error() for n, cell in many.items()}
+    decide = all(errors[before] >= fall * errors[n] for before, (n, fall) in zip((1, 4), LEAST_FALLS, strict=True))
+    title = "Samples decide the error" if decide else "Samples lower the error, and do not decide it alone"
     slow, fast = quantity.seconds(python.steady), quantity.seconds(quick.steady)
-    told = f"{one}: Python takes {slow} for it, C++ in lanes of float32 on two cores {fast}"
-    more = f"4 × 4 samples have {errors[0]}, 8 × 8 {errors[1]}"
-    return f"**Samples decide the error**: {told}; {more}. [Speed against accuracy](docs/speed-and-accuracy.md)."
+    quickest = f"C++ in lanes of float32 on two cores {fast}"
+    told = f"with one sample a pixel {_of_all(run)}: Python takes {slow} for it, {quickest}"
+    more = ", ".join(f"{n} × {n} samples have {accuracy_columns.shown_rmse(many[n])}" for n, _ in LEAST_FALLS)
+    rest = "" if decide else f", where independent samples would have {quantity.plain(errors[1] / 8)}"
+    return f"**{title}**: {told}; {more}{rest}. [Speed against accuracy](docs/speed-and-accuracy.md)."
+
+
+def _of_all(run: Results) -> str:
+    """The error of one sample in words, of all renderers that made a right picture."""
+    cells = [cell for name in run.variants for cell in verdict.cells(run, {"variant": name, **ONE})]
+    shown = {accuracy_columns.shown_rmse(cell) for cell in cells if cell.swept["case"] == FRONT and not cell.unranked}
+    return (
+        f"every renderer has an RMSE of {min(shown)}" if len(shown) == 1 else f"RMSEs are {min(shown)} to {max(shown)}"
+    )
 
 
 def _of_depth() -> str:
-    run = _run("epyc-2x", "sweeps")
+    run = _run("emerald-rapids-2x", "complexity")
     base = {"variant": "cpp", "side": 128, "objects": 48, "lights": 3, "depth": 4}
 
     def grown(name: str, few: int, many: int) -> str:
         return quantity.times(ranking.ratio(*(_cell(run, **{**base, name: n}) for n in (many, few))))
 
-    told = f"depth 8 takes C++ {grown('depth', 1, 8)} the time of depth 1, since mirror rays leave the scene"
-    more = f"9 lights take it {grown('lights', 1, 9)} that of 1"
-    return f"**Depth is no factor**, as it is in the study's equation 4.1: {told}; {more}. [Sweeps](docs/results.md)."
+    told = f"depth 16 takes C++ {grown('depth', 1, 16)} the time of depth 1, since mirror rays leave the scene"
+    more = f"12 lights take it {grown('lights', 1, 12)} that of 1"
+    return f"**Depth is no factor**, as it is in the study's equation 4.1: {told}; {more}. [The race](docs/results.md)."
 
 
 def _pair(variant: str, precision: str) -> tuple[dict, dict]:
@@ -655,28 +704,34 @@ def gpu_times() -> str:
     """Times, energy and errors of the comparison on a GPU, beside all cores of the processor."""
     run = _run(GPU, "gpu")
     rows, most = [], 0
-    for name, numbers, arithmetic in itertools.product(
-        ("cpp-threads", "numba-cuda", "cuda-cpp"), ("float64", "float32"), ("strict", "fast")
-    ):
-        cell = _cell(run, variant=name, precision=numbers, floating_point=arithmetic)
-        base = _cell(run, variant="cpp-threads", precision=numbers, floating_point=arithmetic)
+    ways = itertools.product(("float64", "float32"), ("strict", "fast"))
+    keys = [{"precision": numbers, "floating_point": arithmetic} for numbers, arithmetic in ways]
+    on_gpu = [_cell(run, variant=name, vector="off", **key) for name in ("numba-cuda", "cuda-cpp") for key in keys]
+    for cell in [*(cell for key in keys for cell in _on_cores(run, **key)), *on_gpu]:
+        key = {name: cell.parameters[name] for name in keys[0]}
+        base = _cell(run, variant="cpp-threads", vector="off", **key)
         most = max(most, cell.steady.processes)
-        on_gpu = name != "cpp-threads"
+        here = cell in on_gpu
         rows.append(
             [
-                f"{name}, {numbers}, {arithmetic}",
+                ", ".join([cell.variant, *key.values(), *(["in lanes"] if cell.parameters["vector"] == "on" else [])]),
                 _value(cell.steady, 1e3),
-                _value(cell.median("kernel_s", ""), 1e3) if on_gpu else "",
+                _value(cell.median("kernel_s", ""), 1e3) if here else "",
                 "1" if cell is base else quantity.plain(ranking.ratio(base, cell).value),
-                _value(gpu.observed(run, cell, "power_w")) if on_gpu else "",
-                _value(gpu.observed(run, cell, "joules_per_mray")) if on_gpu else "",
+                _value(gpu.observed(run, cell, "power_w")) if here else "",
+                _value(gpu.observed(run, cell, "joules_per_mray")) if here else "",
                 accuracy_columns.shown_rmse(cell),
                 cell.agreement,
             ]
         )
-    header = ["variant", "steady frame (ms)", "kernel (ms)", "times as fast as cpp-threads", "power of the GPU (W)"]
+    faster = "times as fast as cpp-threads one ray after another"
+    header = ["variant", "steady frame (ms)", "kernel (ms)", faster, "power of the GPU (W)"]
     table = _table([*header, "energy (J a million rays)", "RMSE", "agrees"], rows)
-    return f"{table}\n\n{NO_INTERVAL.format(most)}"
+    note = NO_INTERVAL.format(most)
+    if not any(cell.parameters["vector"] == "on" for cell in _on_cores(run)):
+        gains_ = " and ".join(f"{quantity.text(_lanes_of_threads(one))} in {one}" for one in reversed(PRECISIONS))
+        note += f" The cores trace one ray after another here; in lanes, which this run lacks, C++ on all of two cores of another machine takes {gains_} of that time on the same picture ([lanes.toml](../experiments/lanes.toml))."  # noqa: E501
+    return f"{table}\n\n{note}"
 
 
 def gpu_memories() -> str:

@@ -1,5 +1,6 @@
 """Writes docs/the-study.md: each claim and figure of the study with its verdict, from packed runs."""
 
+import tomllib
 from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
@@ -23,10 +24,12 @@ results, its equation of cost, and what its chapters 2 to 5 claim, in our words,
 - **unavailable**: the experiment decides it, and no run of it is in
   [results/reference](../results/reference/README.md), or that run lacks a device.
 
-`python docs/study.py` makes this page from those runs, each claim from the newest whole one that has what
-it is about, or the newest that was cut short; claims and rules are in
-[claims.toml](../reports/study/claims.toml). Square brackets hold 95 % intervals. `rayrace run ladder --report` shows
-where the factor between the study's programs and ours goes, one change at a time.
+`python docs/study.py` makes this page from those runs. Where several machines have a run, a claim is decided by a
+whole one before one that was cut short, by one with as many processes as the experiment asks for now before one with
+fewer, and by the newest of these that has what the claim is about; `run` names its machine and its processes. Claims
+are in [claims.toml](../reports/study/claims.toml), each with the quantity that it is about, and only the rules and
+columns that measure this quantity may decide it. Square brackets hold 95 % intervals.
+`rayrace run ladder --report` shows where the factor between the study's programs and ours goes, one change at a time.
 """
 
 
@@ -38,15 +41,15 @@ def write(reference: Path) -> str:
         parts = []
         for chapter in claims.chapters():
             rows = [_row(claim, loaded.get(claim.run, []), verdicts) for claim in chapter.claim]
-            header = ["where", "what it claims", "verdict", "measured", "true if", "run", "why"]
+            header = ["where", "what it claims", "verdict", "quantity", "measured", "true if", "run", "why"]
             parts.append(f"## {markdown.escape(chapter.title)}\n\n{_table(header, rows)}")
     count = ", ".join(f"{number} {word}" for word, number in verdicts.most_common())
     return "\n\n".join([HEAD.rstrip(), f"{sum(verdicts.values())} claims: {count}.", *parts]) + "\n"
 
 
 def _runs(reference: Path, opened: ExitStack) -> dict[str, list[tuple[str, results.Results]]]:
-    """Returns the runs of each experiment that a claim names, with the names of their machines: whole ones first, of
-    these the newest.
+    """Returns the runs of each experiment that a claim names, with the names of their machines, the best first
+    (_rank).
     """
     wanted = {claim.run for chapter in claims.chapters() for claim in chapter.claim} - {""}
     found: dict[str, list[tuple[str, results.Results]]] = {}
@@ -54,22 +57,39 @@ def _runs(reference: Path, opened: ExitStack) -> dict[str, list[tuple[str, resul
         if (name := packed.name(path)) in wanted:
             run = results.load(opened.enter_context(packed.opened(path)))
             found.setdefault(name, []).append((path.parent.name, run))
-    return {name: sorted(runs, key=lambda one: _rank(one[1]), reverse=True) for name, runs in found.items()}
+    experiments = reference.parents[1] / "experiments"
+    asked = {name: tomllib.loads((experiments / f"{name}.toml").read_text("utf-8"))["processes"] for name in found}
+    return {
+        name: sorted(runs, key=lambda one: _rank(one[1], asked[name]), reverse=True) for name, runs in found.items()
+    }
 
 
-def _rank(run: results.Results) -> tuple[bool, str]:
-    """Returns whether a run is whole, with as many processes of what ran as it asked for, and when it began."""
-    processes = run.facts["experiment"]["processes"]
-    return all(len(cell.timed) >= processes for cell in run.cells if cell.counting), run.facts["started"]
+def _rank(run: results.Results, asked: int) -> tuple[bool, int, str]:
+    """Returns whether a run has all the processes of its time, how many of those that the experiment asks for now, and
+    when it began. It knows nothing of verdicts: a run is not chosen for what it decides.
+    """
+    processes = _processes(run)
+    whole = all(len(cell.timed) >= processes for cell in run.cells if cell.counting)
+    return whole, min(processes, asked), run.facts["started"]
+
+
+def _processes(run: results.Results) -> int:
+    return run.facts["experiment"]["processes"]
 
 
 def _row(claim: Claim, runs: list[tuple[str, results.Results]], verdicts: Counter) -> list[str]:
     """Returns a claim's row, decided by the first of `runs` that has what the claim is about."""
-    made = [(machine, verdict.decide(claim, run)) for machine, run in runs] or [("", verdict.decide(claim, None))]
-    machine, decided = next((one for one in made if one[1].verdict != "unavailable"), made[0])
+    made = [(_where(claim, *one), verdict.decide(claim, one[1])) for one in runs]
+    made = made or [(claim.run, verdict.decide(claim, None))]
+    where, decided = next((one for one in made if one[1].verdict != "unavailable"), made[0])
     verdicts[decided.verdict] += 1
-    where = f"{claim.run}, {machine}" if machine else claim.run
-    return [claim.place, claim.says, decided.verdict, decided.measured, claim.rule, where, claim.why]
+    cells = [decided.verdict, claim.quantity, decided.measured, claim.rule, where, claim.why]
+    return [claim.place, claim.says, *cells]
+
+
+def _where(claim: Claim, machine: str, run: results.Results) -> str:
+    count = _processes(run)
+    return f"{claim.run}, {machine}, {count} process{'es' if count > 1 else ''}"
 
 
 def _table(header: list[str], rows: list[list[str]]) -> str:

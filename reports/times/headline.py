@@ -97,7 +97,7 @@ def _race(results: Results, cells: list[Cell], ranked: list[Cell]) -> Headline:
     told = [sentence.of_bars(compared, results.floor.value)]
     if more := [word for word in alike if word not in shared]:
         told = [f"With {', '.join(more)}: {told[0]}"]
-    told += [_fastest_of_all(results, bars, compared), *_more_threads(results, bars)]
+    told += [_fastest_of_all(results, bars, compared), _others_at_their_best(bars), *_more_threads(results, bars)]
     told.append(_over_places(compared, ranked, results.floor.value))
     where = naming.place(cells[0], results.of(cells[0].scene))
     return Headline([text for text in told if text], bars, where, STEADY, shared, _lacking(results, bars))
@@ -166,6 +166,15 @@ def _fastest_of_all(results: Results, bars: list[Bar], compared: list[Bar]) -> s
         return ""
     same = next(bar for bar in bars if bar.cell is other.cell)  # with all parts of its name
     return sentence.of_best(best, ratio, same)
+
+
+def _others_at_their_best(bars: list[Bar]) -> str:
+    """Says how far behind others are with their fastest methods, where the first sentence compares slower ones of them.
+
+    "" if the fastest of all has a method that it does not compare: then that is said.
+    """
+    faster = [bar for bar in _fastest_by_variant(bars) if not bar.compared]
+    return sentence.of_others(faster) if faster and bars[0].compared else ""
 
 
 def _more_threads(results: Results, bars: list[Bar]) -> list[str]:

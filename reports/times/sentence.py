@@ -78,6 +78,11 @@ def of_best(best: Bar, ratio: Estimate, other: Bar) -> str:
     return f"The fastest of all is {best.spoken}: {quantity.seconds(best.time.value)}, {faster}{rmse}."
 
 
+def of_others(bars: list[Bar]) -> str:
+    """Says how much longer variants take than the fastest with their own fastest methods."""
+    return f"With {'its' if len(bars) == 1 else 'their'} fastest method{'s' * (len(bars) > 1)}, {_more(bars)}."
+
+
 def of_threads(most: Cell, few: Cell, ratio: Estimate, resolved: bool) -> str:
     """Says what more threads gain. ratio: the time of the cell with few over that of the one with most."""
     many, one = most.parameters["threads"], few.parameters["threads"]

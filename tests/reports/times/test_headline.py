@@ -94,6 +94,16 @@ def test_methods_are_named_by_what_varies_and_the_fastest_has_its_error(load, at
     assert found.sentence == "cpp (lanes, float32) is the fastest, 125 ms a frame; cpp takes 8.0 times as long."
 
 
+def test_rivals_are_told_with_their_fastest_methods_where_the_winner_has_no_faster(load, at):
+    """A GPU is not told to be so many times as fast as cores that trace one ray after another, and that alone."""
+    told = [*at("cuda-cpp", 1.0), *at("cpp-threads", 20.0), *at("numba", 30.0), *at("cpp-threads", 3.0, vector="on")]
+    found = headline.of(load(told))
+    assert found.sentence == (
+        "cuda-cpp is the fastest, 1.00 s a frame; cpp-threads takes 20 times as long and numba 30 times. "
+        "With its fastest method, cpp-threads (lanes) takes 3.0 times as long."
+    )
+
+
 def test_the_task_of_most_work_that_all_have_and_the_mean_over_all(load, at):
     """Geometric means: numba over cpp 1, 2 and 4, that is 2; python is in one place only."""
     told = [row for depth, times in ((1, 1.0), (2, 2.0), (3, 4.0))
