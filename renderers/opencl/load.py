@@ -125,7 +125,7 @@ class Scene:
             "depth": job.depth,
             "shadows": int(job.shadows),
             "feelers": job.feelers if "soft" in job.needs else 0,
-            "glossy_rays": job.glossy_rays if "glossy" in job.needs else 0,
+            "glossy_rays": job.glossy_rays,
             "study_weight": int(job.glossy_weight == "study"),
             "seed": job.seed,
             "sampler": SAMPLERS.index(job.sampler),
@@ -250,8 +250,10 @@ def _materials(materials, air):
     rows = np.vstack([materials, [*np.zeros(5), *air[2:], *air[:2], 0]])
     clear = rows[:, 5:8].any(axis=1)
     attenuates = clear & (rows[:, 5:8] != 1).any(axis=1)
+    rough = rows[:, 10] > 0
+    lobes = np.where(rough, 2 / np.where(rough, rows[:, 10], 1) ** 2 - 2, -1)  # GLO-2; -1: of a perfect mirror
     indices = np.sqrt(rows[:, 8] * rows[:, 9])  # REF-1
-    return np.column_stack([rows[:, :5], indices, rows[:, 9], rows[:, 5:8], attenuates, clear])
+    return np.column_stack([rows[:, :5], indices, rows[:, 9], rows[:, 5:8], attenuates, clear, lobes])
 
 
 def _axes(shapes):
