@@ -88,7 +88,8 @@ def render(scene, variant, out, asked, most, against, seconds, given, frames, ti
         )  # fmt: skip
         front = Front(test, variant, fixed, out, frames, advice.find(results_folder(), wanted))
         wrong = front.work()
-    front.tell(wrong, warnings(read), time.monotonic() - began, as_json)
+    free = {"feelers", "glossy_rays"} - fixed
+    front.tell(wrong, warnings(read, [parameters], free), time.monotonic() - began, as_json)
     if wrong:
         raise SystemExit(1)
 

@@ -126,7 +126,7 @@ def needs(
             found = search.greedy(processes)
             if exhaustive:
                 best = _exhaustive(search, found, processes)
-    single.warn(warnings(read))
+    single.warn(warnings(read, [job]))
     worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
     told = _smallest(found, best, limit, reduced, entry.name) if found else {}
     _tell(study, worths, entry.name, told, as_json)

@@ -78,7 +78,7 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
     arrays = flatten(read, parameters.arithmetic)
     result, facts = make(entry, arrays, parameters, needs, out, timeout)
-    facts["warnings"] = warn(warnings(read))
+    facts["warnings"] = warn(warnings(read, [parameters]))
     known = registry.entries(folders)
     facts["agreement"] = _agreement(entry, known, arrays, parameters, result)
     facts["error"] = _error(known, arrays, parameters, result)

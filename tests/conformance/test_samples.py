@@ -212,7 +212,9 @@ def glossy_scene(turn, exponent, degrees=40):
     angle = math.radians(degrees)
     way = np.array([math.sin(angle), 0, -math.cos(angle)])
     source = camera(turn, -3 * way, 1e-9, towards=way) + WHITE
-    source += square(turn, (0, 0, 0), (60, 0, 0), (0, 60, 0), f"(0,0,0) 0.8 {exponent} (0,0,0) 9 1")
+    source += square(
+        turn, (0, 0, 0), (60, 0, 0), (0, 60, 0), f"(0,0,0) 0.8 7 (0,0,0) 9 1 {math.sqrt(2 / (exponent + 2))!r}"
+    )
     return source, turn @ (way * (1, 1, -1)), turn @ (0, 0, 1)
 
 
@@ -271,7 +273,7 @@ def test_the_colour_of_a_lens_sample_is_that_of_its_own_ray(bench, serial):
 NARROW = """CAMERA (0,0,0) (0.5,0,0) (0,0.5,0) (0.3,3,4)
 LIGHT (0.2,9,-5) (1,1,1) 0
 POLYGON 4 (-3,-1,3) (3,-1,3) (3,-1,-3) (-3,-1,-3)
-(0,0,0) 1 {} (0,0,0) 1e6 1
+(0,0,0) 1 1 (0,0,0) 1e6 1 {}
 SPHERE (0,2,-8) 3 (0.4,0.5,0.6) 0.9 300 (0,0,0) 1e6 1
 """
 
@@ -284,6 +286,9 @@ def test_a_narrow_lobe_is_as_exact_as_a_wide_one(bench, serial, exponent):
         pytest.skip("has no float32")
     jobs = {"width": 61, "height": 47, "depth": 1, "glossy_rays": 4, "seed": 3, "epsilon": 2.0**-19}
     jobs = jobs if not bench.known[serial].simulated else jobs | {"width": 13, "height": 9}
-    rough, right = (bench.picture(serial, NARROW.format(exponent), **jobs, precision=p) for p in ("float32", "float64"))
+    rough, right = (
+        bench.picture(serial, NARROW.format(math.sqrt(2 / (exponent + 2))), **jobs, precision=p)
+        for p in ("float32", "float64")
+    )
     assert right.std() > 0.01
     assert np.abs(rough - right).max() < 2e-5

@@ -105,7 +105,10 @@ def features(folder):
             {"depth": 3, "shadows": True, "feelers": 2, "sampler": "jittered", "samples": 2, "seed": 10},
         ),
         "mix: all of it": (
-            crowd(some_rough(glassy, widths), radius=0.4, count=2) + nested + solid(TINTED) + mesh("ball", "(0,1.4,0) (5,6,7) 0.6", GLASS),
+            crowd(some_rough(glassy, widths), radius=0.4, count=2)
+            + nested
+            + solid(TINTED)
+            + mesh("ball", "(0,1.4,0) (5,6,7) 0.6", GLASS),
             {
                 **{"depth": 3, "shadows": True, "feelers": 2, "glossy_rays": 2, "sampler": "adaptive"},
                 **{"adaptive_depth": 1, "lens_radius": 0.05, "focal_distance": 6.0, "seed": 11},
