@@ -117,7 +117,7 @@ def _materials(job, materials, air):
 
 
 def lobes(job, materials):
-    """Exponents of the lobes of materials, rows of materials.npy; -1 of those that are perfect mirrors (GLO-1, GLO-2)."""
+    """Exponents of the lobes of materials, rows of materials.npy; -1 of a perfect mirror (GLO-1, GLO-2)."""
     rough = (materials[:, 10] > 0) & (job.glossy_rays > 0)
     return np.where(rough, 2 / np.where(rough, materials[:, 10], 1) ** 2 - 2, -1)
 

@@ -17,8 +17,8 @@ class Scene:
 
     `kinds` holds the kinds of shape that the scene has, in the order of HIT-2, each with the number of its first
     shape: all shapes are numbered in that order, each triangle of a mesh is one. `objects`, `diffuse` (3, shapes),
-    `k_s`, `exponent`, `rough`, `lobe`, `clear` and `flat` have an entry for each shape; `refractive_index`, `mu` and `attenuation`
-    (3, materials + 1) one for each material, and AIR last.
+    `k_s`, `exponent`, `rough`, `lobe`, `clear` and `flat` have an entry for each shape; `refractive_index`, `mu` and
+    `attenuation` (3, materials + 1) one for each material, and AIR last.
     """
 
     def __init__(self, job, precision):

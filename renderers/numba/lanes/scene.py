@@ -23,7 +23,8 @@ PLACE, SIZE, NORMAL = 0, 3, 4
 ROLE, NUMBER = 0, 1
 
 # A role is what faces have in common. Rows of its tables: diffuse colour, k_s, m, N and M of REF-1 in AIR for a ray
-# from outside and from inside, 1 if clear, kind, 1 if flat (POL-3), exponent of the lobe or -1 (GLO-2); rank (MED-2) or -1, row of materials.
+# from outside and from inside, 1 if clear, kind, 1 if flat (POL-3), exponent of the lobe or -1 (GLO-2); rank (MED-2) or
+# -1, row of materials.
 DIFFUSE, SPECULAR, EXPONENT, FROM_OUTSIDE, FROM_INSIDE, CLEAR, KIND, FLAT, LOBE = 0, 3, 4, 5, 7, 9, 10, 11, 12
 RANK, MATERIAL = 0, 1
 
