@@ -21,7 +21,8 @@ ACCURACY = tomllib.loads((FOLDER / "accuracy.toml").read_text())
 CASES = {case["name"]: case for case in ACCURACY["case"]}
 # What the experiment gives these two scenes beside their samples, and no other.
 METHODS = {"soft shadows": {"feelers": 1}, "glossy mirrors": {"glossy_rays": 1}}
-FEW, MANY = 2, 16  # samples of a side of a pixel
+FEW, MANY = 2, 20  # samples of a side of a pixel
+TIMES = 256  # as many samples as the picture with few has the truth
 SEEDS = range(1, 1 + truth.PICTURES)
 SMALLEST = 1e-3  # an RMSE that is told from 0, or the truth says nothing
 
@@ -52,7 +53,7 @@ def truth_of(bench, scene, job):
     def run(entry, arrays, wanted, needed, cache=None):
         return bench.run(entry, arrays, bench.sharing(entry, wanted, needed), needed)
 
-    (told,) = truth.jobs([job], Wanted(), lambda parameters: needs(scene, parameters)).values()
+    (told,) = truth.jobs([job], Wanted(times=TIMES), lambda parameters: needs(scene, parameters)).values()
     return truth.make(told, bench.entry("cpp"), flatten(scene), None, run)
 
 

@@ -270,6 +270,35 @@ def test_the_colour_of_a_lens_sample_is_that_of_its_own_ray(bench, serial):
     close(bench.picture(serial, source, depth=0, **jobs), linear(0.4, 0.5, 0.6) * linear(0.5, 0.6, 0.7))
 
 
+MIRRORS = """CAMERA (0,0,0) (2,0,0) (0,1,0) (0,0,4)
+AMBIENT (0.5,0.5,0.5)
+LIGHT (1,2,9) (0.9,0.8,0.7) 0.5
+POLYGON 4 (-3,-2,-1) (-0.1,-2,-1) (-0.1,2,-1) (-3,2,-1) (0.1,0.1,0.1) 0.8 20 (0,0,0) 9 1
+POLYGON 4 (0.1,-2,-1) (3,-2,-1) (3,2,-1) (0.1,2,-1) (0.1,0.1,0.1) 0.8 20 (0,0,0) 9 1 {}
+BOX (-4,-4,5) (8,0.1,0) (0.2,8,0) (0,0,1) (0.4,0.5,0.6) 0.5 9 (0,0,0) 4 1 {}
+"""
+
+
+def test_glossy_rays_do_nothing_between_perfect_mirrors(bench, serial):
+    """Not even to the random numbers of soft shadows seen in them, whose paths they do not widen (GLO-1, RND-4)."""
+    job = {"width": 8, "height": 4, "depth": 4, "shadows": True, "feelers": 2, "seed": 3}
+    without, beside = (bench.result(serial, MIRRORS.format(0, 0), **job, glossy_rays=rays) for rays in (0, 3))
+    assert beside.array.tobytes() == without.array.tobytes() and beside.said.rays == without.said.rays
+
+
+def test_beside_a_rough_mirror_a_perfect_one_has_one_ray(bench, serial):
+    """A pixel of each; then what they reflect, a box with the roughness of the one or the other, reflects too."""
+    job = {"width": 2, "height": 1, "seed": 3}
+
+    def reflected(rays, depth, box):
+        return bench.result(serial, MIRRORS.format(0.05, box), **job, glossy_rays=rays, depth=depth).said.rays[
+            "reflected"
+        ]
+
+    assert [reflected(rays, 1, 0) for rays in (0, 1, 5)] == [2, 2, 6]
+    assert [reflected(5, 2, box) for box in (0, 0.05)] == [12, 36]
+
+
 NARROW = """CAMERA (0,0,0) (0.5,0,0) (0,0.5,0) (0.3,3,4)
 LIGHT (0.2,9,-5) (1,1,1) 0
 POLYGON 4 (-3,-1,3) (3,-1,3) (3,-1,-3) (-3,-1,-3)
