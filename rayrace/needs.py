@@ -126,10 +126,10 @@ def needs(
             found = search.greedy(processes)
             if exhaustive:
                 best = _exhaustive(search, found, processes)
-    single.warn(warnings(read, [job]))
+    warned = single.warn(warnings(read, [job]))
     worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
     told = _smallest(found, best, limit, reduced, entry.name) if found else {}
-    _tell(study, worths, entry.name, told, as_json)
+    _tell(study, worths, entry.name, told, warned, as_json)
     if out:
         from reports.worth import figure
 
@@ -182,7 +182,7 @@ def _smallest(found, best, limit: float, path: Path, name: str) -> dict:
     return told
 
 
-def _tell(study, worths: list, name: str, told_smallest: dict, as_json: bool) -> None:
+def _tell(study, worths: list, name: str, told_smallest: dict, warned: list[str], as_json: bool) -> None:
     """Prints a harness.single.worth.Study, its worths in the order given, and the smallest model, {} if none is asked
     for."""
     from rich.markup import escape
@@ -199,6 +199,7 @@ def _tell(study, worths: list, name: str, told_smallest: dict, as_json: bool) ->
         facts = {"truth": study.truth.maker, **study.truth.facts(), "noise_floor": study.floor.value}
         rows = [one.record() for one in worths]
         facts |= {"without": rows} | ({"smallest": told_smallest} if told_smallest else {})
+        facts |= {"warnings": warned}
         print(json.dumps({"renderer": name, "job": full.job.values(), "full": told, **facts}, indent=1))
         return
     error = {"truth": study.truth.maker, "against": "scene", **study.truth.facts(), **study.error}

@@ -68,7 +68,7 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
             raise UserError(f"--frames: {out.name} is a scene, so nothing is rendered; leave --frames out")
         read = load(scene)
         _export(read, out, exporter, image, timeout, as_json)
-        warn(warnings(read))
+        warn(warnings(read, [image.parameters(1, 0)]))
         return
     picture.check_suffix(out)
     read = load(scene)
