@@ -24,7 +24,9 @@ METHODS = {"soft shadows": {"feelers": 1}, "glossy mirrors": {"glossy_rays": 1}}
 FEW, MANY = 2, 20  # samples of a side of a pixel
 TIMES = 256  # as many samples as the picture with few has the truth
 SEEDS = range(1, 1 + truth.PICTURES)
-SMALLEST = 1e-3  # an RMSE that is told from 0, or the truth says nothing
+SMALLEST = 1e-3  # of an RMSE that the truth must tell from 0
+# Standard errors of an RMSE that is 0 but for noise, at most: of its square, four (judge.errors).
+SURE = 8
 
 
 def scene_and_job(case):
@@ -72,10 +74,10 @@ def test_the_deep_limit_of_its_own_job_has_no_error(bench, shoot, case):
     told = limit_of(shoot, scene, job, right)
     print(case, "few samples:", few["rmse"], "limit:", told, "depth", right.depth)
     assert few["below"] is None and few["rmse"] > 4 * told["rmse"]
-    assert told["below"] is not None and told["below"] < SMALLEST
+    assert told["rmse"] <= min(SURE * told["rmse_standard_error"], SMALLEST)
 
 
-@pytest.mark.parametrize("case", ["mirrors", "two lights", "Boolean operations"])
+@pytest.mark.parametrize("case", ["mirrors", "mirrors and glass", "Boolean operations"])
 def test_lobes_of_perfect_mirrors_would_be_seen(bench, shoot, case):
     """Of a truth of which every mirror is glossy with the exponent of its highlight, as truths once were."""
     scene, job = scene_and_job(case)
@@ -83,4 +85,4 @@ def test_lobes_of_perfect_mirrors_would_be_seen(bench, shoot, case):
     lobes = replace(scene, objects=tuple(map(lambda thing, m: replace(thing, material=m), scene.objects, rough)))
     told = limit_of(shoot, scene, job, truth_of(bench, lobes, replace(job, samples=FEW)))
     print(case, told)
-    assert told["below"] is None and told["rmse"] > SMALLEST
+    assert told["rmse"] > max(SURE * told["rmse_standard_error"], SMALLEST)

@@ -141,7 +141,7 @@ def test_by_the_command_line(rayrace, scene, tmp_path):
     )
     lines = done.stderr.splitlines()
     assert [line.split(": ")[0] for line in lines] == [
-        "[1/4] 1,2,7,8", "[2/4] 7,2,12,8", "[3/4] 1,8,7,9", "[4/4] 7,8,12,9", "warning",
+        "[1/4] 1,2,7,8", "[2/4] 7,2,12,8", "[3/4] 1,8,7,9", "[4/4] 7,8,12,9", *["warning"] * 3,
     ]  # fmt: skip
     assert sorted(path.name for path in tmp_path.iterdir()) == ["many.tif", "one.tif", "scene.txt"]
 
@@ -222,8 +222,9 @@ def test_the_same_command_goes_on(how, rayrace, scene, environment, tmp_path):
     done = rayrace(*words, "--json", code=0)
     told = json.loads(done.stdout)
     assert told["kept"] == len(kept) and told["tiles"] == 30
-    first, *lines, last = done.stderr.splitlines()
-    assert last.startswith(f"warning: {scene}:1: the eye is ")
+    first, *lines, slant, glossy, soft = done.stderr.splitlines()
+    assert slant.startswith(f"warning: {scene}:1: the eye is ")
+    assert "rendered as perfect mirrors" in glossy and "rendered as points" in soft
     assert first == f"{len(kept)} of 30 tiles are already in {out}.tiles" and len(lines) == 30 - len(kept)
     rayrace(*picture, "--json", "-o", tmp_path / "one.tif", code=0)
     assert out.read_bytes() == (tmp_path / "one.tif").read_bytes()
