@@ -45,7 +45,7 @@ def glossy_rays(job):
 
 # Numbers of the job's precision, and int32, that the kernel keeps for a row of each array (scene.py).
 ROWS = {
-    **{"lights": (7, 0), "materials": (12, 0), "spheres": (4, 0), "boxes": (30, 0), "polygon_vertices": (9, 0)},
+    **{"lights": (7, 0), "materials": (11, 0), "spheres": (4, 0), "boxes": (30, 0), "polygon_vertices": (9, 0)},
     **{"polygon_ranges": (0, 2), "ellipsoids": (21, 0), "csg_spheres": (4, 0), "csg_boxes": (30, 0)},
     **{"csg_ellipsoids": (21, 0), "csg_meshes": (0, 2), "csg_code": (1, 2), "csg_ranges": (0, 2), "media": (0, 1)},
     **{f"{name}_ids": (1, 4) for name in ("sphere", "box", "polygon", "ellipsoid", "csg")},
@@ -54,10 +54,11 @@ ROWS = {
 
 def bytes_of_scene(job):
     """The largest size of the scene in GPU memory, without a tree, in bytes."""
-    reals, integers = 12 + 2 + 6 + 12 + 6, 0
+    reals, integers = 12 + 2 + 6 + 11 + 6, 0
     for name, (more_reals, more_integers) in ROWS.items():
         rows = _length(job, name)
         reals, integers = reals + rows * more_reals, integers + rows * more_integers
+    reals += ("glossy" in job.needs) * (_length(job, "materials") + 1)  # exponents of lobes
     free, parts = (int(np.load(job.array(name))[:, 1].sum()) for name in ("mesh_ranges", "csg_meshes"))
     reals, integers = reals + 13 * (free + parts), integers + 4 * free
     return reals * np.dtype(job.precision).itemsize + integers * 4

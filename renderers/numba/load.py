@@ -111,9 +111,8 @@ def _materials(job, materials, air):
     rows = np.vstack([materials, air])
     clear = rows[:, 5:8].any(axis=1)
     attenuation = np.where(clear[:, None], rows[:, 5:8], 1)
-    return np.column_stack(
-        [rows[:, :5], np.sqrt(rows[:, 8] * rows[:, 9]), rows[:, 9], attenuation, clear, lobes(job, rows)]
-    )
+    columns = [rows[:, :5], np.sqrt(rows[:, 8] * rows[:, 9]), rows[:, 9], attenuation, clear]
+    return np.column_stack([*columns, lobes(job, rows)] if needs.GLOSSY else columns)
 
 
 def lobes(job, materials):

@@ -209,8 +209,9 @@ def faces(values, materials, air, real):
     index, permeability = np.sqrt(found[:, 8] * found[:, 9]), found[:, 9]
     n, m = np.sqrt(air[0] * air[1]) / index, air[1] / permeability
     clear = found[:, 5:8].any(axis=1)
-    lobes = values["materials"][material, scalar.LOBE]
-    rows = [*found[:, :3].T, found[:, 3], found[:, 4], n, m, 1 / n, 1 / m, clear, kind, flat, lobes]
+    rows = [*found[:, :3].T, found[:, 3], found[:, 4], n, m, 1 / n, 1 / m, clear, kind, flat]
+    if needs.GLOSSY:
+        rows.append(values["materials"][material, scalar.LOBE])
     tables = {
         "first_faces": np.cumsum(each) - each,
         "faces": np.vstack([places.T, sizes[of_face], normals.T]),

@@ -25,7 +25,9 @@ typedef struct {
     real reflected, transmitted;  // shares of its children; 0: there is none
     Branch mirrored, through;
     real3 normal;
+#if NEED_GLOSSY
     real lobe;  // GLO-2: the exponent of its glossy reflection; -1 of a perfect mirror
+#endif
 } Meeting;
 
 DEVICE uint path_base(const Scene *scene) { return (uint)(scene->at.glossy_rays > 1 ? scene->at.glossy_rays : 1) + 1; }
@@ -144,7 +146,10 @@ DEVICE Meeting meet(const Scene *scene, Desk *desk, const Branch *branch, int or
     meeting.mirrored.ray.origin = leave(at, enters ? 1 : -1, number(scene, EPSILON_OF_RAYS));
     meeting.mirrored.ray.direction = renormalise(ray.direction - 2 * d_n * at.normal);  // REF-3
     meeting.mirrored.inside = sides.was;
-    meeting.normal = at.normal, meeting.lobe = material[LOBE];
+    meeting.normal = at.normal;
+#if NEED_GLOSSY
+    meeting.lobe = material[LOBE];
+#endif
 #if NEED_TRANSMISSION
     if (material[CLEAR] != 0) {
         meeting.transmitted = material[SPECULAR] * (1 - part.reflected);
