@@ -88,7 +88,8 @@ def render(scene, variant, out, asked, most, against, seconds, given, frames, ti
         )  # fmt: skip
         front = Front(test, variant, fixed, out, frames, advice.find(results_folder(), wanted))
         wrong = front.work()
-    front.tell(wrong, warnings(read), time.monotonic() - began, as_json)
+    free = {"feelers", "glossy_rays"} - fixed
+    front.tell(wrong, warnings(read, [parameters], free), time.monotonic() - began, as_json)
     if wrong:
         raise SystemExit(1)
 
@@ -227,13 +228,18 @@ class Front:
                 print(line)
             for made in self.made:
                 m = made.method
-                print(f"{m.name}: RMSE {m.rmse:.2g} ± {m.standard_error:.1g} expected, {m.seconds:.3g} s a frame")
+                print(f"{m.name}: RMSE {_expected(m)} expected, {m.seconds:.3g} s a frame")
                 print(f"{made.facts['picture']}: {record.error_of(made.error)}" + _truth(made.error))
             if best:
                 single.tell(best.facts, best.method.parameters)
             single.warn(warned)
         if wrong:
             print(f"error: {wrong}", file=sys.stderr)
+
+
+def _expected(method: trial.Method) -> str:
+    error = method.record()
+    return record.rmse_of(error) if record.below(error) else f"{method.rmse:.2g} ± {method.standard_error:.1g}"
 
 
 def _truth(error: dict) -> str:

@@ -126,18 +126,21 @@ def needs(
             found = search.greedy(processes)
             if exhaustive:
                 best = _exhaustive(search, found, processes)
-    single.warn(warnings(read))
+    warned = single.warn(warnings(read, [job]))
     worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
     told = _smallest(found, best, limit, reduced, entry.name) if found else {}
-    _tell(study, worths, entry.name, told, as_json)
+    _tell(study, worths, entry.name, told, warned, as_json)
     if out:
         from reports.worth import figure
 
         figure.write(out, [one.record() for one in worths], study.error["rmse"])
     if sheet:
+        from harness.store import record
         from reports.worth import sheet as sheets
 
-        changed = [(one.name, one.error["rmse"], one.picture) for one in worths if one.change and one.change.pixels > 0]
+        changed = [
+            (one.name, record.rmse_of(one.error), one.picture) for one in worths if one.change and one.change.pixels > 0
+        ]
         sheets.write(sheet, study.full.picture, changed)
     if any(one.unavailable and not one.unavailable.startswith("unsupported") for one in study.worths):
         raise typer.Exit(1)
@@ -179,7 +182,7 @@ def _smallest(found, best, limit: float, path: Path, name: str) -> dict:
     return told
 
 
-def _tell(study, worths: list, name: str, told_smallest: dict, as_json: bool) -> None:
+def _tell(study, worths: list, name: str, told_smallest: dict, warned: list[str], as_json: bool) -> None:
     """Prints a harness.single.worth.Study, its worths in the order given, and the smallest model, {} if none is asked
     for."""
     from rich.markup import escape
@@ -196,6 +199,7 @@ def _tell(study, worths: list, name: str, told_smallest: dict, as_json: bool) ->
         facts = {"truth": study.truth.maker, **study.truth.facts(), "noise_floor": study.floor.value}
         rows = [one.record() for one in worths]
         facts |= {"without": rows} | ({"smallest": told_smallest} if told_smallest else {})
+        facts |= {"warnings": warned}
         print(json.dumps({"renderer": name, "job": full.job.values(), "full": told, **facts}, indent=1))
         return
     error = {"truth": study.truth.maker, "against": "scene", **study.truth.facts(), **study.error}
@@ -219,16 +223,18 @@ def _tell(study, worths: list, name: str, told_smallest: dict, as_json: bool) ->
     if study.floor.value is None:
         print(f"noise floor unavailable: {study.floor.reason}", file=sys.stderr)
     if told_smallest:
-        _tell_smallest(told_smallest, study.error["rmse"])
+        _tell_smallest(told_smallest, study.error)
 
 
-def _tell_smallest(told: dict, before: float) -> None:
-    """Prints the smallest model for people. before: RMSE of the full model."""
+def _tell_smallest(told: dict, before: dict) -> None:
+    """Prints the smallest model for people. before: `error` of the full model."""
+    from harness.store import record
+
     rendered = f"of {told['models_rendered']} rendered"
     print(f"\nThe smallest model found with an RMSE of {told['limit']:.3g} or less, {rendered}:")
     print("".join(f"  without {name}\n" for name in told["left_out"]) or "  the full model\n", end="")
-    after = told["error"]["rmse"]
-    print(f"RMSE {before:.3g} before, {after:.3g} after; time {_ratio(told['time'])} times that of the full model")
+    rmse = f"RMSE {record.rmse_of(before)} before, {record.rmse_of(told['error'])} after"
+    print(f"{rmse}; time {_ratio(told['time'])} times that of the full model")
     every = told.get("exhaustive")
     if every and "unavailable" in every:
         print(f"the best of all combinations unavailable: {every['unavailable']}")
@@ -246,13 +252,15 @@ def _ratio(time: dict) -> str:
 
 def _cells(one) -> list[str]:
     """The numbers of a row, for people."""
+    from harness.store import record
+
     if one.unavailable:
         return [""] * 6
     time = f"{one.time.value:.2f}" + (f" [{one.time.low:.2f}, {one.time.high:.2f}]" if one.time.low is not None else "")
     if one.faster == "not resolved":
         time = f"~{time}"
     memory = "unavailable" if one.memory is None else f"{one.memory:.2f}"
-    rmse = f"{one.error['rmse']:.3g}"
+    rmse = record.rmse_of(one.error)
     return [
         f"{one.change.pixels:.2%}",
         f"{one.change.largest:.2g}",

@@ -42,7 +42,7 @@ AdaptiveThresholdOption = Annotated[float, typer.Option(help="Difference that ha
 LensRadiusOption = Annotated[float, typer.Option(min=0, help="0: a pinhole.")]
 FocalDistanceOption = Annotated[float, typer.Option(min=0, help="From the eye to what is in focus.")]
 FeelersOption = Annotated[int, typer.Option(min=0, help="To each light with a radius; 0: hard shadows.")]
-GlossyRaysOption = Annotated[int, typer.Option(min=0, help="Reflected rays of a hit; 0: perfect mirrors.")]
+GlossyRaysOption = Annotated[int, typer.Option(min=0, help="Reflected rays of a hit on a rough material; 0: mirrored.")]
 SeedOption = Annotated[int, typer.Option(min=0, help="Of the random numbers.")]
 PrecisionOption = Annotated[str, typer.Option(help="float64, float32, mp60.")]
 FloatingPointOption = Annotated[str, typer.Option(help="strict, contract or fast.", metavar="NAME")]

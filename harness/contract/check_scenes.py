@@ -31,15 +31,19 @@ def scene_text(features: tuple[str, ...]) -> str:
 
 
 def full_scene_text(features: tuple[str, ...], folder: Path) -> str:
-    """`scene_text` with the media, solids and lights of some size that the renderer claims; a mesh goes to `folder`."""
-    lines = []
+    """`scene_text` with the media, solids, lights of some size and rough mirrors that the renderer claims; a mesh goes
+    to `folder`.
+
+    Some mirrors are rough and some perfect.
+    """
+    lines, rough = [], " 0.3" if "glossy" in features else ""
     if "transmission" in features:
         tint = "(0.8,0.9,0.7)" if "attenuation" in features else "(1,1,1)"
-        lines.append(f"SPHERE (0.43,0.31,1.27) 0.51 (0.05,0.03,0.02) 0.9 30 {tint} 2.25 1.1")
+        lines.append(f"SPHERE (0.43,0.31,1.27) 0.51 (0.05,0.03,0.02) 0.9 30 {tint} 2.25 1.1{rough}")
         if "media" in features:
             axes = "(0.6,0.1,0) (-0.1,0.4,0.1) (0,-0.1,0.5)"
             lines.append(f"ELLIPSOID (0.62,0.25,1.13) {axes} (0,0,0) 1 30 {tint} 1.77 1")
-    material = f"(0.3,0.6,0.7) {0.5 if 'reflection' in features else 0} 20 (0,0,0) 9 1"
+    material = f"(0.3,0.6,0.7) {0.5 if 'reflection' in features else 0} 20 (0,0,0) 9 1{rough}"
     if "csg" in features:
         bite = "NOT BOX (-1.2,-0.1,1.3) (1,0.1,0) (0,1,0.2) (0,0.1,1) END"
         lines.append(f"AND SPHERE (-1.1,-0.2,1.4) 0.6 {bite} END {material}")
@@ -51,6 +55,8 @@ def full_scene_text(features: tuple[str, ...], folder: Path) -> str:
     plain = scene_text(features)
     if "soft" in features:
         plain = plain.replace("(0.7,0.8,0.6) 0", "(0.7,0.8,0.6) 0.7")  # a light with a radius
+    if "glossy" in features:
+        lines.append(f"SPHERE (-1.3,-0.9,0.9) 0.3 (0.2,0.3,0.4) 0.6 20 (0,0,0) 1e6 1{rough}")
     return plain + "".join(line + "\n" for line in lines)
 
 

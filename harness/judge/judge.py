@@ -10,6 +10,7 @@ import numpy as np
 
 from harness.judge import span
 from harness.process.repetition import Result
+from harness.store import record
 
 # Largest difference allowed in any channel outside the mask. float64: the cross-renderer gate of the conformance
 # suite. float32: one step of an 8-bit picture.
@@ -145,12 +146,18 @@ def _inside(pixels: np.ndarray, found: Reference, allowed: np.ndarray) -> str | 
     )
 
 
-def errors(picture: np.ndarray, truth: np.ndarray, noise: np.ndarray | None, mask: np.ndarray | None) -> dict:
+def errors(
+    picture: np.ndarray,
+    truth: np.ndarray,
+    noise: np.ndarray | None,
+    mask: np.ndarray | None,
+    change: float | None = None,
+) -> dict:
     """The errors of a finite picture (height, width, 3): its distance from the truth, over all pixels (ERR-1).
 
     noise: standard error of the truth, likewise; None: it has none. mask: of ill-conditioned pixels; None: not known.
-    Keys: rmse, free of the noise's share; rmse_standard_error, what the noise leaves uncertain in it; max and
-    bad_pixels, to which noise adds; relative_mse, as in Verdict; mask_fraction.
+    change: of a Truth. Keys: rmse, free of the noise's share; rmse_standard_error, what the noise leaves uncertain in
+    it; below, as of record.below; max and bad_pixels, to which noise adds; relative_mse, as in Verdict; mask_fraction.
     """
     squares = (picture.astype(np.float64) - truth) ** 2
     difference = np.sqrt(squares.max(axis=-1))
@@ -161,9 +168,11 @@ def errors(picture: np.ndarray, truth: np.ndarray, noise: np.ndarray | None, mas
     scatter = float(np.sum(4 * squares * variance - 0.8 * variance**2))
     doubt = np.sqrt(max(0.0, scatter)) / squares.size
     rmse = float(np.sqrt(mean))
+    doubt = float(min(np.sqrt(doubt), doubt / (2 * rmse)) if rmse else np.sqrt(doubt))
     return {
         "rmse": rmse,
-        "rmse_standard_error": float(min(np.sqrt(doubt), doubt / (2 * rmse)) if rmse else np.sqrt(doubt)),
+        "rmse_standard_error": doubt,
+        "below": record.below({"rmse": rmse, "rmse_standard_error": doubt, "change": change}),
         "max": float(difference.max()),
         "bad_pixels": float(np.mean(difference > STEP)),
         "relative_mse": max(0.0, float(np.mean((squares - variance) / (truth**2 + DARK)))),

@@ -103,7 +103,8 @@ class Truth:
 def view(parameters: Parameters, wanted: Wanted) -> Parameters:
     """What a picture is held against: pictures with equal views share a truth.
 
-    Of the scene, every choice of how to make the picture is taken away. With wanted.against = "centres" only those
+    Of the scene, every choice of how to make the picture is taken away; feelers and glossy rays are those that its own
+    lights and materials need (see `_job`). With wanted.against = "centres" only those
     that do not say where the samples are: a picture of one sample a pixel is then held against the centres of pixels,
     any other against their areas, and one without feelers or glossy rays against one without.
     """
@@ -157,7 +158,7 @@ def _job(seen: Parameters, under_test: list[Parameters], wanted: Wanted, needs_o
         feelers, glossy = (max(getattr(p, name) for p in under_test) for name in ("feelers", "glossy_rays"))
         shown = replace(shown, feelers=feelers, glossy_rays=glossy)
     needs = needs_of(shown)
-    if against == "scene":  # a scene without soft lights, or glossy surfaces, has no need of their rays
+    if against == "scene":  # soft lights and rough materials are the scene's: without them there are no such rays
         shown = replace(shown, feelers=int("soft" in needs), glossy_rays=int("glossy" in needs))
     if deepen and not {"reflection", "transmission"} & set(needs):  # no ray has children
         shown = replace(shown, depth=0, cutoff=0.0)

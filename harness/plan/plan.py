@@ -202,8 +202,12 @@ def make(
     truths = Truths(cells, sources, experiment.reference)
     left_out = tuple(constraints.left_out.items())
     cold, peaks = experiment.measure.cold, experiment.measure.peaks
-    shown = (source.scene for source in sources.values() if isinstance(source, Source))
-    doubts = tuple(dict.fromkeys(text for scene in shown for text in warnings(scene)))
+    jobs: dict[str, list[Parameters]] = {}
+    for cell in cells:
+        if not cell.without:
+            jobs.setdefault(cell.scene_version, []).append(cell.parameters)
+    shown = ((source.scene, jobs.get(key, ())) for key, source in sources.items() if isinstance(source, Source))
+    doubts = tuple(dict.fromkeys(text for scene, of_scene in shown for text in warnings(scene, of_scene)))
     doubts += tuple(f"{name} has the same sources as {others[name].name}" for name in equal)
     held = tuple((name, other.name) for name, other in others.items())
     return Plan(cells, arrays, pair, reason, left_out, truths, cold, peaks, doubts, held, experiment.measure.count)

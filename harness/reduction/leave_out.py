@@ -32,6 +32,7 @@ TOGETHER = {
     "attenuation": "all attenuation",
     "fresnel": "constant Fresnel share of all materials",
     "media": "medium of the air in place of all materials",
+    "roughness": "roughness of all materials",
 }
 
 Change = Callable[[Scene, Parameters], tuple[Scene, Parameters]]
@@ -40,7 +41,7 @@ Change = Callable[[Scene, Parameters], tuple[Scene, Parameters]]
 KINDS = (
     *("shadows", "soft shadows", "feelers", "glossy reflection", "glossy rays", "lens", "supersampling", "samples"),
     *("depth", "cut-off", "float64", "single rays", "ambient light", "attenuation", "lights", "radii of lights"),
-    *("specular shares", "transmission", "fresnel", "media", "objects", "parts", "triangles"),
+    *("specular shares", "roughness", "transmission", "fresnel", "media", "objects", "parts", "triangles"),
 )
 
 
@@ -117,7 +118,7 @@ def _of_job(scene: Scene, job: Parameters, proof: Proof) -> list[LeaveOut]:
         if job.feelers > 1 and not hard:
             found.append(LeaveOut("feelers", f"feelers {job.feelers} to 1", _fewer(feelers=1)))
     if job.glossy_rays > 0:
-        sharp = "" if "glossy" in used else "no ray is reflected"
+        sharp = "" if "glossy" in used else "no ray is reflected by a material with a roughness (GLO-1)"
         found.append(LeaveOut("glossy reflection", "glossy reflection", _fewer(glossy_rays=0), sharp))
         if job.glossy_rays > 1 and not sharp:
             found.append(LeaveOut("glossy rays", f"glossy rays {job.glossy_rays} to 1", _fewer(glossy_rays=1)))
@@ -217,6 +218,8 @@ def _of_materials(scene: Scene, job: Parameters) -> list[LeaveOut]:
             )
         if material.k_s == 0 or "reflection" not in used:
             continue
+        if material.roughness > 0 and "glossy" in used:
+            found.append(LeaveOut("roughness", f"roughness {whose}", _material(places, _smooth)))
         clear = material.attenuation != OPAQUE
         solids = any(solid(scene.objects[place]) for place in places)
         if clear:
@@ -233,6 +236,10 @@ def _of_materials(scene: Scene, job: Parameters) -> list[LeaveOut]:
         if clear and not same:
             found.append(LeaveOut("media", f"medium of the air in place {whose}", _material(places, _like(air))))
     return found
+
+
+def _smooth(material: Material) -> Material:
+    return replace(material, roughness=0.0)
 
 
 def _opaque(material: Material) -> Material:

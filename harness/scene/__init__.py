@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from harness.errors import UserError
-from harness.scene import check, nff, text
+from harness.scene import check, methods, nff, text
 from harness.scene.tokens import read_text
 
 READERS = {".txt": text.read, ".nff": nff.read}
@@ -19,8 +19,15 @@ def load(path):
     return read_text(path) if read is None else read(read_text(path), path)
 
 
-def warnings(scene) -> list[str]:
-    """What is valid in a `Scene` and seldom meant, each with its place."""
+def warnings(scene, jobs=(), free=()) -> list[str]:
+    """Returns what is valid in a `Scene` and seldom meant, each with its place; then which methods of `jobs` do nothing
+    in it, and what of it they leave out. free: names of methods that are still to be chosen.
+    """
+    doubts = methods.doubts(scene, jobs, free)
+    return [*_oblique(scene), *(str(UserError(what, file=scene.file, remedy=remedy)) for what, remedy in doubts)]
+
+
+def _oblique(scene) -> list[str]:
     camera = scene.camera
     angle = check.slant(camera.u, camera.v, camera.e)
     if not angle:

@@ -20,6 +20,10 @@ FLAT = 1e-9
 SLACK = 1e-6
 
 
+# The smallest roughness that is not 0. Its lobe is some 1e-6 wide, and float32 can still hold its exponent (GLO-2).
+SMOOTHEST = 1e-6
+
+
 class Fault(NamedTuple):
     """A fault. index: of the faulty vector, in the order of the file; text: what is wrong."""
 

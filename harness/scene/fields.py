@@ -115,8 +115,17 @@ class Fields:
         attenuation = self.vector("the attenuation", FRACTION)
         eps_r = self.number("eps_r", POSITIVE)
         mu_r = self.number("mu_r", POSITIVE)
-        roughness = self.number("the roughness", NOT_NEGATIVE) if self.numeric() else 0.0
+        roughness = self.roughness() if self.numeric() else 0.0
         return Material(diffuse, k_s, exponent, attenuation, eps_r, mu_r, roughness)
+
+    def roughness(self):
+        token = self.token
+        value = self.number("the roughness")
+        if value == 0 or check.SMOOTHEST <= value <= 1:
+            return value
+        wanted = f"expected 0 or a number from {check.SMOOTHEST:g} to 1 for the roughness, found {token}"
+        lobe = "0 is a perfect mirror; a glossy lobe of the exponent m has the roughness sqrt(2 / (m + 2)), GLO-2"
+        raise self.error(wanted, token, lobe)
 
     def blame(self, fault, places):
         """Raises a `check.Fault`, if there is one. places: the token of each vector."""

@@ -48,7 +48,10 @@ class Air:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """Attenuation is as in `Air`; (0, 0, 0) is opaque. Course files mark mirrors by eps_r = 1e6, mu_r = 1."""
+    """Attenuation is as in `Air`; (0, 0, 0) is opaque. Course files mark mirrors by eps_r = 1e6, mu_r = 1.
+
+    roughness: 0 of a perfect mirror, up to 1 of a glossy one: the width of its lobe (GLO-2).
+    """
 
     diffuse: Vector
     k_s: float

@@ -27,7 +27,7 @@ def needs(scene, parameters):
     soft            shadows, with feelers to a light that has a radius
     reflection      depth > 0, and some k_s > 0
     transmission    depth > 0, and some k_s > 0 with an attenuation that is not (0, 0, 0)
-    glossy          reflection, with glossy rays
+    glossy          depth > 0 and glossy rays, and some k_s > 0 with a roughness > 0
     attenuation     not (1, 1, 1) in AIR, or in a clear solid that a ray can be in: one of `transmission`, one that
                     contains the eye, or any if there is a lens
     media           some clear solids have a rank (MED-2)
@@ -38,7 +38,7 @@ def needs(scene, parameters):
     """
     depth, lens = parameters.depth, parameters.lens_radius > 0
     materials = {thing.material for thing in scene.objects}
-    glossy = {m for m in materials if m.k_s > 0}
+    specular = {m for m in materials if m.k_s > 0}
     ranked = media(scene)
     inside = {scene.objects[i].material for i, eye in ranked if eye}
     for thing in scene.objects:
@@ -49,18 +49,18 @@ def needs(scene, parameters):
     tests = {
         "ambient": scene.ambient != BLACK,
         "diffuse": scene.lights and any(m.diffuse != BLACK for m in materials),
-        "phong": scene.lights and glossy,
+        "phong": scene.lights and specular,
         "shadows": shadows,
         "soft": shadows and parameters.feelers > 0 and any(light.radius > 0 for light in scene.lights),
-        "reflection": depth > 0 and glossy,
-        "transmission": depth > 0 and any(m.attenuation != OPAQUE for m in glossy),
-        "glossy": depth > 0 and glossy and parameters.glossy_rays > 0,
+        "reflection": depth > 0 and specular,
+        "transmission": depth > 0 and any(m.attenuation != OPAQUE for m in specular),
+        "glossy": depth > 0 and parameters.glossy_rays > 0 and any(m.roughness > 0 for m in specular),
         "attenuation": scene.air.attenuation != CLEAR or any(m.attenuation != CLEAR for m in inside),
         "media": ranked,
         "supersampling": parameters.sampler in ("uniform", "jittered"),
         "adaptive": parameters.sampler == "adaptive",
         "lens": lens,
-        "cutoff": depth > 0 and glossy and parameters.cutoff > 0,
+        "cutoff": depth > 0 and specular and parameters.cutoff > 0,
     }
     return tuple(sorted(shapes(scene) | {name for name, needed in tests.items() if needed}))
 

@@ -19,7 +19,8 @@ Entities come in any order. Keywords are in capitals, `vec` is `(x,y,z)`, `#` be
     part     = solid | block                            to any depth; a mesh among them must be closed
     material = vec:diffuse k_s exponent vec:attenuation eps_r mu_r [roughness]
 
-One CAMERA is required. A number after mu_r is the roughness, else 0. In another dialect of the course a
+One CAMERA is required. A number after mu_r is the roughness, from 0 to 1: without it, or 0, mirrors are perfect, else
+they are glossy (GLO-2); sqrt(2 / (m + 2)) makes a lobe of the exponent m. In another dialect of the course a
 BOX is a centre and three half-axes. A file does not say which it uses; here it is always a corner and three edges.
 
 A path is a word, or "words between quotes", relative to the folder of the scene file. It may lead out of that folder: a

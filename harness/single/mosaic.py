@@ -75,7 +75,7 @@ def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json
     if way.name == "local" and entry.unavailable:  # other hosts may have what this one lacks
         raise UserError(f"{entry.name} is unavailable: {entry.unavailable}")
     now = tiles.describe(entry, flatten(read, parameters.arithmetic), parameters, side)
-    doubts = warnings(read)
+    doubts = warnings(read, [parameters])
     del read
 
     place = tiles.Folder(out.with_name(out.name + ".tiles"))

@@ -68,7 +68,7 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
             raise UserError(f"--frames: {out.name} is a scene, so nothing is rendered; leave --frames out")
         read = load(scene)
         _export(read, out, exporter, image, timeout, as_json)
-        warn(warnings(read))
+        warn(warnings(read, [image.parameters(1, 0)]))
         return
     picture.check_suffix(out)
     read = load(scene)
@@ -78,7 +78,7 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
     arrays = flatten(read, parameters.arithmetic)
     result, facts = make(entry, arrays, parameters, needs, out, timeout)
-    facts["warnings"] = warn(warnings(read))
+    facts["warnings"] = warn(warnings(read, [parameters]))
     known = registry.entries(folders)
     facts["agreement"] = _agreement(entry, known, arrays, parameters, result)
     facts["error"] = _error(known, arrays, parameters, result)
@@ -109,7 +109,7 @@ def _error(known, arrays, parameters: Parameters, result: repetition.Result) -> 
         return {"unavailable": NOT_MEASURED}
     if broken := judge.broken(result):
         return {"unavailable": broken}
-    told = judge.errors(result.array, found.picture, found.standard_error, None)
+    told = judge.errors(result.array, found.picture, found.standard_error, None, found.change)
     return {"truth": found.maker, "against": "scene", **found.facts(), **told}
 
 

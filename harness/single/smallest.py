@@ -99,7 +99,8 @@ class Search:
             model, error = Model(scene, job), None
             model.shoot(self.entry, self.run, self.timeout)
             if not model.broken:
-                error = judge.errors(model.picture, self.study.truth.picture, self.study.truth.standard_error, None)
+                true = self.study.truth
+                error = judge.errors(model.picture, true.picture, true.standard_error, None, true.change)
                 model.picture = None
             self.models[scene, job] = model, error
         model, error = self.models[scene, job]

@@ -13,6 +13,7 @@ from harness.judge.truth import Truth
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.single import single
+from harness.store import record
 
 ACROSS = 4  # tiles in a row, and in a column
 SIDES = 16, 64  # pixels of a tile's side, least and most
@@ -194,7 +195,7 @@ class Trial:
         hard: (height, width, 3) of the whole picture, how large its squared errors are as compared with each other:
         then the tiles say only how large they are over that (a ratio estimator: Cochran, Sampling Techniques, ch. 6).
         """
-        told = judge.errors(array, found.picture, found.standard_error, None)
+        told = judge.errors(array, found.picture, found.standard_error, None, found.change)
         if len(places) == 1:
             return told
         noise = 0.0 if found.standard_error is None else found.standard_error**2
@@ -210,7 +211,8 @@ class Trial:
         spread = (squares - ratio * other).std(ddof=1) * whole / other.mean() * np.sqrt((1 - share) / len(places))
         rmse = float(np.sqrt(ratio * whole))
         spread = min(np.sqrt(spread), spread / (2 * rmse)) if rmse else np.sqrt(spread)
-        return {**told, "rmse": rmse, "rmse_standard_error": float(np.hypot(told["rmse_standard_error"], spread))}
+        told |= {"rmse": rmse, "rmse_standard_error": float(np.hypot(told["rmse_standard_error"], spread))}
+        return {**told, "below": record.below({**told, "change": found.change})}
 
 
 def general(entry: Entry, parameters: Parameters) -> Parameters:

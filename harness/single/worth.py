@@ -172,7 +172,7 @@ def measure(
         model.shoot(entry, run, timeout)
     interleaved([full, *reduced, again], entry, rounds, timeout)
     floor = statistics.noise_floor(full.seconds, again.seconds)
-    error = judge.errors(full.picture, true.picture, true.standard_error, None)
+    error = judge.errors(full.picture, true.picture, true.standard_error, None, true.change)
     worths = [_worth(one, model, full, true, floor) for one, model in zip(listed, reduced, strict=True)]
     return Study(full, true, error, floor, worths)
 
@@ -203,7 +203,7 @@ def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statist
         one.name,
         one.proof,
         change=change.between(model.picture, full.picture, true.picture, true.standard_error, true.change),
-        error=judge.errors(model.picture, true.picture, true.standard_error, None),
+        error=judge.errors(model.picture, true.picture, true.standard_error, None, true.change),
         flip=perceive(model.picture, full.picture).flip,
         time=ratio,
         faster=statistics.verdict(ratio, floor.value),

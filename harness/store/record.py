@@ -9,6 +9,7 @@ MEASURED = (
 )
 JUDGED = "picture", "agreement", "error", "bound", "stability"
 WHOLE = "nothing"  # what a whole scene is `without`, where others are without something
+NORMAL = 1.96  # standard errors on either side of a 95 % interval
 MASK = 0.01  # share of ill-conditioned pixels from which on it is told
 CONTRADICTED = (
     "its marks contradict "  # begins why a row is unranked whose times cannot be (harness/race/contradiction.py)
@@ -56,11 +57,32 @@ def largest(agreement: dict) -> float | None:
     return max((side for side in sides if side is not None), default=None)
 
 
-def errors(rmse: float | None, worst: float | None, beyond: float | None) -> str:
+def below(error: dict) -> float | None:
+    """Returns what the RMSE of an `error` lies below (95 %) where its truth cannot tell it from 0, linear RGB.
+
+    None where it can: the RMSE is more than the noise of the truth leaves uncertain in it, and more than the change by
+    which the truth was found deep enough.
+    """
+    if error.get("rmse") is None:
+        return None
+    doubt, change = NORMAL * (error.get("rmse_standard_error") or 0.0), error.get("change") or 0.0
+    return error["rmse"] + doubt + change if 0 < max(doubt, change) >= error["rmse"] else None
+
+
+def rmse_of(error: dict) -> str:
+    """Returns the RMSE of an `error` as text, "below" another number where its truth cannot tell it from 0."""
+    most = below(error)
+    return f"below {most:.2g}" if most else f"{error['rmse']:.3g}"
+
+
+def errors(rmse: float | None, worst: float | None, beyond: float | None, most: float | None = None) -> str:
     """The errors over all pixels in words: RMSE, largest, share of pixels with a channel off by more than 1/255.
 
-    Of first hits, which have no RMSE: the largest error of a distance, and the share of rays that hit something else.
+    most: of `below`. Of first hits, which have no RMSE: the largest error of a distance, and the share of rays that hit
+    something else.
     """
+    if most is not None:
+        return f"RMSE below {most:.2g}: its truth cannot tell it from 0"
     if worst is None:
         return "error unavailable"
     if rmse is None:
@@ -80,7 +102,7 @@ def error_of(told: dict | None) -> str:
     if "unavailable" in told:
         return f"error unavailable: {told['unavailable']}"
     where = basis(told)
-    return errors(told.get("rmse"), told.get("max"), told.get("bad_pixels")) + (where and f", {where}")
+    return errors(told.get("rmse"), told.get("max"), told.get("bad_pixels"), below(told)) + (where and f", {where}")
 
 
 def basis(told: dict) -> str:

@@ -27,7 +27,7 @@ struct LaneFace {
 template<typename Real>
 struct LaneRole {
     Real diffuse[3], specular, exponent, from_air_n, from_air_m, into_air_n, into_air_m;
-    Real clear, rank, medium, kind, unused[3];
+    Real clear, rank, medium, kind, lobe, unused[2];
     enum { solid, flat, part };  // kind; flat: MED-4; part: of a CSG solid
 };
 
@@ -167,7 +167,7 @@ private:
             const Real rank = std::bit_cast<Real>(Integer<Real>(role.rank));
             roles.insert(roles.end(),
                          {m.diffuse.x, m.diffuse.y, m.diffuse.z, m.specular, m.exponent, m.from_air.n, m.from_air.m,
-                          m.into_air.n, m.into_air.m, Real(m.clear), rank, medium, Real(kind), 0, 0, 0});
+                          m.into_air.n, m.into_air.m, Real(m.clear), rank, medium, Real(kind), m.lobe, 0, 0});
         }
         return place->second;
     }

@@ -156,7 +156,7 @@ private:
     // What there is to know of the places where rays end.
     struct At {
         V point, normal, outward, diffuse;  // outward: OFF-1, along the normal
-        L specular, exponent, from_air_n, from_air_m, into_air_n, into_air_m;
+        L specular, exponent, lobe, from_air_n, from_air_m, into_air_n, into_air_m;
         I medium, rank;
         Mask<Real> clear, flat;
         L d_n;
@@ -174,7 +174,7 @@ private:
         at.specular = role[3], at.exponent = role[4];
         at.from_air_n = role[5], at.from_air_m = role[6], at.into_air_n = role[7], at.into_air_m = role[8];
         at.clear = role[9] != 0, at.rank = I(role[10]), at.medium = I(role[11]);
-        at.flat = role[12] == 1;
+        at.flat = role[12] == 1, at.lobe = role[13];
 
         const V place{face[0], face[1], face[2]};
         if constexpr (form == form_sphere) {  // SPH-2
@@ -365,13 +365,16 @@ private:
         if (any<Real>(mirrors)) {
             const V mirrored = normalise<Real>(along<Real>(hit.direction, -2 * at.d_n, at.normal));  // REF-3, NUM-4
             const V start = along<Real>(at.point, side, at.outward);
-            if (needs::glossy && tracer.glossy_rays > 0)
-                add_glossy(mirrors, hit, at, start, mirrored, share, sides.was, rays, worker);
-            else {
-                const Mask<Real> kept = uncut(mirrors, hit.branch, share, worker);
-                rays.add(kept, {start, mirrored, weighted(hit.branch, share, sides.was, child(hit.branch, 0))});
-                worker.desk.counts.reflected += count<Real>(kept);
+            Mask<Real> perfect = mirrors;
+            if (needs::glossy && tracer.glossy_rays > 0) {
+                const Mask<Real> rough = mirrors & (at.lobe >= 0);
+                perfect = mirrors & ~rough;
+                if (any<Real>(rough))
+                    add_glossy(rough, hit, at, start, mirrored, share, sides.was, rays, worker);
             }
+            const Mask<Real> kept = uncut(perfect, hit.branch, share, worker);
+            rays.add(kept, {start, mirrored, weighted(hit.branch, share, sides.was, child(hit.branch, 0))});
+            worker.desk.counts.reflected += count<Real>(kept);
         }
         if constexpr (needs::transmission) {
             const L through = at.specular * (1 - part);
@@ -409,7 +412,7 @@ private:
                     continue;
                 L u[4];
                 draw(hit.branch.pixel, hit.branch.path, 0x80000000 + std::uint32_t(i), worker, u);
-                const L power_of = logarithm<Real>(1 - u[0]) / (at.exponent + 1);
+                const L power_of = logarithm<Real>(1 - u[0]) / (at.lobe + 1);
                 const L z = 1 + expm1<Real>(power_of), w = root<Real>(-expm1<Real>(2 * power_of));
                 const Turn<Real> phi = turn<Real>(u[1]);
                 const V beside = along<Real>(scaled<Real>(w * phi.cosine, p), w * phi.sine, q);
@@ -419,7 +422,7 @@ private:
                 const V direction = either<Real>(same, d, normalise<Real>(straight - beside));
                 L part = share / Real(tracer.glossy_rays);
                 if (tracer.study_weight) {
-                    part = part * (1 + expm1<Real>(power_of * at.exponent));
+                    part = part * (1 + expm1<Real>(power_of * at.lobe));
                     wanted = uncut(wanted & (part != 0), hit.branch, part, worker);
                 }
                 rays.add(wanted, {start, direction, weighted(hit.branch, part, inside, child(hit.branch, i))});

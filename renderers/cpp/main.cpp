@@ -219,7 +219,7 @@ void make_image_in_lanes(const Job& job, const Scene& scene, Tracer<Real>& trace
     say("output", {{"file", "\"image.npy\""}, {"dropped", cuts ? "\"dropped.npy\"" : "null"}});
     std::string more = ", \"walk\": " + json(std::string(tracer.children() == 1 ? "chain" : "streams"));
     more += ", \"lanes\": " + json(lane_count<Real>);
-    if (needs::glossy && job.glossy_rays > 0)
+    if (tracer.glossy_rays > 0)
         more += ", \"glossy_weight\": " + json(std::string(weights[int(job.weight)]));
     if (cuts)
         more += ", \"cutoff\": " + exact(job.cutoff);
@@ -277,7 +277,7 @@ void make_image(const Job& job)
     std::string more = ", \"walk\": " + json(std::string(walks[int(walker.method())]));
     if (walker.has_rows())
         more += ", \"walk_rows\": " + json(walker.row_count()) + ", \"walk_bytes\": " + json(walker.bytes());
-    if (needs::glossy && job.glossy_rays > 0)
+    if (tracer.glossy_rays > 0)
         more += ", \"glossy_weight\": " + json(std::string(weights[int(job.weight)]));
     if (cuts)
         more += ", \"cutoff\": " + exact(job.cutoff);

@@ -29,11 +29,13 @@ template<typename Real>
 struct Material {
     Vec3<Real> diffuse;
     Real specular, exponent;
+    Real lobe;  // GLO-2: the exponent of its glossy reflection; -1 of a perfect mirror
     Interface<Real> from_air, into_air;
     bool clear;  // MED-1
 
     Material(const double* row, const double* air)
         : diffuse(rounded<Real>(vec(row))), specular(Real(row[3])), exponent(Real(row[4])),
+          lobe(row[3] > 0 && row[10] > 0 ? Real(2 / (row[10] * row[10]) - 2) : -1),
           clear(row[5] != 0 || row[6] != 0 || row[7] != 0)
     {
         const double n_air = std::sqrt(air[0] * air[1]), n = std::sqrt(row[8] * row[9]);

@@ -53,17 +53,20 @@ struct Tracer {
     std::vector<Light<Real>> lights;
     Vec3<Real> ambient, background;
     Real epsilon;
-    int depth, feelers, glossy_rays;
+    int depth, feelers, glossy_rays;  // G of GLO-1
     bool shadows, study_weight;
 
     Tracer(const Scene& scene, const Job& job)
         : shapes(scene, job), media(scene), ambient(rounded<Real>(vec(scene.ambient.row(0)))),
           background(rounded<Real>(vec(scene.background.row(0)))), epsilon(Real(job.epsilon)), depth(job.depth),
-          feelers(needs::soft ? job.feelers : 0), glossy_rays(needs::glossy ? job.glossy_rays : 0),
+          feelers(needs::soft ? job.feelers : 0), glossy_rays(0),
           shadows(needs::shadows && job.shadows), study_weight(job.weight == Weight::study)
     {
-        for (std::size_t i = 0; i < scene.materials.rows(); i++)
+        for (std::size_t i = 0; i < scene.materials.rows(); i++) {
             materials.emplace_back(scene.materials.row(i), scene.air.data.data());
+            if (needs::glossy && materials.back().lobe >= 0)
+                glossy_rays = job.glossy_rays;
+        }
         for (std::size_t i = 0; i < scene.lights.rows(); i++)
             lights.emplace_back(scene.lights.row(i));
     }
@@ -106,11 +109,11 @@ struct Tracer {
                                                        : material.into_air;
         const Fresnel<Real> part = fresnel(interface, std::abs(d_n));
         const Real share = material.specular * part.reflected;
-        const bool lobe = needs::glossy && glossy_rays > 0;
+        const bool lobe = needs::glossy && glossy_rays > 0 && material.lobe >= 0;
         if (share != 0 && (lobe || !cuts(share))) {
             const Ray<Real> mirrored{at.leave(enters ? 1 : -1, epsilon), reflect(branch.ray.direction, at.normal, d_n)};
             if (lobe)
-                follow_glossy(branch, {mirrored, sides.was, {}}, at.normal, material.exponent, share, desk, cuts,
+                follow_glossy(branch, {mirrored, sides.was, {}}, at.normal, material.lobe, share, desk, cuts,
                               on_child);
             else {
                 desk.counts.reflected++;

@@ -37,6 +37,12 @@ def transmits(job):
     return bool((materials[:, 5:8].any(axis=1) & (materials[:, 3] > 0)).any())
 
 
+def glossy_rays(job):
+    """G of GLO-1."""
+    materials = np.load(job.array("materials"))
+    return job.glossy_rays if ((materials[:, 3] > 0) & (materials[:, 10] > 0)).any() else 0
+
+
 # Numbers of the job's precision, and int32, that the kernel keeps for a row of each array (scene.py).
 ROWS = {
     **{"lights": (7, 0), "materials": (11, 0), "spheres": (4, 0), "boxes": (30, 0), "polygon_vertices": (9, 0)},
@@ -52,6 +58,7 @@ def bytes_of_scene(job):
     for name, (more_reals, more_integers) in ROWS.items():
         rows = _length(job, name)
         reals, integers = reals + rows * more_reals, integers + rows * more_integers
+    reals += ("glossy" in job.needs) * (_length(job, "materials") + 1)  # exponents of lobes
     free, parts = (int(np.load(job.array(name))[:, 1].sum()) for name in ("mesh_ranges", "csg_meshes"))
     reals, integers = reals + 13 * (free + parts), integers + 4 * free
     return reals * np.dtype(job.precision).itemsize + integers * 4

@@ -53,7 +53,7 @@ def tables(job, real):
         "colours": rounded([read("ambient"), read("background")]),
         "epsilon": real(job.epsilon),
         "lights": rounded(lights),
-        "materials": rounded(_materials(read("materials"), read("air"))),
+        "materials": rounded(_materials(job, read("materials"), read("air"))),
         "feelers": job.feelers,
         "glossy_rays": max(1, job.glossy_rays),
         "seed": job.seed,
@@ -62,7 +62,6 @@ def tables(job, real):
         "threshold": real(job.adaptive_threshold),
         "cutoff": real(job.cutoff if job.cutoff > 0 else -1),  # below any weight where nothing is cut off
         "shadows": job.shadows,
-        "lobed": job.glossy_rays > 0,
         "lensed": job.lens_radius > 0,
         "adapted": job.sampler == "adaptive",
         "single": job.sampler == "one",
@@ -106,13 +105,20 @@ def build(values, real):
     values["tree_reach"] = real(np.abs(trees["tree_bounds"][0]).max())
 
 
-def _materials(materials, air):
+def _materials(job, materials, air):
     """The columns that the kernel reads, with AIR as the last row. What is opaque attenuates nothing (ATT-1)."""
     air = np.concatenate([np.zeros(5), air[2:], air[:2], np.zeros(1)])
     rows = np.vstack([materials, air])
     clear = rows[:, 5:8].any(axis=1)
     attenuation = np.where(clear[:, None], rows[:, 5:8], 1)
-    return np.column_stack([rows[:, :5], np.sqrt(rows[:, 8] * rows[:, 9]), rows[:, 9], attenuation, clear])
+    columns = [rows[:, :5], np.sqrt(rows[:, 8] * rows[:, 9]), rows[:, 9], attenuation, clear]
+    return np.column_stack([*columns, lobes(job, rows)] if needs.GLOSSY else columns)
+
+
+def lobes(job, materials):
+    """Exponents of the lobes of materials, rows of materials.npy; -1 of a perfect mirror (GLO-1, GLO-2)."""
+    rough = (materials[:, 10] > 0) & (job.glossy_rays > 0)
+    return np.where(rough, 2 / np.where(rough, materials[:, 10], 1) ** 2 - 2, -1)
 
 
 def _shapes(read):

@@ -58,8 +58,9 @@ def prepare(job):
     for name, known in (CUDA_METHODS if cuda else METHODS).items():
         if getattr(job, name) not in known:
             worker.refuse(f"does not support {name} {getattr(job, name)}")
-    from .count import count_shapes, largest_part, transmits
+    from .count import count_shapes, glossy_rays, largest_part, transmits
 
+    job.glossy_rays = glossy_rays(job)
     missing = missing_in_lanes(job)
     if job.vector == "on" and missing:
         worker.refuse(f"vector on: {missing}")

@@ -11,7 +11,7 @@ SUPERSAMPLING = ADAPTIVE = LENS = CUTOFF = False
 FEATURES = tuple(name for name in list(globals()) if name.isupper())
 
 # Carried, though this job may not use it (`kernel` of the contract): the kernel asks the scene.
-ASK_SHADOWS = ASK_GLOSSY = ASK_LENS = ASK_SAMPLER = ASK_NUMBERS = False
+ASK_SHADOWS = ASK_LENS = ASK_SAMPLER = ASK_NUMBERS = False
 
 # Where the kernel runs.
 TARGET = "cpu"  # or "cuda"
@@ -80,7 +80,7 @@ def take(features, carried, **methods):
     Methods that do not matter to the kernel get their usual values, so that equal kernels share their machine code.
     """
     chosen = {name: name.lower() in features for name in FEATURES}
-    chosen |= {f"ASK_{name}": name.lower() in carried for name in ("SHADOWS", "GLOSSY", "LENS")}
+    chosen |= {f"ASK_{name}": name.lower() in carried for name in ("SHADOWS", "LENS")}
     chosen["ASK_SAMPLER"] = "supersampling" in carried or "adaptive" in carried
     chosen["ASK_NUMBERS"] = chosen["ASK_LENS"] or chosen["ASK_SAMPLER"]
     chosen |= {name.upper(): value for name, value in methods.items()}

@@ -6,7 +6,7 @@ import numpy as np
 
 from .needs import FRESNEL, STUDY_WEIGHT
 from .random import draw, turn
-from .scene import EXPONENT, INDEX, PERMEABILITY
+from .scene import INDEX, LOBE, PERMEABILITY
 from .target import kernel
 from .vector import add, along, dot, renormalise, scale
 
@@ -62,7 +62,7 @@ def glossy(scene, place, path, material, normal, r, g):
     """Direction number `g` of the lobe around the mirrored direction `r`, and its weight w (GLO-1 to GLO-3)."""
     real = type(scene.epsilon)
     one = real(1)
-    exponent = scene.materials[material, EXPONENT]
+    exponent = scene.materials[material, LOBE]
     u = draw(scene, place, path, FIRST_GLOSSY + g)
     z = (one - u[0]) ** (one / (exponent + one))
     w = math.sqrt(-math.expm1(real(2) * math.log(one - u[0]) / (exponent + one)))

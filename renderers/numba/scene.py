@@ -50,8 +50,7 @@ FIELDS = {
     "eye_media": needs.MEDIA,  # the set that eye rays begin in, bit r for rank r
     "cutoff": needs.CUTOFF,  # of CUT-1
     "infinite": needs.FAST,  # the bits of inf, as an integer
-    "shadows": needs.ASK_SHADOWS,  # whether there are any; the next six are such answers too
-    "lobed": needs.ASK_GLOSSY,
+    "shadows": needs.ASK_SHADOWS,  # whether there are any; the next five are such answers too
     "lensed": needs.ASK_LENS,
     "adapted": needs.ASK_SAMPLER,
     "single": needs.ASK_SAMPLER,
@@ -105,7 +104,7 @@ LAST_IS_BOX = LAST_IS_POLYGON and not POLYGON
 LAST_IS_SPHERE = LAST_IS_BOX and not BOX
 
 # Columns of the table of materials, after the three of the diffuse colour.
-SPECULAR, EXPONENT, INDEX, PERMEABILITY, ATTENUATED, CLEAR = 3, 4, 5, 6, 7, 10
+SPECULAR, EXPONENT, INDEX, PERMEABILITY, ATTENUATED, CLEAR, LOBE = 3, 4, 5, 6, 7, 10, 11
 
 # Columns of the table of ids.
 OBJECT, MATERIAL, RANK, FLAT = range(4)

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from .media import sides
-from .needs import ASK_GLOSSY, ATTENUATION, FAST, GLOSSY, OFFSET, REFLECTION, SCATTERED, SINGLE, STREAMED, TRANSMISSION
+from .needs import ATTENUATION, FAST, GLOSSY, OFFSET, REFLECTION, SCATTERED, SINGLE, STREAMED, TRANSMISSION
 from .reflect import fresnel, glossy, mirrored, refracted
-from .scene import ATTENUATED, BACKGROUND, CLEAR, FLAT, MATERIAL, SPECULAR, nearest, surface
+from .scene import ATTENUATED, BACKGROUND, CLEAR, FLAT, LOBE, MATERIAL, SPECULAR, nearest, surface
 from .shade import local_light
 from .target import kernel
 from .vector import add, along, dot, largest, multiply, row, scale
@@ -142,7 +142,7 @@ def leave_mirrored(scene, place, ray, surroundings, g):
     real = type(cosine)
     origin = add(point, step) if cosine <= 0 else along(point, real(-1), step)
     towards, weight = mirrored(direction, normal, cosine), real(1)
-    if GLOSSY and (not ASK_GLOSSY or scene.lobed):
+    if GLOSSY and scene.materials[material, LOBE] >= 0:
         towards, weight = glossy(scene, place, path, material, normal, towards, g)
         weight /= real(scene.glossy_rays)
     return (origin, towards, was, child(scene, path, g)), weight

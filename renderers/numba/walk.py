@@ -7,6 +7,7 @@ feelers (CNT-1).
 import numpy as np
 
 from .needs import ATTENUATION, CUTOFF, GLOSSY, MEDIA, SCATTERED, STREAMED, TRANSMISSION, WALK
+from .scene import LOBE
 from .target import called, kernel
 from .trace import gather, greatest, leave_mirrored, leave_through, meet, unit_weight, weigh
 from .vector import add, scale
@@ -31,9 +32,9 @@ def rows(depth, glossy_rays):
 
 
 @kernel
-def reflections(scene):
-    """The number of reflected rays."""
-    if GLOSSY:
+def reflections(scene, surroundings):
+    """The number of reflected rays (GLO-1)."""
+    if GLOSSY and scene.materials[surroundings[4], LOBE] >= 0:
         return scene.glossy_rays
     return 1
 
@@ -125,7 +126,7 @@ def walk_stack(scene, thread, place, ray, depth):
                     keep(scene, thread, height, onward, leave_through(scene, ray, surroundings), order + 1)
                     height, transmitted = height + 1, transmitted + 1
             if mirror != 0:
-                for g in range(reflections(scene)):
+                for g in range(reflections(scene, surroundings)):
                     leaving, lobe = leave_mirrored(scene, place, ray, surroundings, g)
                     if mirror * lobe == 0:
                         continue
@@ -169,7 +170,7 @@ def walk_table(scene, thread, place, ray, depth):
                 keep(scene, thread, children + branching - 1, weigh(weight, through), leaving, 1)
                 transmitted += 1
             if mirror != 0:
-                for g in range(reflections(scene)):
+                for g in range(reflections(scene, surroundings)):
                     leaving, lobe = leave_mirrored(scene, place, ray, surroundings, g)
                     if mirror * lobe != 0:
                         keep(scene, thread, children + g, weigh(weight, mirror * lobe), leaving, 1)
@@ -190,7 +191,7 @@ def recurse(scene, thread, place, ray, order, depth):
         return gather(nothing, weight, light), 0, 0, feelers
     reflected, transmitted = 0, 0
     if mirror != 0:
-        for g in range(reflections(scene)):
+        for g in range(reflections(scene, surroundings)):
             leaving, lobe = leave_mirrored(scene, place, ray, surroundings, g)
             if mirror * lobe != 0:
                 colour, r, t, f = recurse(scene, thread, place, leaving, order + 1, depth)

@@ -122,17 +122,22 @@ def traced(scene, rays, shares, light):
 
 
 def glossy(scene, mirrored, shares, normals, shapes, streams, light):
-    """Numbers of the hits that rays leave, and glossy rays in place of the mirrored ones (GLO-1)."""
+    """Numbers of the hits that rays leave, and glossy rays in place of the mirrored ones of rough materials (GLO-1)."""
     alive = np.flatnonzero(shares != 0)
-    parents = np.repeat(alive, scene.glossy_rays)
-    numbers = np.tile(np.arange(scene.glossy_rays), len(alive))
-    rays = mirrored.take(parents)
-    normals, exponents = normals.take(parents, axis=1), scene.exponent[shapes[parents]]
-    directions, falloff = gloss(rays.directions, normals, exponents, streams.take(parents), numbers)
-    shares = shares[parents]
+    children = np.where(scene.rough[shapes[alive]], scene.glossy_rays, 1)
+    parents = np.repeat(alive, children)
+    numbers = np.arange(len(parents)) - np.repeat(np.cumsum(children) - children, children)
+    rays, shares = mirrored.take(parents), shares[parents]
+    lobes = np.flatnonzero(scene.rough[shapes[parents]])
+    of = parents[lobes]
+    ways, falloff = gloss(
+        rays.directions[:, lobes], normals[:, of], scene.lobe[shapes[of]], streams.take(of), numbers[lobes]
+    )
+    directions = rays.directions.copy()
+    directions[:, lobes] = ways
     if scene.glossy_study:
-        shares *= falloff
-    shares /= scene.glossy_rays
+        shares[lobes] *= falloff
+    shares[lobes] /= scene.glossy_rays
     some = traced(scene, rays, shares, light)
     rays = rays._replace(directions=directions, weights=rays.weights * shares, paths=child(scene, rays, numbers))
     return parents[some], rays.take(some)

@@ -17,8 +17,8 @@ class Scene:
 
     `kinds` holds the kinds of shape that the scene has, in the order of HIT-2, each with the number of its first
     shape: all shapes are numbered in that order, each triangle of a mesh is one. `objects`, `diffuse` (3, shapes),
-    `k_s`, `exponent`, `clear` and `flat` have an entry for each shape; `refractive_index`, `mu` and `attenuation`
-    (3, materials + 1) one for each material, and AIR last.
+    `k_s`, `exponent`, `rough`, `lobe`, `clear` and `flat` have an entry for each shape; `refractive_index`, `mu` and
+    `attenuation` (3, materials + 1) one for each material, and AIR last.
     """
 
     def __init__(self, job, precision):
@@ -27,9 +27,11 @@ class Scene:
         self.depth = job.depth if "reflection" in job.needs else 0
         self.shadows, self.soft, self.feelers = job.shadows, "soft" in job.needs, job.feelers
         self.transmits, self.attenuates = "transmission" in job.needs, "attenuation" in job.needs
-        self.glossy_rays = job.glossy_rays if "glossy" in job.needs else 0
+        materials = _load(job, "materials").T
+        rough = (materials[3] > 0) & (materials[10] > 0)
+        self.glossy_rays = job.glossy_rays if "glossy" in job.needs and rough.any() else 0  # G of GLO-1
         self.glossy_study = job.glossy_weight == "study"
-        self.branches = max(job.glossy_rays, 1) + 1  # B (RND-4)
+        self.branches = max(self.glossy_rays, 1) + 1  # B (RND-4)
         self.chain = not self.transmits and self.glossy_rays <= 1
         self.cuts, self.cutoff = "cutoff" in job.needs, job.cutoff
         self.draws = self.glossy_rays > 0 or self.soft  # on the way, beyond the eye
@@ -50,8 +52,9 @@ class Scene:
         self.may_fail = any(isinstance(kind, Csg) and kind.may_fail for _, kind in self.kinds)
         self.flat = np.concatenate([np.zeros(0, bool), *(_flat(kind) for _, kind in self.kinds)])
 
-        materials = _load(job, "materials").T
         self.diffuse, (self.k_s, self.exponent) = np.split(materials[:5, rows].astype(precision), [3])
+        self.rough = rough[rows]
+        self.lobe = (2 / np.where(rough, materials[10], 1) ** 2 - 2)[rows].astype(precision)  # GLO-2
         eps_r, mu_r, *air = _load(job, "air")
         self.mu = np.append(materials[9], mu_r)
         self.refractive_index = np.sqrt(np.append(materials[8], eps_r) * self.mu).astype(precision)  # REF-1

@@ -59,7 +59,7 @@ class Scene:
         read = {path.stem: np.load(path) for path in Path(job.folder).glob("*.npy")}
         self.numbers.add(_head(read, job, real))
         self._take_job(job)
-        self._take_light(read)
+        self._take_light(job, read)
         self.part_boxes = self._take_parts(read)
         self.boxes = self._take_shapes(read)
         self._take_roles(read)
@@ -125,7 +125,7 @@ class Scene:
             "depth": job.depth,
             "shadows": int(job.shadows),
             "feelers": job.feelers if "soft" in job.needs else 0,
-            "glossy_rays": job.glossy_rays if "glossy" in job.needs else 0,
+            "glossy_rays": job.glossy_rays,
             "study_weight": int(job.glossy_weight == "study"),
             "seed": job.seed,
             "sampler": SAMPLERS.index(job.sampler),
@@ -134,13 +134,13 @@ class Scene:
             "lens": int(job.lens_radius > 0),
         }
 
-    def _take_light(self, read):
+    def _take_light(self, job, read):
         media = read["media"]
         eye = sum(1 << rank for rank, row in enumerate(media) if row[2])
         self.layout |= {
             "lights": len(read["lights"]),
             "lights_at": self.numbers.add(read["lights"]),
-            "materials_at": self.numbers.add(_materials(read["materials"], read["air"])),
+            "materials_at": self.numbers.add(_materials(read["materials"], read["air"], "glossy" in job.needs)),
             "air": len(read["materials"]),
             "media_at": self.integers.add(media[:, 1]),
             "eye_low": eye & 0xFFFFFFFF,
@@ -245,13 +245,18 @@ def _head(read, job, real):
     return np.concatenate([centre + e, u, v, e, *lens, read["ambient"], read["background"], job.sample, numbers])
 
 
-def _materials(materials, air):
-    """The columns that the kernel reads, with AIR as the last row. What is opaque attenuates nothing (ATT-1)."""
+def _materials(materials, air, glossy):
+    """The columns that the kernel reads, with AIR as the last row. What is opaque attenuates nothing (ATT-1).
+
+    glossy: whether the kernel has lobes.
+    """
     rows = np.vstack([materials, [*np.zeros(5), *air[2:], *air[:2], 0]])
     clear = rows[:, 5:8].any(axis=1)
     attenuates = clear & (rows[:, 5:8] != 1).any(axis=1)
+    rough = rows[:, 10] > 0
+    lobes = np.where(rough, 2 / np.where(rough, rows[:, 10], 1) ** 2 - 2, -1)  # GLO-2; -1: of a perfect mirror
     indices = np.sqrt(rows[:, 8] * rows[:, 9])  # REF-1
-    return np.column_stack([rows[:, :5], indices, rows[:, 9], rows[:, 5:8], attenuates, clear])
+    return np.column_stack([rows[:, :5], indices, rows[:, 9], rows[:, 5:8], attenuates, clear, *([lobes] * glossy)])
 
 
 def _axes(shapes):

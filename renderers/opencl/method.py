@@ -56,11 +56,16 @@ def check(job):
         worker.refuse("cutoff: with the walks chain and stack, not with table")
 
 
+def glossy_rays(job, materials):
+    """G of GLO-1. materials: materials.npy."""
+    rough = ((materials[:, 3] > 0) & (materials[:, 10] > 0)).any()
+    return job.glossy_rays if "glossy" in job.needs and rough else 0
+
+
 def walk_of(job, materials):
     """Returns the Walk (WLK-1). materials: materials.npy."""
     clear = bool((materials[:, 5:8].any(axis=1) & (materials[:, 3] > 0)).any())
-    lobes = job.glossy_rays if "glossy" in job.needs else 0
-    children = max(lobes, 1) + int("transmission" in job.needs and clear)
+    children = max(job.glossy_rays, 1) + int("transmission" in job.needs and clear)
     name = job.walk
     if job.kind == "rays":
         name = "chain"
@@ -137,6 +142,6 @@ def used(job, walk, tree):
     found |= {"walk": walk.name, "accel": "bvh" if tree else "none", "vector": "off"}
     if "cutoff" in needs and job.cutoff > 0:
         found["cutoff"] = job.cutoff
-    if "glossy" in needs and job.glossy_rays > 0:
+    if job.glossy_rays > 0:
         found["glossy_weight"] = job.glossy_weight
     return found

@@ -97,7 +97,9 @@ def run(job, Session):
 
 def read(job):
     """Returns the Walk of a job, its Scene, and whether rays search in a hierarchy."""
-    walk = method.walk_of(job, np.load(job.array("materials")))
+    materials = np.load(job.array("materials"))
+    job.glossy_rays = method.glossy_rays(job, materials)
+    walk = method.walk_of(job, materials)
     scene = Scene(job, REAL[job.precision])
     return walk, scene, method.takes_tree(job, max(scene.work(), scene.part_work()))
 

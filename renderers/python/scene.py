@@ -13,6 +13,8 @@ class Material(Medium):
         super().__init__(row[8], row[9], row[5:8], number)
         self.diffuse = row[0:3]
         self.k_s, self.exponent = row[3], row[4]
+        self.rough = self.k_s > 0 and row[10] > 0
+        self.lobe = number.real(2 / float(row[10]) ** 2 - 2) if self.rough else None  # GLO-2, in float64
         # N and M of REF-1 where a ray comes from AIR, and where it comes from inside
         self.entering = air.n / self.n, air.mu_r / self.mu_r
         self.leaving = self.n / air.n, self.mu_r / air.mu_r
@@ -52,6 +54,7 @@ class Scene:
         air = read.vector("air")
         self.air = Medium(air[0], air[1], air[2:5], number)
         self.materials = [Material(row, self.air, number) for row in read.rows("materials")]
+        self.rough = any(material.rough for material in self.materials)
         self.media = Media(read.integers("media"), self.air, self.materials)
         self.accelerate(job.accel, shapes(read, self.materials, job.accel, self.leave))
 

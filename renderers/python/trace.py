@@ -31,7 +31,7 @@ class Tracer:
         self.transmits = "transmission" in job.needs
         self.attenuates = "attenuation" in job.needs
         self.feelers = job.feelers if "soft" in job.needs else 0
-        self.glossy_rays = job.glossy_rays if "glossy" in job.needs else 0
+        self.glossy_rays = job.glossy_rays if "glossy" in job.needs and scene.rough else 0  # G of GLO-1
         self.cuts = "cutoff" in job.needs
         self.cutoff = scene.number.real(job.cutoff if self.cuts else -1)  # no weight is so small
         self.dropped = 0
@@ -47,7 +47,7 @@ class Tracer:
             self.reflect, self.unit = shade.unnormalised_reflect, shade.as_it_is
         self.random = Random(job.seed, scene.number.real)
         # of RND-4; WLK-1 counts the transmitted child only where there is one
-        self.children_of_path = max(job.glossy_rays, 1) + 1
+        self.children_of_path = max(self.glossy_rays, 1) + 1
         children = max(self.glossy_rays, 1) + self.transmits
         example = (scene.number.real(1) / 3,) * 3
         row = example, 0, (example, example, scene.media.eye, 0)
@@ -151,12 +151,13 @@ class Tracer:
         first_child = path * self.children_of_path + 1
         children = []
         share = material.k_s * r
-        if share != 0 and (self.glossy_rays or not self.cut(weight, share)):
+        rough = self.glossy_rays and material.rough
+        if share != 0 and (rough or not self.cut(weight, share)):
             start = leave(point, normal, shape.size, side)
             mirrored = self.reflect(direction, normal, d_dot_n, sqrt)
-            if self.glossy_rays:
+            if rough:
                 rays, numbers = self.glossy_rays, partial(self.numbers, path)
-                shape_of_lobe = material.exponent, rays, self.weigh, numbers, self.unit, self.number
+                shape_of_lobe = material.lobe, rays, self.weigh, numbers, self.unit, self.number
                 lobe = gloss(mirrored, normal, *shape_of_lobe)
                 for child, (away, w) in enumerate(lobe):
                     part = share * w / rays

@@ -8,19 +8,20 @@ from reports.run import repetition
 from reports.run.results import Cell, Missing
 
 UNIT = "linear RGB; of first hits 1"
-NORMAL = 1.96  # standard errors on either side of a 95 % interval
 SURE = 0.01  # of the value: a narrower interval, on either side, is not shown
 OF_SCENE = "the truth of the scene"
 
 
 def rmse(cell: Cell) -> Estimate | float | Missing:
-    """Returns the RMSE of a cell, with the interval that the noise of its truth leaves, 95 %, if it has some."""
+    """Returns the RMSE of a cell, with the interval that its truth leaves, 95 %, if it has some: from 0 where the truth
+    cannot tell it from 0."""
     value, doubt = cell.error(repetition.RMSE), cell.error("error_rmse_standard_error")
-    if isinstance(value, Missing) or isinstance(doubt, Missing) or doubt == 0:
+    doubt = 0.0 if isinstance(doubt, Missing) else record.NORMAL * doubt
+    if isinstance(value, Missing) or not (doubt or cell.below):
         return value
     samples = cell.error("truth_samples")
     samples = int(samples) if isinstance(samples, float) else 1
-    ends = max(0.0, value - NORMAL * doubt), value + NORMAL * doubt
+    ends = (0.0, cell.below) if cell.below else (value - doubt, value + doubt)
     return Estimate(value, *ends, samples, "95 %, of the noise of the truth")
 
 
@@ -39,7 +40,21 @@ def shown_rmse(cell: Cell) -> str:
     return shown(rmse(cell))
 
 
-def _percent(value: float | Missing) -> str:
+def _of_noise(cell: Cell, column: str) -> Estimate | float | Missing:
+    """Returns an error to which the noise of the truth adds; where that may be all of it, with an interval from 0."""
+    value = cell.error(column)
+    if isinstance(value, Missing) or not cell.below:
+        return value
+    return Estimate(value, 0.0, value, 1, "the truth cannot tell it from 0")
+
+
+def _most(value: Estimate | float | Missing) -> str:
+    return f"at most {quantity.exact(value.high)}" if isinstance(value, Estimate) else quantity.exact(value)
+
+
+def _percent(value: Estimate | float | Missing) -> str:
+    if isinstance(value, Estimate):
+        return f"at most {quantity.exact(value.high, 100)}"
     return quantity.exact(value, 100)
 
 
@@ -50,8 +65,8 @@ def _against(cell: Cell) -> str | Missing:
 
 ERRORS = [
     Column("RMSE", repetition.RMSE, "linear RGB", rmse, shown),
-    Column("largest error", repetition.LARGEST, UNIT, lambda cell: cell.error(repetition.LARGEST), quantity.exact),
-    Column("beyond 1/255 (%)", repetition.BEYOND, "1", lambda cell: cell.error(repetition.BEYOND), _percent),
+    Column("largest error", repetition.LARGEST, UNIT, lambda cell: _of_noise(cell, repetition.LARGEST), _most),
+    Column("beyond 1/255 (%)", repetition.BEYOND, "1", lambda cell: _of_noise(cell, repetition.BEYOND), _percent),
     Column("error against", AGAINST, "", _against),
 ]
 
@@ -77,8 +92,8 @@ def brief(cell: Cell) -> tuple[str, str, str, str]:
     """RMSE, largest error, share beyond 1/255 and agreement as short as can be, for the margin of a figure."""
     found = (
         (rmse(cell), _short),
-        (cell.error(repetition.LARGEST), "{:.3g}".format),
-        (cell.error(repetition.BEYOND), record.percent),
+        (_of_noise(cell, repetition.LARGEST), _short_most),
+        (_of_noise(cell, repetition.BEYOND), _short_percent),
         (cell.agrees, "✗✓".__getitem__),
     )
     return tuple("unavailable" if isinstance(value, Missing) else show(value) for value, show in found)
@@ -88,3 +103,15 @@ def _short(value: Estimate | float) -> str:
     if not isinstance(value, Estimate):
         return f"{value:.2g}"
     return f"< {value.high:.2g}" if value.low == 0 else f"{value.value:.2g}"
+
+
+def _short_most(value: Estimate | float) -> str:
+    return f"≤ {value.high:.3g}" if isinstance(value, Estimate) else f"{value:.3g}"
+
+
+def _short_percent(value: Estimate | float) -> str:
+    return (
+        f"≤ {record.percent(value.high)}"
+        if isinstance(value, Estimate) and value.high
+        else record.percent(value.high if isinstance(value, Estimate) else value)
+    )

@@ -243,6 +243,12 @@ class Cell:
         return Missing(next(iter(reasons), self.verdict if self.status != "ok" else "the run does not have it"))
 
     @property
+    def below(self) -> float | None:
+        """What its RMSE lies below where the truth cannot tell it from 0 in any repetition; else None."""
+        found = self.known("error_below", self.timed)
+        return max(found.values()) if found and len(found) == len(self.known(repetition.RMSE, self.timed)) else None
+
+    @property
     def against(self) -> str:
         """What its error is held against, in words; "" for the truth of the scene."""
         return " and ".join(dict.fromkeys(self.known("against", self.timed).values()))
@@ -266,7 +272,7 @@ class Cell:
     def errors(self) -> str:
         """The errors of its pictures in words, and what they are held against; of several repetitions the worst."""
         worst = [self.error(name) for name in repetition.ERRORS]
-        told = record.errors(*(None if isinstance(value, Missing) else value for value in worst))
+        told = record.errors(*(None if isinstance(value, Missing) else value for value in worst), self.below)
         return ", ".join(filter(None, [told, self.against]))
 
     @property

@@ -9,7 +9,8 @@ MEMORY = "peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"
 RMSE, LARGEST, BEYOND = ERRORS = "error_rmse", "error_max", "error_bad_pixels"
 # The columns of `error`, the distance from the truth, by the name in the record.
 ERROR = {
-    "rmse": RMSE, "rmse_standard_error": "error_rmse_standard_error", "max": LARGEST, "bad_pixels": BEYOND,
+    "rmse": RMSE, "rmse_standard_error": "error_rmse_standard_error", "below": "error_below", "max": LARGEST,
+    "bad_pixels": BEYOND,
     "relative_mse": "error_relative_mse", "flip": "error_flip", "ssim": "error_ssim", "psnr_db": "error_psnr_db",
     "uncertainty": "uncertainty", "samples": "truth_samples",
 }  # fmt: skip
@@ -112,7 +113,9 @@ def _error(record: dict) -> dict:
     if not error and record["parameters"].get("kind") == "rays" and agreement:
         known = {"max": rows.largest(agreement), "bad_pixels": agreement.get("bad_pixels")}
         return {"against": "hits", **known} if "unavailable" not in agreement else agreement
-    return {**error, "uncertainty": error.get("standard_error")} if "standard_error" in error else error
+    if "standard_error" in error:
+        error = {**error, "uncertainty": error["standard_error"]}
+    return {**error, "below": rows.below(error)} if "rmse" in error else error
 
 
 def _phase(record: dict, phase: str) -> float | None:

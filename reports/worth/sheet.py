@@ -20,11 +20,11 @@ ABOVE, BELOW = 0.34, 0.62  # inches: for the words above a pair, and for the bar
 SCALE = (1e-4, 1.0)  # of differences, linear RGB
 
 
-def write(path: Path, full: np.ndarray, found: list[tuple[str, float, np.ndarray]]) -> None:
+def write(path: Path, full: np.ndarray, found: list[tuple[str, str, np.ndarray]]) -> None:
     """Writes the sheet to `path`, whose suffix matplotlib knows.
 
     full, and the pictures of `found`: linear RGB (height, width, 3). found: what is left out, the RMSE from the truth
-    without it, and the picture, in the order in which they are shown.
+    without it as text, and the picture, in the order in which they are shown.
     """
     with style.styled():
         figure = draw(full, found)
@@ -32,7 +32,7 @@ def write(path: Path, full: np.ndarray, found: list[tuple[str, float, np.ndarray
         plt.close(figure)
 
 
-def draw(full: np.ndarray, found: list[tuple[str, float, np.ndarray]]) -> Figure:
+def draw(full: np.ndarray, found: list[tuple[str, str, np.ndarray]]) -> Figure:
     """Draws the first MOST, and says of how many."""
     shown = found[:MOST]
     rows = -(-(1 + len(shown)) // PAIRS)
@@ -56,7 +56,7 @@ def draw(full: np.ndarray, found: list[tuple[str, float, np.ndarray]]) -> Figure
     for number, (name, rmse, picture) in enumerate(shown, 1):
         axes = panel(number, 0)
         axes.imshow(encode_8bit(picture), interpolation="nearest")
-        _say(axes, name, f"RMSE {rmse:.3g}")
+        _say(axes, name, f"RMSE {rmse}")
         difference = np.abs(picture - full).max(axis=-1)
         axes = panel(number, 1)
         axes.set_facecolor("#DDDDDD")

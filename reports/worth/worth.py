@@ -8,6 +8,7 @@ import numpy as np
 from harness.statistics import change, statistics
 from harness.statistics.change import SURE, Change
 from harness.statistics.statistics import NOT_RESOLVED, Estimate
+from reports.accuracy import accuracy_columns
 from reports.paper import markdown, quantity, style, table, thinning
 from reports.run import naming, ranking, reduced, stored
 from reports.run.cell import Cell, Missing
@@ -137,7 +138,9 @@ def _part(results: Results, whole: Cell, mine: list[Row], stem: Path) -> list[st
         told = [row.record() for row in known]
         if not isinstance(error, Missing):
             parts.append(style.figure(stem, f"{TITLE}: {title}", figure.draw, told, error))
-        changed = [(row.name, row.cell.error(), row.picture) for row in known if row.change.pixels > 0]
+        changed = [
+            (row.name, accuracy_columns.shown_rmse(row.cell), row.picture) for row in known if row.change.pixels > 0
+        ]
         full = stored.picture(results, whole)
         if changed:
             parts.append(style.figure(Path(f"{stem}-sheet"), f"{TITLE}, pictures: {title}", sheet.draw, full, changed))

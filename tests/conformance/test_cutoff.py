@@ -167,12 +167,12 @@ def turn():
     return turned(np.random.default_rng(12))
 
 
-def mirror_scene(turn, k_s, extra=""):
+def mirror_scene(turn, k_s, extra="", roughness=0):
     """A mirror of index 3 met at 40 degrees after a distance of 2, before a white background; its reflectance."""
     angle = math.radians(40)
     way = np.array([math.sin(angle), 0, -math.cos(angle)])
     source = camera(turn, -2 * way, 1e-9, towards=way) + WHITE + extra
-    source += square(turn, (0, 0, 0), (60, 0, 0), (0, 60, 0), f"(0,0,0) {k_s} 1 (0,0,0) 9 1")
+    source += square(turn, (0, 0, 0), (60, 0, 0), (0, 60, 0), f"(0,0,0) {k_s} 1 (0,0,0) 9 1 {roughness}")
     return source, reflectance(3.0, math.cos(angle))
 
 
@@ -198,7 +198,7 @@ def test_the_clearest_channel_counts(bench, serial, turn):
 
 @pytest.mark.parametrize("glossy", [{}, {"glossy_rays": 4, "seed": 3}])
 def test_each_lobe_ray_is_weighed_by_itself(bench, serial, turn, glossy):
-    source, share = mirror_scene(turn, 0.8)
+    source, share = mirror_scene(turn, 0.8, roughness=0.5)
     weight = 0.8 * share / glossy.get("glossy_rays", 1)
     cut = bench.result(serial, source, **ONE, **glossy, cutoff=1.001 * weight)
     close(cut.dropped, 0.8 * share)

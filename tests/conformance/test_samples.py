@@ -212,7 +212,9 @@ def glossy_scene(turn, exponent, degrees=40):
     angle = math.radians(degrees)
     way = np.array([math.sin(angle), 0, -math.cos(angle)])
     source = camera(turn, -3 * way, 1e-9, towards=way) + WHITE
-    source += square(turn, (0, 0, 0), (60, 0, 0), (0, 60, 0), f"(0,0,0) 0.8 {exponent} (0,0,0) 9 1")
+    source += square(
+        turn, (0, 0, 0), (60, 0, 0), (0, 60, 0), f"(0,0,0) 0.8 7 (0,0,0) 9 1 {math.sqrt(2 / (exponent + 2))!r}"
+    )
     return source, turn @ (way * (1, 1, -1)), turn @ (0, 0, 1)
 
 
@@ -268,10 +270,39 @@ def test_the_colour_of_a_lens_sample_is_that_of_its_own_ray(bench, serial):
     close(bench.picture(serial, source, depth=0, **jobs), linear(0.4, 0.5, 0.6) * linear(0.5, 0.6, 0.7))
 
 
+MIRRORS = """CAMERA (0,0,0) (2,0,0) (0,1,0) (0,0,4)
+AMBIENT (0.5,0.5,0.5)
+LIGHT (1,2,9) (0.9,0.8,0.7) 0.5
+POLYGON 4 (-3,-2,-1) (-0.1,-2,-1) (-0.1,2,-1) (-3,2,-1) (0.1,0.1,0.1) 0.8 20 (0,0,0) 9 1
+POLYGON 4 (0.1,-2,-1) (3,-2,-1) (3,2,-1) (0.1,2,-1) (0.1,0.1,0.1) 0.8 20 (0,0,0) 9 1 {}
+BOX (-4,-4,5) (8,0.1,0) (0.2,8,0) (0,0,1) (0.4,0.5,0.6) 0.5 9 (0,0,0) 4 1 {}
+"""
+
+
+def test_glossy_rays_do_nothing_between_perfect_mirrors(bench, serial):
+    """Not even to the random numbers of soft shadows seen in them, whose paths they do not widen (GLO-1, RND-4)."""
+    job = {"width": 8, "height": 4, "depth": 4, "shadows": True, "feelers": 2, "seed": 3}
+    without, beside = (bench.result(serial, MIRRORS.format(0, 0), **job, glossy_rays=rays) for rays in (0, 3))
+    assert beside.array.tobytes() == without.array.tobytes() and beside.said.rays == without.said.rays
+
+
+def test_beside_a_rough_mirror_a_perfect_one_has_one_ray(bench, serial):
+    """A pixel of each; then what they reflect, a box with the roughness of the one or the other, reflects too."""
+    job = {"width": 2, "height": 1, "seed": 3}
+
+    def reflected(rays, depth, box):
+        return bench.result(serial, MIRRORS.format(0.05, box), **job, glossy_rays=rays, depth=depth).said.rays[
+            "reflected"
+        ]
+
+    assert [reflected(rays, 1, 0) for rays in (0, 1, 5)] == [2, 2, 6]
+    assert [reflected(5, 2, box) for box in (0, 0.05)] == [12, 36]
+
+
 NARROW = """CAMERA (0,0,0) (0.5,0,0) (0,0.5,0) (0.3,3,4)
 LIGHT (0.2,9,-5) (1,1,1) 0
 POLYGON 4 (-3,-1,3) (3,-1,3) (3,-1,-3) (-3,-1,-3)
-(0,0,0) 1 {} (0,0,0) 1e6 1
+(0,0,0) 1 1 (0,0,0) 1e6 1 {}
 SPHERE (0,2,-8) 3 (0.4,0.5,0.6) 0.9 300 (0,0,0) 1e6 1
 """
 
@@ -284,6 +315,9 @@ def test_a_narrow_lobe_is_as_exact_as_a_wide_one(bench, serial, exponent):
         pytest.skip("has no float32")
     jobs = {"width": 61, "height": 47, "depth": 1, "glossy_rays": 4, "seed": 3, "epsilon": 2.0**-19}
     jobs = jobs if not bench.known[serial].simulated else jobs | {"width": 13, "height": 9}
-    rough, right = (bench.picture(serial, NARROW.format(exponent), **jobs, precision=p) for p in ("float32", "float64"))
+    rough, right = (
+        bench.picture(serial, NARROW.format(math.sqrt(2 / (exponent + 2))), **jobs, precision=p)
+        for p in ("float32", "float64")
+    )
     assert right.std() > 0.01
     assert np.abs(rough - right).max() < 2e-5

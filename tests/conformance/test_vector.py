@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from feature_scenes import features
+from feature_scenes import features, some_rough
 from nightly import by_night
 from random_scenes import MATERIAL, random_material, random_scene, random_stage, words
 from tessellate import ball, obj
@@ -186,7 +186,8 @@ FLOOR = "POLYGON 4 (-9,-2,-9) (-9,-2,9) (9,-2,9) (9,-2,-9) (0.6,0.5,0.4) 0.3 9 (
 def test_more_children_than_a_stream_has_room_for(agree, variant, precision):
     """Glass and eight glossy rays: some rays are followed to the end before their siblings are made (WLK-1)."""
     rng = np.random.default_rng(67)
-    scene = random_scene(rng, sphere=5, box=2, material=lambda _: GLASS, rest=STAGE + LIGHTS + FLOOR)
+    frosted = some_rough(lambda _: GLASS, rng)
+    scene = random_scene(rng, sphere=5, box=2, material=frosted, rest=STAGE + LIGHTS + FLOOR.strip() + " 0.4\n")
     agree(variant, scene, depth=3, glossy_rays=8, shadows=True, precision=precision)
 
 

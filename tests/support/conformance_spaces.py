@@ -63,7 +63,7 @@ def _feature(scene: Scene, job: dict) -> Feature:
     return Feature(
         scene,
         job,
-        single="transmission" not in needed and job.get("glossy_rays", 0) < 2,
+        single="transmission" not in needed and ("glossy" not in needed or job["glossy_rays"] < 2),
         clear="transmission" in needed,
         broken=any(exponent != int(exponent) for exponent in exponents),
         many=count >= MANY,

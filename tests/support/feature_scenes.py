@@ -20,13 +20,19 @@ def glassy(rng):
     return f"{words(rng.uniform(0, 0.2, 3))} {rng.uniform(0.6, 1)} 20 {optics}"
 
 
+def some_rough(material, rng):
+    """`material`, as its function of a random generator, with a roughness in two of three cases."""
+    return lambda scene_rng: material(scene_rng) + (f" {rng.uniform(0.05, 0.6)}" if rng.random() < 2 / 3 else "")
+
+
 def lights(rng, radius=0.0):
     return random_stage(rng).replace(" 0\n", f" {radius}\n")
 
 
 def features(folder):
     """{name: (scene text, parameters)}; meshes are written to `folder`."""
-    rng = np.random.default_rng(2020)
+    rng, widths = np.random.default_rng(2020), np.random.default_rng(51)
+    rough = some_rough(random_material, widths)
     for name, (vertices, triangles) in {
         "ball": ball(2),
         "block": block(),
@@ -76,9 +82,9 @@ def features(folder):
             crowd(radius=0.8, extra="LIGHT (-3,4,5) (0.2,0.3,0.2) 0\n"),
             {"depth": 0, "shadows": True, "feelers": 3, "seed": 7},
         ),
-        "glossy": (crowd(random_material), {"depth": 2, "glossy_rays": 3, "seed": 8}),
+        "glossy": (crowd(rough), {"depth": 2, "glossy_rays": 3, "seed": 8}),
         "glossy, the study's weight": (
-            crowd(random_material),
+            crowd(rough),
             {"depth": 2, "glossy_rays": 2, "glossy_weight": "study", "seed": 8},
         ),
         "mix: glass, mirrors, shadows": (crowd(glassy), full),
@@ -87,7 +93,7 @@ def features(folder):
             {"depth": 4, "shadows": True},
         ),
         "mix: soft shadows and gloss through a lens": (
-            crowd(random_material, radius=0.5),
+            crowd(rough, radius=0.5),
             {
                 **{"depth": 2, "shadows": True, "feelers": 2, "glossy_rays": 2, "sampler": "jittered", "samples": 2},
                 **{"lens_radius": 0.1, "focal_distance": 6.0, "seed": 9},
@@ -99,7 +105,10 @@ def features(folder):
             {"depth": 3, "shadows": True, "feelers": 2, "sampler": "jittered", "samples": 2, "seed": 10},
         ),
         "mix: all of it": (
-            crowd(glassy, radius=0.4, count=2) + nested + solid(TINTED) + mesh("ball", "(0,1.4,0) (5,6,7) 0.6", GLASS),
+            crowd(some_rough(glassy, widths), radius=0.4, count=2)
+            + nested
+            + solid(TINTED)
+            + mesh("ball", "(0,1.4,0) (5,6,7) 0.6", GLASS),
             {
                 **{"depth": 3, "shadows": True, "feelers": 2, "glossy_rays": 2, "sampler": "adaptive"},
                 **{"adaptive_depth": 1, "lens_radius": 0.05, "focal_distance": 6.0, "seed": 11},

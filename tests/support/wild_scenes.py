@@ -193,6 +193,10 @@ class _Drawing:
 
     def material(self) -> str:
         rng = self.rng
+        # √(2/(m + 2)) of an exponent m from 0 to 10,000
+        rough = f" {float(rng.choice([1, rng.uniform(0.05, 0.7), 10 ** rng.uniform(-2, 0)]))!r}" * int(
+            rng.random() < 0.5
+        )
         exponent = float(rng.choice([0, 1, 7, rng.uniform(1, 60), 10 ** rng.uniform(0, 4)]))
         if rng.random() < self.clear_share:
             # The attenuation over the size of the scene does not depend on that size.
@@ -200,9 +204,11 @@ class _Drawing:
             optics = (
                 f"{clear} {float(rng.choice([0.7, 1.0, 1.77, rng.uniform(1.2, 6)]))!r} {float(rng.choice([1, 1.3]))!r}"
             )
-            return f"{words(rng.uniform(0, 0.3, 3))} {float(rng.uniform(0.3, 1))!r} {exponent!r} {optics}"
+            return f"{words(rng.uniform(0, 0.3, 3))} {float(rng.uniform(0.3, 1))!r} {exponent!r} {optics}{rough}"
         shine = float(rng.choice([0, rng.uniform(0.2, 0.9)]))
-        return f"{words(rng.uniform(0.1, 0.9, 3))} {shine!r} {exponent!r} (0,0,0) {float(rng.uniform(2, 400))!r} 1"
+        return (
+            f"{words(rng.uniform(0.1, 0.9, 3))} {shine!r} {exponent!r} (0,0,0) {float(rng.uniform(2, 400))!r} 1{rough}"
+        )
 
     def nested(self) -> list[Part]:
         """Nested spheres, which may intersect each other."""

@@ -24,7 +24,7 @@ def busy(threads, precision):
         material = Material(triple(rng.uniform(0.1, 0.6, 3)), *optics)
         return Sphere(material, triple(rounded(turn @ where, precision)), float(rounded(radius, precision)))
 
-    kinds = (0.6, 40.0, OPAQUE, 400.0, 1.0), (0.9, 40.0, CLEAR, 2.25, 1.0), (0.0, 1.0, OPAQUE, 1.0, 1.0)
+    kinds = (0.6, 40.0, OPAQUE, 400.0, 1.0, 0.22), (0.9, 40.0, CLEAR, 2.25, 1.0), (0.0, 1.0, OPAQUE, 1.0, 1.0)
     balls = [ball(rng.uniform(-2, 2, 3), rng.uniform(0.4, 0.8), *kinds[k % 3]) for k in range(9)]
     lights = [Light(triple(rounded(turn @ at, precision)), (0.7, 0.6, 0.5), 0.5) for at in ([4, 5, 6], [-5, 4, 3])]
     seen = camera(turn @ [0, 0, 7], np.zeros(3), 2.5 * turn[:, 0], 2.5 * turn[:, 1], precision)

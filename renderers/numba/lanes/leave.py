@@ -79,13 +79,17 @@ def leave(scene, thread, rays, places, order, first, hit, ray, weight, sample, s
     if any_of(mirrors):
         start, towards = along(point, side, step), normalise(along(direction, -2.0 * cosine, normal))  # REF-3
         for g in range(reflections(scene)):
-            way, part = towards, specular * share
+            way, part, leaves = towards, specular * share, mirrors
             if GLOSSY:
-                exponent = gather(scene.roles, tables.EXPONENT, role, mirrors)
-                way, lobe = glossy(scene, (pixel, sample, path), exponent, normal, towards, g)
-                part = part * lobe / scene.glossy_rays
+                exponent = gather(scene.roles, tables.LOBE, role, mirrors)
+                rough = exponent >= 0.0
+                aside, lobe = glossy(scene, (pixel, sample, path), exponent, normal, towards, g)
+                way = select_three(rough, aside, towards)
+                part = part * select(rough, lobe / scene.glossy_rays, 1.0)
+                if g > 0:
+                    leaves = mirrors & rough
             onward = weigh(weight, part)
-            kept = uncut(scene, thread, onward, place, mirrors & (part != 0.0))
+            kept = uncut(scene, thread, onward, place, leaves & (part != 0.0))
             leaving = start, way, onward, place, was, child(scene, path, g)
             k += keep(rays, places, order, k, leaving, kept)
         mirrored = k - first

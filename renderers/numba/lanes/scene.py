@@ -23,8 +23,9 @@ PLACE, SIZE, NORMAL = 0, 3, 4
 ROLE, NUMBER = 0, 1
 
 # A role is what faces have in common. Rows of its tables: diffuse colour, k_s, m, N and M of REF-1 in AIR for a ray
-# from outside and from inside, 1 if clear, kind, 1 if flat (POL-3); rank (MED-2) or -1, row of materials.
-DIFFUSE, SPECULAR, EXPONENT, FROM_OUTSIDE, FROM_INSIDE, CLEAR, KIND, FLAT = 0, 3, 4, 5, 7, 9, 10, 11
+# from outside and from inside, 1 if clear, kind, 1 if flat (POL-3), exponent of the lobe or -1 (GLO-2); rank (MED-2) or
+# -1, row of materials.
+DIFFUSE, SPECULAR, EXPONENT, FROM_OUTSIDE, FROM_INSIDE, CLEAR, KIND, FLAT, LOBE = 0, 3, 4, 5, 7, 9, 10, 11, 12
 RANK, MATERIAL = 0, 1
 
 # Rows of the table of optics, a column for each row of materials: index, μ_r, and log2 of the attenuation (ATT-1).
@@ -48,7 +49,7 @@ FIELDS = {
     "first_faces": True,  # int32 (n,): of each shape
     "faces": True,  # (7, F)
     "links": True,  # int32 (2, F)
-    "roles": True,  # (12, R)
+    "roles": True,  # (13, R)
     "role_ids": True,  # int32 (2, R)
     "ellipsoid_columns": needs.ELLIPSOID,  # (21, E): the numbers of each row of `ellipsoids`
     "optics": needs.MEDIA or needs.ATTENUATION,  # (5, M)
@@ -209,6 +210,8 @@ def faces(values, materials, air, real):
     n, m = np.sqrt(air[0] * air[1]) / index, air[1] / permeability
     clear = found[:, 5:8].any(axis=1)
     rows = [*found[:, :3].T, found[:, 3], found[:, 4], n, m, 1 / n, 1 / m, clear, kind, flat]
+    if needs.GLOSSY:
+        rows.append(values["materials"][material, scalar.LOBE])
     tables = {
         "first_faces": np.cumsum(each) - each,
         "faces": np.vstack([places.T, sizes[of_face], normals.T]),

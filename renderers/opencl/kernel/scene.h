@@ -27,8 +27,8 @@ enum {
 };
 
 // Columns of the tables, and how many there are.
-enum { LIGHT = 7, MATERIAL = 12, SPHERE = 4, BOX = 31, POLYGON = 4, CORNER = 6, ELLIPSOID = 22, TRIANGLE = 14, NODE = 6 };
-enum { DIFFUSE = 0, SPECULAR = 3, EXPONENT = 4, INDEX = 5, MU = 6, ATTENUATION = 7, ATTENUATES = 10, CLEAR = 11 };
+enum { LIGHT = 7, MATERIAL = 12 + NEED_GLOSSY, SPHERE = 4, BOX = 31, POLYGON = 4, CORNER = 6, ELLIPSOID = 22, TRIANGLE = 14, NODE = 6 };
+enum { DIFFUSE = 0, SPECULAR = 3, EXPONENT = 4, INDEX = 5, MU = 6, ATTENUATION = 7, ATTENUATES = 10, CLEAR = 11, LOBE = 12 };
 enum { OBJECT, MATERIAL_ROW, RANK, FLAT, ROLE };  // of a shape, integers; RANK: of MED-2 or -1, FLAT: of MED-4
 
 typedef struct {

@@ -25,7 +25,9 @@ typedef struct {
     real reflected, transmitted;  // shares of its children; 0: there is none
     Branch mirrored, through;
     real3 normal;
-    real exponent;
+#if NEED_GLOSSY
+    real lobe;  // GLO-2: the exponent of its glossy reflection; -1 of a perfect mirror
+#endif
 } Meeting;
 
 DEVICE uint path_base(const Scene *scene) { return (uint)(scene->at.glossy_rays > 1 ? scene->at.glossy_rays : 1) + 1; }
@@ -144,7 +146,10 @@ DEVICE Meeting meet(const Scene *scene, Desk *desk, const Branch *branch, int or
     meeting.mirrored.ray.origin = leave(at, enters ? 1 : -1, number(scene, EPSILON_OF_RAYS));
     meeting.mirrored.ray.direction = renormalise(ray.direction - 2 * d_n * at.normal);  // REF-3
     meeting.mirrored.inside = sides.was;
-    meeting.normal = at.normal, meeting.exponent = material[EXPONENT];
+    meeting.normal = at.normal;
+#if NEED_GLOSSY
+    meeting.lobe = material[LOBE];
+#endif
 #if NEED_TRANSMISSION
     if (material[CLEAR] != 0) {
         meeting.transmitted = material[SPECULAR] * (1 - part.reflected);
@@ -179,13 +184,17 @@ DEVICE real child_of(const Scene *scene, Desk *desk, const Branch *branch, const
     real share = which == last ? meeting->transmitted : meeting->reflected;
     if (share == 0)
         return 0;
+#if NEED_GLOSSY
+    if (which > 0 && which != last && meeting->lobe < 0)
+        return 0;
+#endif
     *child = which == last ? meeting->through : meeting->mirrored;
     child->path = branch->path * path_base(scene) + 1 + which;
 #if NEED_GLOSSY
-    if (which != last && scene->at.glossy_rays > 0) {  // GLO-1
+    if (which != last && scene->at.glossy_rays > 0 && meeting->lobe >= 0) {  // GLO-1
         const Uniform numbers = draw(desk->draws, branch->path, 0x80000000u + which);
-        const Lobe lobe = glossy(child->ray.direction, meeting->normal, meeting->exponent, numbers);
-        share = share * (scene->at.study_weight ? pow(lobe.z, meeting->exponent) : 1) / (real)scene->at.glossy_rays;
+        const Lobe lobe = glossy(child->ray.direction, meeting->normal, meeting->lobe, numbers);
+        share = share * (scene->at.study_weight ? pow(lobe.z, meeting->lobe) : 1) / (real)scene->at.glossy_rays;
         child->ray.direction = lobe.direction;
         if (share == 0)
             return 0;

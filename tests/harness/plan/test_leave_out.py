@@ -165,7 +165,7 @@ OR
   SPHERE (0,0,0) 1
   ELLIPSOID (1,2,3) (1,0,0) (0,2,0) (0,0,3)
 END
-(0.1,0.2,0.3) 0.5 20 (0.9,0.8,0.7) 2 1
+(0.1,0.2,0.3) 0.5 20 (0.9,0.8,0.7) 2 1 0.2
 """
     rich = {"feelers": 2, "glossy_rays": 2, "shadows": True, "lens_radius": 0.1, "sampler": "jittered", "samples": 4}
     found = {one.kind for one in leave_outs(read(solid), Parameters(**rich))}

@@ -61,6 +61,8 @@ FAULTS = [
     ("SPHERE (0,0,0) 1\n(1,1,1) 0 1 (0,0,0) 0 1", "2:21", "expected a number from 1e-30 to 1e+30 for eps_r"),
     ("SPHERE (0,0,0) 1\n(1,1,1) 0 1 (0,0,0) 1 -1", "2:23", "for mu_r"),
     ("SPHERE (0,0,0) 1\n(1,1,1) 0 1 (0,0,0) 1 1 -1", "2:25", "for the roughness"),
+    ("SPHERE (0,0,0) 1\n(1,1,1) 0 1 (0,0,0) 1 1 1.5", "2:25", "expected 0 or a number from 1e-06 to 1"),
+    ("SPHERE (0,0,0) 1\n(1,1,1) 0 1 (0,0,0) 1 1 1e-7", "2:25", "0 is a perfect mirror"),
     ("SPHERE (0,0,0) 1\n(1,1,1) 0 1 (0,0,0) 1 1 nan", "2:25", "expected a finite number for the roughness"),
     ("SPHERE (0,0,0) 1\n(1,1,1) 0 1 (0,0,0) 1 1 0 1", "2:27", 'expected a keyword, found "1"'),
     ("SPHERE (0,0,0) 1\n(1,1,1) 0 1 (0,0,0) 1 LIGHT", "2:23", "expected a number for mu_r"),

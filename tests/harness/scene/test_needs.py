@@ -26,6 +26,7 @@ BLACK, WHITE, GREY = (0.0,) * 3, (1.0,) * 3, (0.5,) * 3
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 MATT = Material(WHITE, 0.0, 1.0, BLACK, 1e6, 1.0)
 MIRROR = Material(BLACK, 1.0, 30.0, BLACK, 1e6, 1.0)
+BRUSHED = replace(MIRROR, roughness=0.25)
 GLASS = replace(MIRROR, attenuation=WHITE, eps_r=2.25)
 TINTED = replace(GLASS, attenuation=GREY)
 REDLESS = replace(GLASS, attenuation=(0.0, 1.0, 1.0))
@@ -78,8 +79,15 @@ def test_needs(given, depth, shadows, expected):
 @pytest.mark.parametrize(
     ("given", "parameters", "expected"),
     [
-        (scene(MIRROR), {"depth": 1, "glossy_rays": 4}, "glossy phong reflection sphere"),
-        (scene(MIRROR), {"depth": 0, "glossy_rays": 4}, "phong sphere"),
+        (scene(MIRROR), {"depth": 1, "glossy_rays": 4}, "phong reflection sphere"),
+        (scene(BRUSHED), {"depth": 1, "glossy_rays": 4}, "glossy phong reflection sphere"),
+        (scene(BRUSHED), {"depth": 1}, "phong reflection sphere"),
+        (scene(BRUSHED), {"depth": 0, "glossy_rays": 4}, "phong sphere"),
+        (
+            scene(replace(MATT, roughness=0.5), MIRROR),
+            {"depth": 1, "glossy_rays": 4},
+            "diffuse phong reflection sphere",
+        ),
         (scene(MATT), {"depth": 1, "glossy_rays": 4}, "diffuse sphere"),
         (scene(MATT, lights=(LIGHT, LAMP)), {"shadows": True, "feelers": 1}, "diffuse shadows soft sphere"),
         (scene(MATT, lights=(LIGHT, LAMP)), {"shadows": True}, "diffuse shadows sphere"),

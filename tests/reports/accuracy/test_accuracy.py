@@ -52,16 +52,18 @@ def test_agreement_is_a_tick_or_a_cross(load, record):
 
 
 @pytest.mark.parametrize(
-    ("rmse", "doubt", "said"),
+    ("rmse", "doubt", "change", "said"),
     [
-        (0.0625, 1e-4, "0.0625"),
-        (0.0625, 5e-3, "0.062 [0.053, 0.072]"),
-        (1e-4, 1e-3, "below 0.0021"),
-        (0, 0, "exactly 0"),
+        (0.0625, 1e-4, 1e-5, "0.0625"),
+        (0.0625, 5e-3, 1e-5, "0.062 [0.053, 0.072]"),
+        (1e-4, 1e-3, 1e-5, "below 0.0021"),
+        (0, 0, 1e-5, "below 1e-05"),
+        (0, 0, 0, "exactly 0"),
     ],
 )
-def test_an_rmse_is_told_as_well_as_its_truth_is_known(load, record, rmse, doubt, said):
-    (cell,) = load([record("cpp", error=OF_SCENE | {"rmse": rmse, "rmse_standard_error": doubt})]).cells
+def test_an_rmse_is_told_as_well_as_its_truth_is_known(load, record, rmse, doubt, change, said):
+    error = OF_SCENE | {"rmse": rmse, "rmse_standard_error": doubt, "change": change}
+    (cell,) = load([record("cpp", error=error)]).cells
     assert accuracy_columns.shown_rmse(cell) == said
 
 

@@ -15,7 +15,7 @@ NAME = "constant Fresnel share, no refraction, of the material of the ellipsoid 
 @pytest.mark.parametrize("count", [1, 6, 30])
 def test_it_can_be_read(shape, count):
     full = np.linspace(0, 1, np.prod(shape)).reshape(shape)
-    found = [(NAME if k % 2 else "shadows", 0.123456 / k, full + k / 100) for k in range(1, count + 1)]
+    found = [(NAME if k % 2 else "shadows", f"{0.123456 / k:.3g}", full + k / 100) for k in range(1, count + 1)]
     with style.styled():
         figure = sheet.draw(full, found)
         try:
