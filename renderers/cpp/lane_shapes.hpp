@@ -141,9 +141,9 @@ LANE Lanes<Real> meet(const Polygon<Real>& polygon, const LaneProbe<Real>& probe
 {
     using L = Lanes<Real>;
     const auto edge = [](const Vec3<L>& a, const Vec3<L>& b) -> L { return a.x * b.y - a.y * b.x; };
-    const Vec3<L> n = all(polygon.normal), from = all(polygon.corners[0].point()) - probe.origin;
-    const L slope = fused_dot<Real>(probe.direction, n);
-    L t = fused_dot<Real>(from, n) / slope;
+    const Vec3<L> n = all(polygon.normal), vertex = all(polygon.corners[0].point());
+    const L slope = fused_dot<Real>(probe.direction, n), height = fused_dot<Real>(vertex - probe.origin, n);
+    L t = height / slope;
     const Mask<Real> grazes = (size<Real>(slope) < Polygon<Real>::grazing) & (slope != 0);
     Mask<Real> met = ((t > 0) & (t < most)) | grazes;
     if (!any<Real>(met))
@@ -164,7 +164,12 @@ LANE Lanes<Real> meet(const Polygon<Real>& polygon, const LaneProbe<Real>& probe
         inside |= crossed;
         w = -v, b = c;
     }
-    return met & inside ? t : L{};
+    met &= inside;
+    if (!any<Real>(met))
+        return L{};
+    const auto absolute = [](const Vec3<L>& v) -> Vec3<L> { return {size<Real>(v.x), size<Real>(v.y), size<Real>(v.z)}; };
+    const L rounding = Polygon<Real>::rounding * fused_dot<Real>(absolute(n), absolute(vertex) + absolute(probe.origin));
+    return met & (size<Real>(height) > rounding) ? t : L{};
 }
 
 template<typename Real>

@@ -9,6 +9,7 @@ template<typename Real>
 struct Polygon {
     static constexpr bool in_plane = methods::triangle == TriangleForm::moller_trumbore;  // POL-4
     static constexpr Real grazing = Real(1) / 1024;  // |w| of POL-1 below which rounding can move t past the polygon
+    static constexpr Real rounding = 4 * std::numeric_limits<Real>::epsilon();  // 8 u of POL-1
 
     struct Corner {
         Real place[3];
@@ -45,13 +46,16 @@ struct Polygon {
         const Real w = dot(probe.direction, normal);
         if (w == 0)
             return 0;
-        const Real t = dot(corners[0].point() - probe.origin, normal) / w;
+        const Vec3<Real> vertex = corners[0].point();
+        const Real height = dot(vertex - probe.origin, normal), t = height / w;
         if constexpr (in_plane)
             return t > 0 && surrounds(probe.origin + t * probe.direction) ? t : 0;
         else {
             const bool grazes = std::abs(w) < grazing;
             Real crossing;
             if (!((grazes || t > 0) && crosses_fan(probe, crossing)))
+                return 0;
+            if (std::abs(height) <= rounding * dot(absolute(normal), absolute(vertex) + absolute(probe.origin)))
                 return 0;
             return grazes ? crossing : t;
         }

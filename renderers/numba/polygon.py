@@ -6,7 +6,7 @@ from .fused import difference_of_products
 from .mesh import aimed, sheared
 from .needs import FAR, TRIANGLE
 from .target import inlined, kernel
-from .vector import along, dot, negate, row_of, subtract
+from .vector import UNIT_ROUNDOFF, along, dot, negate, row_of, subtract
 
 # What a row of the table of corners holds, three of each.
 VERTEX, INWARD, NORMAL = 0, 1, 2
@@ -61,6 +61,14 @@ def cross_fan(corners, first, count, ray):
     return type(w)(FAR)
 
 
+@kernel
+def rounding_of_height(vertex, origin, normal):
+    """The most that rounding can make of the distance of `origin` from the plane, where it lies in it (POL-1)."""
+    x, y, z = abs(vertex[0]) + abs(origin[0]), abs(vertex[1]) + abs(origin[1]), abs(vertex[2]) + abs(origin[2])
+    eight_u = type(x)(8 * UNIT_ROUNDOFF)
+    return eight_u * (abs(normal[0]) * x + abs(normal[1]) * y + abs(normal[2]) * z)
+
+
 @inlined
 def hit_watertight(corners, ranges, i, origin, direction, limit, ray):
     """Distance to polygon `i` if not above `limit` (POL-1, POL-2); FAR for a miss.
@@ -72,10 +80,14 @@ def hit_watertight(corners, ranges, i, origin, direction, limit, ray):
     w = dot(direction, normal)
     if w == 0:
         return type(w)(FAR)
-    t = dot(subtract(row_of(corners, first, VERTEX), origin), normal) / w
+    vertex = row_of(corners, first, VERTEX)
+    height = dot(subtract(vertex, origin), normal)
+    t = height / w
     grazes = abs(w) < type(w)(GRAZING)
     if grazes or 0 < t <= limit:
         crossing = cross_fan(corners, first, count, ray)
+        if abs(height) <= rounding_of_height(vertex, origin, normal):
+            return type(w)(FAR)
         if grazes or crossing == type(w)(FAR):
             return crossing
     return t

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .shape import Shapes
-from .vector import dot, largest, normalise
+from .vector import dot, largest, normalise, of_rays
 
 GRAZING = 2.0**-10  # |w| of POL-1 below which rounding can move t past the polygon
 
@@ -57,11 +57,15 @@ class Polygons(Shapes):
         """The rays that hit polygon number `shape`: their indices, and the distances t (POL-1, POL-2)."""
         first, normal = self.first[:, shape, np.newaxis], self.normals[:, shape, np.newaxis]
         w = dot(directions, normal)
-        t = dot(first - origins, normal) / w
+        height = dot(first - origins, normal)
+        t = height / w
         grazes = (np.abs(w) < GRAZING) & (w != 0)
         rays = np.flatnonzero(grazes | ((t > 0) & (t < np.inf)))  # w = 0 makes t infinite or NaN
         frame = frame.of(rays)
         inside, crossings = cross_fan([frame.place(vertex) for vertex in self.vertices[shape].T])
+        slack = 4 * np.finfo(t.dtype).eps * np.abs(normal)  # 8 u
+        starts = of_rays(origins, rays)
+        inside &= np.abs(of_rays(height[np.newaxis], rays)[0]) > dot(slack, np.abs(starts) + np.abs(first))
         t = np.where(grazes[rays], crossings, t[rays])
         return rays[inside], t[inside]
 

@@ -24,12 +24,17 @@ class Polygon(Shape):
         for a, b in pairwise(arms):
             normal = add(normal, cross(a, b))
         self.normal = normalise(normal, number.sqrt)
+        self.slack = tuple(8 * number.roundoff * abs(n) for n in self.normal)
         edges = [subtract(after, v) for v, after in zip(vertices, vertices[1:] + vertices[:1], strict=True)]
         self.edges = [(v, cross(self.normal, edge)) for v, edge in zip(vertices, edges, strict=True)]
         # beyond a sharp corner both edges are still near
         lengths = [length(edge, number.sqrt) for edge in edges]
         sines = [length(cross(edges[i - 1], edges[i]), number.sqrt) for i in range(len(edges))]
         self.condition = max((lengths[i - 1] * lengths[i] / s for i, s in enumerate(sines) if s), default=1)
+
+    def rounding(self, origin):
+        """The most that rounding can make of the distance of `origin` from the plane, where it lies in it (POL-1)."""
+        return sum(s * (abs(o) + abs(v)) for s, o, v in zip(self.slack, origin, self.first, strict=True))
 
     def bounds(self):
         return corners(self.vertices)
@@ -47,11 +52,12 @@ def nearest(polygons, origin, direction, best, _sqrt):
         w = dot(direction, polygon.normal)
         if w == 0:
             continue
-        t = dot(subtract(polygon.first, origin), polygon.normal) / w
+        height = dot(subtract(polygon.first, origin), polygon.normal)
+        t = height / w
         grazes = abs(w) < GRAZING
         if grazes or 0 < t < best[0]:
             crossing = cross_fan(polygon.vertices, origin, direction)
-            if crossing is None:
+            if crossing is None or abs(height) <= polygon.rounding(origin):
                 continue
             if grazes:
                 t = crossing

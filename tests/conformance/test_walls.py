@@ -133,7 +133,7 @@ def test_no_ray_passes_between_a_concave_and_a_convex_polygon(bench, serial, cou
     rng = np.random.default_rng([SEED, count])
     print("seed", SEED)
     turns = 2 * np.pi * np.arange(2 * count) / (2 * count)
-    lengths = np.where(np.arange(2 * count) % 2, rng.uniform(0.3, 0.6, 2 * count), 1)
+    lengths = np.where(np.arange(2 * count) % 2, rng.uniform(0.2, 0.4, 2 * count), 1)
     star = lengths[:, None] * np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1)
     vertices = star * rng.uniform(0.7, 1.4, 3) @ turned(rng).T + rng.normal(size=3)
     places = np.array([[i, i + 1, (i + 2) % (2 * count)] for i in range(0, 2 * count, 2)])
@@ -186,9 +186,30 @@ def test_a_ray_in_the_plane_of_a_polygon_misses(bench, serial):
     assert np.isinf(hits[:, 0]).all()
 
 
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_rays_that_start_in_the_plane_of_a_polygon_miss(bench, serial, place, precision):
+    """POL-1: from inside of the polygon and beside it, in any direction and along the plane; from off it most hit."""
+    rng = np.random.default_rng([SEED, len(place)])
+    print("seed", SEED)
+    scale, away = PLACES[place]
+    turn, move = turned(rng), rng.normal(size=3)
+    move *= away / np.linalg.norm(move)
+    corners = scale * np.array([(-1, -1, 0), (1, -1, 0), (1.2, 1, 0), (-1, 1, 0)]) @ turn.T + move
+    count = bench.by_speed(serial, 100, 2_000)
+    weights = rng.dirichlet(np.ones(3), count) + rng.choice((0, 1), (count, 1)) * np.array([-2, 1, 1])
+    ways = rng.normal(size=(count, 3)) * [1, 1, 0] @ turn.T + rng.choice((0, 1), (count, 1)) * turn[:, 2]
+    inside = weights @ corners[:3]
+    scene = STAGE + text_of(corners, [[0, 1, 2, 3]])
+    assert np.isinf(bench.hits(serial, scene, np.hstack([inside, ways]), precision)[:, 0]).all()
+    start = (rng.dirichlet(np.ones(3), count) @ corners[:3]) + scale * turn[:, 2]
+    hits = bench.hits(serial, scene, np.hstack([start, rng.normal(0, 0.1, (count, 3)) - turn[:, 2]]), precision)
+    assert np.isfinite(hits[:, 0]).mean() > 0.5
+
+
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_grazing_rays_hit_a_polygon_where_it_is(bench, serial, precision):
-    """Rays that graze a wall of two polygons by some u: where one hits, it is between the vertices (POL-1)."""
+    """Rays at a slope of some u: where one hits, its t is between those of the vertices, but for rounding (POL-1)."""
     rng = np.random.default_rng(SEED)
     print("seed", SEED)
     turn, move = turned(rng), rng.normal(size=3)
@@ -202,4 +223,8 @@ def test_grazing_rays_hit_a_polygon_where_it_is(bench, serial, precision):
     hits = bench.hits(serial, STAGE + text_of(corners, [[0, 1, 2, 3]]), rays, precision)
     hit = hits[:, 0] < np.inf
     assert 0.02 < hit.mean() < 0.98
-    assert np.abs((hits[hit, 1:4] - move) @ turn).max() < 1 + 1e-5
+    hits, starts, ways = hits[hit], rays[hit, :3], rays[hit, 3:]
+    along = np.abs(ways).argmax(axis=1)[:, np.newaxis]
+    ahead = np.take_along_axis(corners[np.newaxis] - starts[:, np.newaxis], along[..., np.newaxis], axis=2)[..., 0]
+    ends = ahead / np.take_along_axis(ways, along, axis=1) * np.linalg.norm(ways, axis=1)[:, np.newaxis]
+    assert (hits[:, 0] > ends.min(axis=1) - 1e-5).all() and (hits[:, 0] < ends.max(axis=1) + 1e-5).all()

@@ -118,9 +118,9 @@ def hit_triangle(triangles, i, ray):
 def hit_polygon(corners, ranges, i, origin, direction, limit, ray):
     """Distance to polygon `i` if below `limit` (POL-1, POL-2). ray: of `shear`."""
     first, end = ranges[i, 0], ranges[i, 0] + ranges[i, 1]
-    normal = row_of(corners, first, NORMAL)
-    slope = dot(direction, normal)
-    t = -dot(subtract(origin, row_of(corners, first, VERTEX)), normal) / slope
+    vertex, normal = row_of(corners, first, VERTEX), row_of(corners, first, NORMAL)
+    slope, height = dot(direction, normal), -dot(subtract(origin, vertex), normal)
+    t = height / slope
     grazes = (abs(slope) < GRAZING) & (slope != 0.0)
     met = ((t > 0.0) & (t < limit)) | grazes
     if any_of(met):
@@ -136,7 +136,9 @@ def hit_polygon(corners, ranges, i, origin, direction, limit, ray):
                 t = select(crossed & grazes, (u * a[2] + v * b[2] + w * c[2]) / det, t)
             inside = inside | crossed
             w, b = -v, c
-        met = met & inside
+        x, y, z = abs(vertex[0]) + abs(origin[0]), abs(vertex[1]) + abs(origin[1]), abs(vertex[2]) + abs(origin[2])
+        rounding = 8.0 * UNIT_ROUNDOFF * dot((x, y, z), (abs(normal[0]), abs(normal[1]), abs(normal[2])))
+        met = met & inside & (abs(height) > rounding)
     return select(met, t, 0.0)
 
 

@@ -64,12 +64,17 @@ DEVICE real polygon_distance(TILE const real *polygon, TILE const real *corners,
     const real w = dot3(ray.direction, normal);
     if (w == 0)
         return 0;
-    const real t = dot3(LOAD3(corners) - ray.origin, normal) / w;
+    const real3 vertex = LOAD3(corners);
+    const real height = dot3(vertex - ray.origin, normal), t = height / w;
     const bool grazes = fabs(w) < GRAZING;
     real crossing;
     if (!((grazes || t > 0) && fan_crossed(corners, count, shear, &crossing)))
         return 0;
-    return grazes ? crossing : t;
+    const real rounding = 4 * EPSILON *
+                          (fabs(normal.x) * (fabs(vertex.x) + fabs(ray.origin.x)) +
+                           fabs(normal.y) * (fabs(vertex.y) + fabs(ray.origin.y)) +
+                           fabs(normal.z) * (fabs(vertex.z) + fabs(ray.origin.z)));
+    return fabs(height) <= rounding ? 0 : grazes ? crossing : t;
 }
 
 #endif
