@@ -13,14 +13,18 @@ from harness.scene import check, mesh
 # Vertices, at most. Most outlines take 0.05 s then; some take time quadratic in their number, here 1 s.
 MOST = 10_000
 
+# Of the largest coordinate: how far off their plane rounding can leave vertices that are in it, 16 u.
+FLAT = 2.0**-49
+
 _CROSSING = re.compile(r"\((\d+), (\d+)\) intersects \((\d+), (\d+)\)")
 
 
 def triangulate(vertices):
     """Points (N, 3) and triangles (T, 3) of the polygon round `vertices`, or the `check.Fault` of its outline.
 
-    `vertices` passed `check.polygon`, except that they are concave. The points are the vertices, moved along the normal
-    to the plane of POL-1, so that all triangles have the polygon's normal, except for rounding.
+    `vertices` passed `check.polygon`, except that they are concave. The points are the vertices where these are in the
+    plane of POL-1 to rounding, so that no ray passes between the polygon and its neighbours (POL-2). Else, as in files
+    with six digits, they are moved along the normal to that plane, so that all triangles have the polygon's normal.
     """
     if len(vertices) > MOST:
         why = f"a concave polygon of {len(vertices):,} vertices; at most {MOST:,} are cut into triangles"
@@ -28,7 +32,9 @@ def triangulate(vertices):
     vertices = np.array(vertices, np.float64)
     arms = vertices - vertices[0]
     normal = np.array(check.unit(np.cross(arms[:-1], arms[1:]).sum(axis=0).tolist()))
-    points = vertices - (arms @ normal)[:, None] * normal
+    heights = arms @ normal
+    is_flat = np.abs(heights).max() <= FLAT * np.abs(vertices).max()
+    points = vertices if is_flat else vertices - heights[:, None] * normal
     # Drops one coordinate instead of rotating the frame, which would round the others.
     seen = np.delete(points, np.abs(normal).argmax(), axis=1)
     found = _cut(seen)

@@ -189,7 +189,7 @@ private:
 
     int add_surface(const Polygon<Real>& polygon, int role)
     {
-        return add_face(form_plane, polygon.edges[0].start, polygon.size, role, polygon.normal);
+        return add_face(form_plane, polygon.corners[0].point(), polygon.size, role, polygon.normal);
     }
 
     int add_surface(const Triangle<Real>& triangle, int role)
@@ -315,8 +315,11 @@ private:
                 hit.take(met ? (outside ? span.in : span.out) : L{}, (side << face_rows) + Integer<Real>(entry.face));
             }
         if constexpr (needs::polygon)
-            for (const auto& entry : among.polygons)
-                hit.take(meet(*entry.shape, probe, hit.t), every<Real>(entry.face));
+            if (!among.polygons.empty()) {
+                const LaneShear<Real> shear(probe);
+                for (const auto& entry : among.polygons)
+                    hit.take(meet(*entry.shape, probe, shear, hit.t), every<Real>(entry.face));
+            }
         if constexpr (needs::ellipsoid)
             for (const auto& entry : among.ellipsoids)
                 hit.take(meet(*entry.shape, probe, hit.t), every<Real>(entry.face));
@@ -349,9 +352,12 @@ private:
                 if (done(meet(*entry.shape, probe, distance)))
                     return;
         if constexpr (needs::polygon)
-            for (const auto& entry : all_shapes.polygons)
-                if (done(meet(*entry.shape, probe, distance)))
-                    return;
+            if (!all_shapes.polygons.empty()) {
+                const LaneShear<Real> shear(probe);
+                for (const auto& entry : all_shapes.polygons)
+                    if (done(meet(*entry.shape, probe, shear, distance)))
+                        return;
+            }
         if constexpr (needs::ellipsoid)
             for (const auto& entry : all_shapes.ellipsoids)
                 if (done(meet(*entry.shape, probe, distance)))

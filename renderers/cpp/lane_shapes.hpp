@@ -63,22 +63,6 @@ LANE Lanes<Real> meet(const Box<Real>& box, const LaneProbe<Real>& probe, Lanes<
     return span.in <= span.out ? t : Lanes<Real>{};
 }
 
-// POL-1, POL-2.
-template<typename Real>
-LANE Lanes<Real> meet(const Polygon<Real>& polygon, const LaneProbe<Real>& probe, Lanes<Real> most)
-{
-    using L = Lanes<Real>;
-    const Vec3<L> n = all(polygon.normal), f = all(polygon.edges[0].start) - probe.origin;
-    const L t = fused_dot<Real>(f, n) / fused_dot<Real>(probe.direction, n);
-    Mask<Real> met = (t > 0) & (t < most);
-    if (!any<Real>(met))
-        return L{};
-    const Vec3<L> p = along<Real>(probe.origin, t, probe.direction);
-    for (const typename Polygon<Real>::Edge& edge : polygon.edges)
-        met &= fused_dot<Real>(all(edge.inward), p - all(edge.start)) >= 0;
-    return met ? t : L{};
-}
-
 // ELL-1
 template<typename Real>
 struct LaneUnit {
@@ -149,6 +133,44 @@ struct LaneShear {
         return {x - sx * a.z, y - sy * a.z, a.z};
     }
 };
+
+// POL-1, POL-2.
+template<typename Real>
+LANE Lanes<Real> meet(const Polygon<Real>& polygon, const LaneProbe<Real>& probe, const LaneShear<Real>& shear,
+                      Lanes<Real> most)
+{
+    using L = Lanes<Real>;
+    const auto edge = [](const Vec3<L>& a, const Vec3<L>& b) -> L { return a.x * b.y - a.y * b.x; };
+    const Vec3<L> n = all(polygon.normal), vertex = all(polygon.corners[0].point());
+    const L slope = fused_dot<Real>(probe.direction, n), height = fused_dot<Real>(vertex - probe.origin, n);
+    L t = height / slope;
+    const Mask<Real> grazes = (size<Real>(slope) < Polygon<Real>::grazing) & (slope != 0);
+    Mask<Real> met = ((t > 0) & (t < most)) | grazes;
+    if (!any<Real>(met))
+        return L{};
+    const Vec3<L> a = shear(polygon.corners[0].place);
+    Vec3<L> b = shear(polygon.corners[1].place);
+    L w = edge(a, b);
+    Mask<Real> inside{};
+    for (std::size_t i = 2; i < polygon.corners.size(); i++) {
+        const Vec3<L> c = shear(polygon.corners[i].place);
+        const L u = edge(b, c), v = edge(c, a), sum = u + v + w;
+        const Mask<Real> crossed =
+            (((u >= 0) & (v >= 0) & (w >= 0)) | ((u <= 0) & (v <= 0) & (w <= 0))) & (sum != 0);
+        if (any<Real>(crossed & grazes)) {
+            const L crossing = (u * (shear.sz * a.z) + v * (shear.sz * b.z) + w * (shear.sz * c.z)) / sum;
+            t = crossed & grazes ? crossing : t;
+        }
+        inside |= crossed;
+        w = -v, b = c;
+    }
+    met &= inside;
+    if (!any<Real>(met))
+        return L{};
+    const auto absolute = [](const Vec3<L>& v) -> Vec3<L> { return {size<Real>(v.x), size<Real>(v.y), size<Real>(v.z)}; };
+    const L rounding = Polygon<Real>::rounding * fused_dot<Real>(absolute(n), absolute(vertex) + absolute(probe.origin));
+    return met & (size<Real>(height) > rounding) ? t : L{};
+}
 
 template<typename Real>
 LANE Lanes<Real> meet(const Triangle<Real>& triangle, const LaneShear<Real>& shear, Lanes<Real>)

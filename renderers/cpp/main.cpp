@@ -108,7 +108,7 @@ inline std::string built_methods(const Job& job, const Scene& scene)
         {"floating_point", true},
         {"sphere", scene.spheres.rows() + scene.ellipsoids.rows() > 0},
         {"offset", bounces || (image && needs::shadows && job.shadows)},
-        {"triangle", scene.mesh_ranges.rows() > 0},
+        {"triangle", scene.polygon_ranges.rows() + scene.mesh_ranges.rows() > 0},
         {"slab", scene.boxes.rows() > 0},
         {"csg", scene.csg_ranges.rows() > 0},
         {"merge", scene.csg_ranges.rows() > 0},

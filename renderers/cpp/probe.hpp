@@ -3,8 +3,10 @@
 
 template<typename Real> struct Scratch;  // in csg.hpp
 
-// Only Möller and Trumbore's triangles go without the sheared frame (TRI-3), but for parts of solids.
-constexpr bool sheared = needs::mesh && (needs::csg || methods::triangle != TriangleForm::moller_trumbore);
+// Only Möller and Trumbore's triangles, and polygons beside them, go without the sheared frame (TRI-3, POL-4), but for
+// parts of solids.
+constexpr bool sheared = (needs::mesh && needs::csg) || ((needs::polygon || needs::mesh) &&
+                                                          methods::triangle != TriangleForm::moller_trumbore);
 
 // A ray, with what the search for its hit takes along: each kind of shape uses the base or the member that it needs.
 template<typename Real>

@@ -21,6 +21,7 @@ template<typename Real> Vec3<Real> operator-(Vec3<Real> a) { return {-a.x, -a.y,
 template<typename Real> Real dot(Vec3<Real> a, Vec3<Real> b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 template<typename Real> Real length(Vec3<Real> a) { return std::sqrt(dot(a, a)); }
 template<typename Real> Vec3<Real> normalise(Vec3<Real> a) { return a / length(a); }
+template<typename Real> Vec3<Real> absolute(Vec3<Real> a) { return {std::abs(a.x), std::abs(a.y), std::abs(a.z)}; }
 template<typename Real> Real largest(Vec3<Real> a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
 
 template<typename Real>

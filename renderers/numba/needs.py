@@ -44,7 +44,7 @@ LIMITED = False  # a mesh in a CSG solid may be crossed too often (CSG-6)
 MATTERS = {
     "SPHERE_METHOD": ("SPHERE", "ELLIPSOID", "CSG"),
     "OFFSET": ("REFLECTION", "TRANSMISSION", "SHADOWS"),
-    "TRIANGLE": ("MESH",),
+    "TRIANGLE": ("POLYGON", "MESH"),
     "SLAB": ("BOX", "CSG"),
     "MERGE": ("CSG",),
     "FRESNEL": ("REFLECTION", "TRANSMISSION"),
@@ -106,7 +106,7 @@ def methods(job):
     dependent = {
         "sphere": (SPHERE or ELLIPSOID, SPHERE_METHOD),
         "offset": (REFLECTION or TRANSMISSION or SHADOWS, OFFSET),
-        "triangle": (MESH, TRIANGLE),
+        "triangle": (POLYGON or MESH, TRIANGLE),
         "slab": (BOX, SLAB),
         "merge": (CSG, MERGE),
         "fresnel": (REFLECTION or TRANSMISSION, FRESNEL),

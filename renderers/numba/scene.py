@@ -115,7 +115,10 @@ AMBIENT, BACKGROUND = 0, 1
 
 @kernel
 def hit_shape(scene, thread, index, origin, direction, aim, limit):
-    """Distance to shape `index`, which may be negative; FAR for a miss. aim: of `aimed`, if there are meshes."""
+    """Distance to shape `index`, which may be negative; FAR for a miss.
+
+    aim: of `aimed`, if there are polygons or meshes.
+    """
     i = index
     if SPHERE:
         if LAST_IS_SPHERE or i < len(scene.spheres):
@@ -127,7 +130,7 @@ def hit_shape(scene, thread, index, origin, direction, aim, limit):
         i -= len(scene.boxes)
     if POLYGON:
         if LAST_IS_POLYGON or i < len(scene.polygon_ranges):
-            return hit_polygon(scene.polygon_corners, scene.polygon_ranges, i, origin, direction, limit)
+            return hit_polygon(scene.polygon_corners, scene.polygon_ranges, i, origin, direction, limit, aim)
         i -= len(scene.polygon_ranges)
     if ELLIPSOID:
         if LAST_IS_ELLIPSOID or i < len(scene.ellipsoids):
@@ -151,7 +154,7 @@ def search(scene, thread, origin, direction, best, any_will_do):
     stack, entries = scene.tree_stack, scene.tree_entries
     bounds = scene.tree_bounds
     ray = slopes(origin, direction, scene.tree_pad * max(largest(origin), scene.tree_reach))
-    aim = aimed(origin, direction) if MESH else 0
+    aim = aimed(origin, direction) if POLYGON or MESH else 0
     index, node, height = -1, 0, 0
     if CSG:
         for k in range(len(scene.tree_loose)):

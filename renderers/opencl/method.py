@@ -131,7 +131,7 @@ def used(job, walk, tree):
         "floating_point": True,
         "sphere": round_shapes,
         "offset": bounces or "shadows" in needs,
-        "triangle": "mesh" in needs,
+        "triangle": {"polygon", "mesh"} & needs,
         "slab": "box" in needs,
         "merge": "csg" in needs,
         "fresnel": bounces,

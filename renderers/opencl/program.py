@@ -4,7 +4,7 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parent / "kernel"
 FILES = (
-    *("target", "vector", "random", "scene", "sphere", "box", "polygon", "ellipsoid", "mesh", "bvh", "csg", "search"),
+    *("target", "vector", "random", "scene", "sphere", "box", "mesh", "polygon", "ellipsoid", "bvh", "csg", "search"),
     *("shade", "trace", "walk", "render"),
 )
 FEATURES = (

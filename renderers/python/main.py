@@ -44,7 +44,7 @@ METHODS = {
 PARTED = "python-processes", "python-threads"  # the variants of parts.py
 USED_WITH = {  # methods, each with the features for which it matters
     "sphere": ("sphere", "ellipsoid"),
-    "triangle": ("mesh",),
+    "triangle": ("polygon", "mesh"),
     "slab": ("box",),
     "csg": ("csg",),
     "merge": ("csg",),

@@ -123,7 +123,7 @@ def shapes(read, materials, accel, leave):
     make = partial(ball, method=job.sphere)
     put(sphere.SEARCHES[job.sphere], "sphere", make, [(row[0:3], row[3]) for row in read.rows("spheres")])
     put(box.SEARCHES[job.slab], "box", box.Box, map(point_and_three, read.rows("boxes")))
-    put(polygon.nearest, "polygon", polygon.Polygon, polygons)
+    put(polygon.SEARCHES[job.triangle], "polygon", polygon.Polygon, polygons)
     make = partial(ellipsoid.Ellipsoid, method=job.sphere)
     put(ellipsoid.SEARCHES[job.sphere], "ellipsoid", make, map(point_and_three, read.rows("ellipsoids")))
 

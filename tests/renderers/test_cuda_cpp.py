@@ -12,6 +12,7 @@ from rendered_here import SMALL, flags
 
 from harness.renderer import builder
 from harness.scene.generate.comparison import comparison
+from harness.stress.geometry.cracks import make_wall
 from harness.system import cuda
 from renderers import worker
 from renderers.opencl import method, run
@@ -97,6 +98,20 @@ def test_rays_on_the_processor(bench, host, tmp_path):
     rays = random_rays(np.random.default_rng(4), 30)
     mine, _ = host(source, rays=rays)
     np.testing.assert_allclose(mine, bench.hits("cpp", source, rays), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("memory", ["global", "shared"])
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_no_ray_passes_between_polygons_on_the_processor(host, precision, memory):
+    """POL-2, POL-4: rays from inside a closed wall at its edges and vertices."""
+    rng = np.random.default_rng(20261128)
+    trial = make_wall(3.0, precision, rng)
+    rays = trial.rays[rng.permutation(len(trial.rays))[:1500]]
+    job = {"precision": precision, "scene_memory": memory}
+    hits, _ = host(trial.scene, rays=rays, **job)
+    naive, _ = host(trial.scene, rays=rays, triangle="moller-trumbore", **job)
+    assert np.isfinite(hits[:, 0]).all()
+    assert np.isinf(naive[:, 0]).mean() > 0.01
 
 
 def test_the_index_fault_on_the_processor(bench, host, tmp_path):

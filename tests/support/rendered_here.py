@@ -21,7 +21,7 @@ SMALL = {"width": 15, "height": 11, "block_width": 4, "block_height": 3}
 def flags(folder, source, variant, rays=None, **parameters):
     """The flags of a job, written to a new folder in `folder`, where its output belongs too."""
     folder = Path(tempfile.mkdtemp(dir=folder)) / "job"
-    scene = text.read(source, "scene")
+    scene = text.read(source, "scene") if isinstance(source, str) else source
     wanted = Parameters(**{**SMALL, **parameters, **({} if rays is None else {"kind": "rays"})})
     needed = needs(scene, wanted) if rays is None else shapes_of(scene)
     jobs.write(folder, flatten(scene) if rays is None else {**flatten(scene), "rays": rays}, wanted, needed)

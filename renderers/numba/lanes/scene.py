@@ -136,7 +136,7 @@ def load(job, real, threads):
         "ambient": colours[:1],
         "sphere_columns": wide(columns_of_spheres(balls, np.finfo(real).eps)),
         "sphere_numbers": np.arange(count + COUNT, dtype=np.int32)[None],
-        "ball_columns": wide(columns_of_balls(low[count:], high[count:])),
+        "ball_columns": wide(columns_of_balls(low[count:], high[count:], np.finfo(real).eps)),
         "ball_numbers": np.arange(others + COUNT, dtype=np.int32)[None],
         "ellipsoid_columns": np.ascontiguousarray(values["ellipsoids"].reshape(-1, 21).T),
         "optics": np.ascontiguousarray(optics(np.load(job.array("materials")), np.load(job.array("air"))), real),
@@ -160,11 +160,15 @@ def columns_of_spheres(balls, eps):
     return np.vstack([balls.T, radius**2, -(1 + 32 * eps) * radius])
 
 
-def columns_of_balls(low, high):
-    """Of balls around boxes with the corners `low` and `high` (n, 3); one without bounds is everywhere."""
+def columns_of_balls(low, high, eps):
+    """Of balls around boxes with the corners `low` and `high` (n, 3); one without bounds is everywhere.
+
+    Centres and vertices are then rounded: by less than 4 eps of their coordinates, together.
+    """
     bounded = (np.isfinite(low) & np.isfinite(high)).all(axis=1)
     low, high = np.where(bounded[:, None], low, -1), np.where(bounded[:, None], high, 1)
     radius = (1 + 1e-5) * np.linalg.norm(high - low, axis=1) / 2
+    radius += 4 * eps * np.maximum(np.abs(low), np.abs(high)).max(axis=1)
     return np.vstack([(low / 2 + high / 2).T, np.where(bounded, radius, np.inf)])
 
 

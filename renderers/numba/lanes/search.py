@@ -44,7 +44,7 @@ def hit_solid(scene, thread, i, ball, asked, origin, direction, place):
 def hit_other(scene, thread, number, aim, limit, asked, origin, direction, place):
     """Distance to a shape that is no sphere, and its face, counted from its first.
 
-    aim: of `shear`, if there are meshes.
+    aim: of `shear`, if there are polygons or meshes.
     """
     i, first = number, spread(np.int32(0))
     if BOX:
@@ -53,7 +53,7 @@ def hit_other(scene, thread, number, aim, limit, asked, origin, direction, place
         i -= len(scene.boxes)
     if POLYGON:
         if i < len(scene.polygon_ranges):
-            return hit_polygon(scene.polygon_corners, scene.polygon_ranges, i, origin, direction, limit), first
+            return hit_polygon(scene.polygon_corners, scene.polygon_ranges, i, origin, direction, limit, aim), first
         i -= len(scene.polygon_ranges)
     if ELLIPSOID:
         if i < len(scene.ellipsoids):
@@ -90,7 +90,7 @@ def nearest(scene, thread, balls, numbers, count, others, other_count, asked, or
         best, face = spheres.nearest(balls, numbers, count, origin, direction)
     if OTHERS:
         before = spheres_before(scene)
-        aim = shear(origin, direction) if MESH else 0
+        aim = shear(origin, direction) if POLYGON or MESH else 0
         for j in range(other_count):
             i = others[0, j]
             t, side = hit_other(scene, thread, i, aim, best, asked, origin, direction, place)
@@ -108,7 +108,7 @@ def occluded(scene, thread, asked, origin, direction, limit, place):
     if SPHERE:
         open_ = spheres.unstopped(scene.sphere_columns, len(scene.spheres), origin, direction, limit, asked)
     if OTHERS:
-        aim = shear(origin, direction) if MESH else 0
+        aim = shear(origin, direction) if POLYGON or MESH else 0
         for i in range(scene.ball_columns.shape[1] - COUNT):
             if not any_of(open_):
                 break

@@ -6,7 +6,7 @@ from ..box import CORNER
 from ..box import RECIPROCAL as BOX_RECIPROCAL
 from ..ellipsoid import CENTRE
 from ..ellipsoid import RECIPROCAL as ELLIPSOID_RECIPROCAL
-from ..polygon import INWARD, NORMAL, VERTEX
+from ..polygon import GRAZING, NORMAL, VERTEX
 from ..target import kernel
 from ..vector import UNIT_ROUNDOFF, row_of, subtract
 from .lanes import any_of, select, spread
@@ -42,20 +42,6 @@ def hit_box(boxes, i, origin, direction):
     outside = enter > 0.0
     t = select(enter <= leave, select(outside, enter, leave), 0.0)
     return t, select(outside, face_in, face_out)
-
-
-@kernel
-def hit_polygon(corners, ranges, i, origin, direction, limit):
-    """Distance to polygon `i` if below `limit` (POL-1, POL-2)."""
-    first, count = ranges[i, 0], ranges[i, 1]
-    normal = row_of(corners, first, NORMAL)
-    t = -dot(subtract(origin, row_of(corners, first, VERTEX)), normal) / dot(direction, normal)
-    met = (t > 0.0) & (t < limit)
-    if any_of(met):
-        p = along(origin, t, direction)
-        for k in range(first, first + count):
-            met = met & (dot(subtract(p, row_of(corners, k, VERTEX)), row_of(corners, k, INWARD)) >= 0.0)
-    return select(met, t, 0.0)
 
 
 @kernel
@@ -126,6 +112,34 @@ def hit_triangle(triangles, i, ray):
     if any_of(met):
         t = select(met, (u * a[2] + v * b[2] + w * c[2]) / det, 0.0)
     return t
+
+
+@kernel
+def hit_polygon(corners, ranges, i, origin, direction, limit, ray):
+    """Distance to polygon `i` if below `limit` (POL-1, POL-2). ray: of `shear`."""
+    first, end = ranges[i, 0], ranges[i, 0] + ranges[i, 1]
+    vertex, normal = row_of(corners, first, VERTEX), row_of(corners, first, NORMAL)
+    slope, height = dot(direction, normal), -dot(subtract(origin, vertex), normal)
+    t = height / slope
+    grazes = (abs(slope) < GRAZING) & (slope != 0.0)
+    met = ((t > 0.0) & (t < limit)) | grazes
+    if any_of(met):
+        a, b = sheared(corners, first, VERTEX, ray), sheared(corners, first + 1, VERTEX, ray)
+        w, inside = a[0] * b[1] - a[1] * b[0], met & ~met
+        for k in range(first + 2, end):
+            c = sheared(corners, k, VERTEX, ray)
+            u, v = b[0] * c[1] - b[1] * c[0], c[0] * a[1] - c[1] * a[0]
+            det = u + v + w
+            one_side = ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0))
+            crossed = one_side & (det != 0.0)
+            if any_of(crossed & grazes):
+                t = select(crossed & grazes, (u * a[2] + v * b[2] + w * c[2]) / det, t)
+            inside = inside | crossed
+            w, b = -v, c
+        x, y, z = abs(vertex[0]) + abs(origin[0]), abs(vertex[1]) + abs(origin[1]), abs(vertex[2]) + abs(origin[2])
+        rounding = 8.0 * UNIT_ROUNDOFF * dot((x, y, z), (abs(normal[0]), abs(normal[1]), abs(normal[2])))
+        met = met & inside & (abs(height) > rounding)
+    return select(met, t, 0.0)
 
 
 @kernel

@@ -21,7 +21,7 @@ typedef struct {
 // A ray with what its tests take along.
 typedef struct {
     Ray ray;
-#if NEED_MESH
+#if NEED_POLYGON || NEED_MESH
     Shear shear;
 #endif
 } Probe;
@@ -30,7 +30,7 @@ DEVICE Probe probe_of(Ray ray)
 {
     Probe probe;
     probe.ray = ray;
-#if NEED_MESH
+#if NEED_POLYGON || NEED_MESH
     probe.shear = shear_of(ray);
 #endif
     return probe;
@@ -52,7 +52,8 @@ DEVICE Probe probe_of(Ray ray)
 #endif
 #define SPHERE_T(i) sphere_distance(TRIED(spheres, SPHERE, i), probe->ray)
 #define BOX_T(i) box_distance(TRIED(boxes, BOX, i), probe->ray)
-#define POLYGON_T(i) polygon_distance(TRIED(polygons, POLYGON, i), TRIED_CORNERS(i), TRIED_RANGE(i)[1], probe->ray)
+#define POLYGON_T(i)                                                                                                    \
+    polygon_distance(TRIED(polygons, POLYGON, i), TRIED_CORNERS(i), TRIED_RANGE(i)[1], probe->ray, &probe->shear)
 #define ELLIPSOID_T(i) ellipsoid_distance(TRIED(ellipsoids, ELLIPSOID, i), probe->ray)
 #define TRIANGLE_T(i) triangle_distance(TRIED(triangles, TRIANGLE, i), probe->ray, &probe->shear)
 #define SOLID_T(i) solid_distance(scene, &desk->scratch, probe->ray, i)
