@@ -125,11 +125,17 @@ def start(
 
 
 def write_job(entry: Entry, here: Path, arrays: dict[str, np.ndarray], parameters: Parameters, needs) -> tuple:
-    """Write the job into `here / "job"`, and an empty `here / "out"`; the needs as the renderer is given them."""
+    """Write the job into `here / "job"`, and an empty `here / "out"`; the needs as the renderer is given them.
+
+    If there is a job, these are its arrays.
+    """
     # A renderer that finds the disk full fails, and its row would say so for ever.
     must_have_room(here, 8 * math.prod(parameters.shape()) if parameters.kind == "image" else 0)
     given = entry.renderer.given(parameters, needs)
-    job.write(here / "job", arrays, parameters, given)
+    if (here / "job").exists():
+        job.describe(here / "job", parameters, given)
+    else:
+        job.write(here / "job", arrays, parameters, given)
     (here / "out").mkdir()
     return given
 

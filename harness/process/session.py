@@ -19,6 +19,7 @@ from harness.process.repetition import Result
 from harness.process.scratch import remove, scratch
 from harness.renderer import events, job
 from harness.renderer.builder import BuildError, Built
+from harness.renderer.job import fingerprint
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
@@ -36,6 +37,7 @@ class Session:
     def __init__(self, entry: Entry, built: Built | None, cache: Path | None, limits: Limits):
         self.entry, self.cache, self.limits = entry, cache, limits
         self.jobs = self.read = self.lines = 0
+        self.scene, self.place = "", None  # of the last job: its arrays, and where they are
         self.stack = contextlib.ExitStack()
         try:
             self.here = here = self.stack.enter_context(scratch())
@@ -70,9 +72,8 @@ class Session:
 
         Its Outcome has the times of the job and no processor time or memory, which are those of all jobs together.
         """
-        here = self.here / str(self.jobs)
+        here = self._place(arrays)
         self.jobs += 1
-        here.mkdir()
         given = repetition.write_job(self.entry, here, arrays, parameters, needs)
         sealed = job.seal(here / "job")
         own = self.cache or self.here / "cache"
@@ -84,10 +85,11 @@ class Session:
         os.write(self.pipe, "".join(f"{word}\n" for word in [*words, ""]).encode())
         said, outcome = self._wait(start, deadline)
         if outcome is None and said.end == APART:
-            result = None
+            result, self.scene = None, ""
         else:
             outcome = outcome or _outcome(start, time.monotonic(), said.end)
             fault, text = repetition.tampered(here, sealed), repetition.end_of(self.stderr, errors)
+            self.scene = self.scene if fault is None else ""
             result = repetition.collect(outcome, said, text, fault, here / "out", parameters, needs, arrays)
             printed = self.read - read + self.stderr.stat().st_size - errors
             if printed > self.limits.output:  # the launcher looks now and then
@@ -97,8 +99,21 @@ class Session:
                 with open(path, "rb") as source, open(f"{log}.{path.name}", "wb") as target:
                     source.seek(first)
                     target.write(source.read(self.limits.output))
-        remove(here)
+        remove(here / "out")
         return result
+
+    def _place(self, arrays: dict[str, np.ndarray]) -> Path:
+        """The folder for a job. Its arrays stay for the next job of the scene, if this one leaves them as they were: to
+        write them takes longer than to render a small picture."""
+        scene = fingerprint(arrays)
+        if scene != self.scene:
+            if self.place:
+                remove(self.place)
+            self.scene, self.place = scene, self.here / str(self.jobs)
+            self.place.mkdir()
+        elif (self.place / "out").exists():  # of a job that was interrupted
+            remove(self.place / "out")
+        return self.place
 
     def _wait(self, start: float, deadline: float):
         """What the renderer says until the end of a job, and the Outcome of the process if that ended first."""

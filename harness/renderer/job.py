@@ -16,6 +16,11 @@ def write(folder: Path, arrays: dict[str, np.ndarray], parameters: Parameters, n
     folder.mkdir(parents=True)
     for name, array in arrays.items():
         np.save(folder / f"{name}.npy", np.ascontiguousarray(array))
+    describe(folder, parameters, needs)
+
+
+def describe(folder: Path, parameters: Parameters, needs: tuple[str, ...]) -> None:
+    """Write job.json, beside arrays that are there."""
     values = {**parameters.values(), "needs": list(needs)}
     (folder / "job.json").write_text(json.dumps(values, indent=1) + "\n")
 
