@@ -88,7 +88,10 @@ def render(scene, variant, out, asked, most, against, seconds, given, frames, ti
         )  # fmt: skip
         front = Front(test, variant, fixed, out, frames, advice.find(results_folder(), wanted))
         wrong = front.work()
-    front.tell(wrong, warnings(read), time.monotonic() - began, as_json)
+    doubts = warnings(read)
+    if front.best:
+        doubts += single.one_colour(read, parameters, front.best.result.array)
+    front.tell(wrong, doubts, time.monotonic() - began, as_json)
     if wrong:
         raise SystemExit(1)
 

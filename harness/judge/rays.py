@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from harness import textfile
 from harness.errors import UserError
 
 RAY_COLUMNS = ["ox", "oy", "oz", "dx", "dy", "dz"]
@@ -18,13 +19,7 @@ def read(path: Path) -> np.ndarray:
 
     Directions may have any length but 0; what is returned has a largest component between 1/2 and 1.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise UserError(f"{path}: not a text file (UTF-8)") from None
-    reader = csv.reader(io.StringIO(text))
+    reader = csv.reader(io.StringIO(textfile.read(path)))
     try:
         header = next(reader, [])
         if [name.strip() for name in header] != RAY_COLUMNS:

@@ -19,7 +19,7 @@ from harness.renderer import registry
 from harness.renderer.builder import cache_folder
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
-from harness.scene import load, warnings
+from harness.scene import doubts, load, warnings
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.scene.needs import shapes
@@ -78,7 +78,7 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
     arrays = flatten(read, parameters.arithmetic)
     result, facts = make(entry, arrays, parameters, needs, out, timeout)
-    facts["warnings"] = warn(warnings(read))
+    facts["warnings"] = warn([*warnings(read), *one_colour(read, parameters, result.array)])
     known = registry.entries(folders)
     facts["agreement"] = _agreement(entry, known, arrays, parameters, result)
     facts["error"] = _error(known, arrays, parameters, result)
@@ -88,6 +88,11 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
         tell(facts, parameters)
         print(record.error_of(facts["error"]))
         print(record.agreement_of(facts["agreement"]))
+
+
+def one_colour(scene, parameters: Parameters, array: np.ndarray) -> list[str]:
+    """The warning that a picture has one colour; none for a region of one."""
+    return doubts.of_picture(scene, array) if parameters.region is None else []
 
 
 def _agreement(entry, known, arrays, parameters: Parameters, result: repetition.Result) -> dict:

@@ -12,6 +12,7 @@ from reports.page import several
 
 ROOT = Path(__file__).parents[3]
 OBLIQUE = "# a scene\nCAMERA (0,0,0) (1,0,0) (0,1,0)\n  (3,0,3) # the eye\nBACKGROUND (0.2,0.5,0.7)\n"
+OBLIQUE += "SPHERE (-1,0,-3) 1 (1,1,1) 0 1 (0,0,0) 1e6 1\n"
 SAID = "scene.txt:3: the eye is 45 degrees off the normal of the screen, so the perspective is oblique; to have it "
 SAID += "straight, write the distance of the eye in place of e"
 
