@@ -9,6 +9,7 @@ import numpy as np
 
 from harness import textfile
 from harness.errors import UserError
+from harness.scene import check
 
 RAY_COLUMNS = ["ox", "oy", "oz", "dx", "dy", "dz"]
 HIT_COLUMNS = ["hit", "t", "px", "py", "pz", "nx", "ny", "nz", "object"]
@@ -42,6 +43,8 @@ def _ray(row: list[str], path: Path, line: int) -> list[float]:
         if not math.isfinite(value):
             raise UserError(f'{name}: expected a finite number, found "{text.strip()}"', file=path, line=line)
         values.append(value)
+    if max(map(abs, values[:3])) > check.LARGEST:
+        raise UserError(f"the origin is farther than {check.LARGEST:g} from (0,0,0)", file=path, line=line)
     largest = max(map(abs, values[3:]))
     if largest == 0:
         raise UserError("the direction has length 0", file=path, line=line)

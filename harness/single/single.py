@@ -21,8 +21,8 @@ from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
 from harness.scene import doubts, load, warnings
 from harness.scene.flatten import flatten
+from harness.scene.needs import FAR_FLOAT32, MOST_FLOAT32, farthest, shapes
 from harness.scene.needs import needs as needs_of
-from harness.scene.needs import shapes
 from harness.single import export
 from harness.store import record
 
@@ -202,6 +202,8 @@ def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
     listed = rays.read(ray_file)
     parameters = Parameters(kind="rays", depth=0, **methods)
     needs = tuple(sorted(shapes(read)))
+    if parameters.precision == "float32" and max(farthest(read), np.abs(listed[:, :3]).max(initial=0)) > MOST_FLOAT32:
+        raise UserError(f"there are {FAR_FLOAT32}, whose squares it cannot hold", remedy="use --precision float64")
     entry = pick(variant, registry.entries(folders), parameters, needs)
     arrays = {**flatten(read), "rays": listed}
     result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))

@@ -60,8 +60,9 @@ OTHER_PHASE = "#EEEEEE"
 # Fonts of systems for letters that DejaVu Sans lacks, in the order in which they are tried.
 OTHER_FONTS = (
     "Noto Sans CJK SC", "Noto Sans CJK JP", "Source Han Sans SC", "Droid Sans Fallback", "WenQuanYi Micro Hei",
-    "WenQuanYi Zen Hei", "IPAGothic", "NanumGothic", "Noto Sans Arabic", "Noto Sans Devanagari", "Noto Emoji", "Symbola",
-    "Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "Segoe UI Symbol", "PingFang SC", "Hiragino Sans", "Arial Unicode MS",
+    "WenQuanYi Zen Hei", "IPAGothic", "NanumGothic", "Noto Sans Arabic", "Noto Sans Devanagari", "Noto Emoji",
+    "Symbola", "Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "Segoe UI Symbol", "PingFang SC", "Hiragino Sans",
+    "Arial Unicode MS",
 )  # fmt: skip
 
 

@@ -44,7 +44,7 @@ def triangles(vertices: np.ndarray, faces: Faces) -> np.ndarray:
     A convex face becomes the fan round its first corner. Of a quadrilateral the diagonal is taken that lies inside, of
     other faces that are not convex the Delaunay triangulation (concave.py), both as seen along the face's normal
     (POL-1). A face without an area gives triangles without one. Fault, with the face's place, for a face of fewer than
-    three corners, a corner that does not exist or is not finite, and a face that crosses itself.
+    three corners, a corner that does not exist, is not finite or too far away, and a face that crosses itself.
     """
     _check(vertices, faces)
     three = np.flatnonzero(faces.counts == 3)
@@ -82,10 +82,13 @@ def _check(vertices, faces: Faces) -> None:
         corner = int(outside.argmax())
         why = f"a face refers to a vertex that does not exist; the file has {len(vertices):,}"
         raise Fault(why, faces.place_of_corner(corner), "the file is incomplete, or was edited; export it again")
-    bad = ~np.isfinite(vertices).all(axis=1)
+    bad = ~(np.abs(vertices) <= check.LARGEST).all(axis=1)
     if bad.any() and (used := bad[faces.corners]).any():
         corner = int(used.argmax())
-        why = f"a face has a vertex that is not finite; it is number {faces.corners[corner] + 1:,} of the file, from 1"
+        number = faces.corners[corner]
+        far = f"farther than {check.LARGEST:g} from the origin"
+        what = far if np.isfinite(vertices[number]).all() else "that is not finite"
+        why = f"a face has a vertex {what}; it is number {number + 1:,} of the file, from 1"
         raise Fault(why, faces.place_of_corner(corner), "correct the vertex, or remove the face")
 
 

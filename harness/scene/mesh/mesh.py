@@ -19,6 +19,7 @@ from harness.scene.mesh.faces import Fault, triangles
 
 READERS = {".obj": obj.read, ".ply": ply.read, ".off": off.read}
 SUFFIXES = (".obj", ".ply", ".stl", ".off", ".glb", ".gltf")
+LARGEST = 1 << 32  # bytes of a file
 MEMORY = 1 << 30  # bytes that reading a mesh may take, in addition to 100 times its size
 COPIES = 10**7  # triangles, at most, in repeated meshes: a short text could ask for any number
 
@@ -76,6 +77,8 @@ def _load(path, file):
     if not _is_file(file):
         raise UserError(f'no such file: "{file}"', remedy="the path is taken from the folder of the scene file")
     remedy = "open it in a modelling program and save it again"
+    if file.stat().st_size > LARGEST:
+        raise UserError(f'the mesh "{path}" has more than {LARGEST >> 30} GB', remedy="use a coarser one, or divide it")
     try:
         content = file.read_bytes()
         with _at_most(MEMORY + 100 * len(content)):
@@ -97,7 +100,7 @@ def _parsed(content, file):
         raise Fault("it is a pointer of Git LFS, in place of the mesh itself", "line 1", remedy)
     if kind not in READERS:
         return _by_trimesh(content, file)
-    if kind != ".ply" and b"\0" in content:
+    if kind != ".ply" and b"\0" in content and b"BINARY" not in content[:20]:
         place, remedy = f"line {content[: content.index(bytes(1))].count(bytes([10])) + 1}", "save it as text in UTF-8"
         utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
         raise Fault("it is text in UTF-16" if utf16 else "it has NUL bytes, so it is no text", place, remedy)

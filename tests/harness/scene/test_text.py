@@ -92,7 +92,7 @@ def test_any_unit_of_length(size):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.txt", b"\x89PNG\r\n\x1a\n\0\0", "a.txt:3:2: not a text file (UTF-8): it has a NUL byte here"),
+        ("a.txt", b"\x89PNG\r\n\x1a\n\0\0", "a.txt:3:1: not a text file (UTF-8): it has a NUL byte here"),
         (
             "a.txt",
             "# a\nCAMERA é".encode("latin-1"),
