@@ -10,12 +10,14 @@ from harness.scene.model import Mesh
 from harness.scene.needs import SHAPES
 
 BLACK = (0.0, 0.0, 0.0)
+ROUNDING = 2.0**-52  # of a coordinate in float64
+COARSE = 1e-3  # of the eye's distance from the screen: rounding by more than this is seen
 CLOSE = 1e-5  # of a mesh's extent: vertices nearer to each other than this were meant to be one
 
 
 def warnings(scene) -> list[str]:
-    """What is seldom meant in a `Scene`: a slanting view, clear meshes that do not close, and what makes it dark."""
-    return [*_slant(scene), *_open_meshes(scene), *dark(scene)]
+    """What is seldom meant in a `Scene`: a slanting view, clear meshes that do not close, objects too large, darkness."""
+    return [*_slant(scene), *_open_meshes(scene), *_large(scene), *dark(scene)]
 
 
 def dark(scene) -> list[str]:
@@ -69,6 +71,20 @@ def _open_meshes(scene) -> list[str]:
             what = f'the clear mesh "{mesh.path}" does not close: {why}; it is flat, and nothing is inside it'
             told[mesh.path] = _text(scene, mesh.line, what, f"{remedy}, or make it opaque: attenuation (0,0,0)")
     return list(told.values())
+
+
+def _large(scene) -> list[str]:
+    """The object of the largest coordinate, if rounding moves it by what the eye sees."""
+    if not scene.objects:
+        return []
+    boxes = bounds(scene.objects)
+    sizes = np.where(np.isfinite(boxes), np.abs(boxes), 0).max(axis=(1, 2))
+    thing, size, near = scene.objects[sizes.argmax()], sizes.max(), check.length(scene.camera.e)
+    if size * ROUNDING <= COARSE * near:
+        return []
+    what = f"the {SHAPES[type(thing)]} has coordinates up to {size:.2g}, which float64 holds to {size * ROUNDING:.2g}"
+    what += f"; the eye is {near:.2g} from the screen, so its surface may be drawn wrong"
+    return [_text(scene, thing.line, what, "make it smaller, or bring it nearer")]
 
 
 def _gaps(mesh: Mesh) -> tuple[str, str]:

@@ -153,6 +153,11 @@ DARK = {
     "no light": (VIEW[:33] + BALL, "scene.txt: the scene has no light"),
     "no light before a coloured sky": (VIEW[:33] + "BACKGROUND (0,0,1)\n" + BALL, None),
     "nothing at all": (VIEW, None),
+    "too large for float64": (
+        VIEW + f"SPHERE (0,0,-1e30) 1e30 {OPAQUE}",
+        "txt:4: the sphere has coordinates up to 2e+30",
+    ),
+    "large, but held": (VIEW + f"SPHERE (0,0,-1e11) 1e11 {OPAQUE}", None),
 }
 
 
