@@ -16,7 +16,7 @@ CLOSE = 1e-5  # of a mesh's extent: vertices nearer to each other than this were
 
 
 def warnings(scene) -> list[str]:
-    """What is seldom meant in a `Scene`: a slanting view, clear meshes that do not close, objects too large, darkness."""
+    """What is seldom meant in a `Scene`: a slanting view, open clear meshes, objects too large, darkness."""
     return [*_slant(scene), *_open_meshes(scene), *_large(scene), *dark(scene)]
 
 
