@@ -89,7 +89,7 @@ MESHES = {
     "whole": (CORNERS + SIDES, None),
     "a side is missing": (CORNERS + SIDES[8:], "3 edges have one triangle; it is flat.*close its holes"),
     "a corner is there twice": (
-        CORNERS + SIDES[:-6] + "f 3 5 4\nv 1e-7 0 0\n",
+        CORNERS + SIDES[:-8] + "f 3 5 4\nv 1e-7 0 0\n",
         "4 edges have one triangle, and 2 vertices all but coincide.*merge vertices by distance",
     ),
     "every face is doubled": (
@@ -133,7 +133,7 @@ DARK = {
     "one of two is seen": (VIEW + BALL.replace("(0,0,0)", "(0,0,9)", 1) + BALL, None),
     "a floor below the eye": (VIEW + f"POLYGON 4 (-99,-1,-99) (99,-1,-99) (99,-1,99) (-99,-1,99) {OPAQUE}", None),
     "all but something": (
-        VIEW + f"NOT SPHERE (0,0,99) 1 END {OPAQUE}",
+        VIEW.replace("(5,6,9)", "(0,0,99)") + f"NOT SPHERE (0,0,99) 1 END {OPAQUE}",
         "txt:1: the eye is inside the opaque csg of line 4",
     ),
     "the eye in a box": (
