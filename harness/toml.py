@@ -10,8 +10,10 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
+from harness import textfile
 from harness.errors import UserError
 
+LARGEST = 1 << 22  # bytes
 DOTS = 10**7  # sum of the squares of dots in each line, at most; a list of 3000 numbers in one line has that many
 FAULTS = 100  # faults that are reported for a file, at most
 ROUNDS = 20  # rounds of validation, each without the faulty values of earlier ones
@@ -32,15 +34,11 @@ class Strict(BaseModel):
 def read_toml(path: Path) -> dict:
     """The tables of a TOML file. UserError, with file, line and column, if it is not valid."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = textfile.read(path, LARGEST)
         # For a key of n parts tomllib takes time and memory proportional to n * n.
         if sum(line.count(".") ** 2 for line in text.splitlines()) > DOTS:
             raise UserError(f"{path}: a line with too many dots", remedy="write tables under headings, lists in lines")
         return tomllib.loads(text)
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise UserError(f"{path}: not a text file (UTF-8)") from None
     except ValueError as error:  # also for a number with too many digits
         raise UserError(f"{path}: {error}") from None
     except RecursionError:

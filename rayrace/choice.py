@@ -103,8 +103,10 @@ def render(scene, variant, out, asked, most, against, seconds, given, frames, ti
         front = Front(test, variant, fixed, out, frames, known_methods, Audit(host), folder)
         wrong = front.work()
         front.time()
-    free = {"feelers", "glossy_rays"} - fixed
-    front.tell(wrong, warnings(read, [parameters], free), time.monotonic() - began, as_json)
+    doubts = warnings(read, [parameters], {"feelers", "glossy_rays"} - fixed)
+    if front.best:
+        doubts += single.one_colour(read, parameters, front.best.result.array)
+    front.tell(wrong, doubts, time.monotonic() - began, as_json)
     if wrong:
         raise SystemExit(1)
 

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -29,6 +30,7 @@ from rayrace.options import (
     VariantOption,
     VectorOption,
     WidthOption,
+    unnamed,
 )
 
 CHARTS = (".png", ".svg", ".pdf")
@@ -64,9 +66,12 @@ def needs(
         str,
         typer.Option(help="Find the smallest model with an RMSE of at most 1/255, 0.001, ..", metavar="ERROR"),
     ] = "",
-    reduced: Annotated[Path, typer.Option(help="With --within: file for that model's scene, .txt.")] = Path(
-        "reduced.txt"
-    ),
+    reduced: Annotated[
+        Path | None,
+        typer.Option(
+            help="With --within: file for that model's scene, .txt. Default: reduced.txt, or a new name if it exists."
+        ),
+    ] = None,
     exhaustive: Annotated[
         bool, typer.Option("--exhaustive", help="With --within: try all combinations, too, where they are few.")
     ] = False,
@@ -95,10 +100,10 @@ def needs(
             raise UserError(f"{option} {path}: expected a chart, {', '.join(CHARTS)}")
         if path:
             picture.check_folder(path)
-    if within and reduced.suffix != ".txt":
+    if within and reduced and reduced.suffix != ".txt":
         raise UserError(f"--reduced {reduced}: expected a scene, .txt")
     if within:
-        picture.check_folder(reduced)
+        picture.check_folder(reduced or Path("reduced.txt"))
     if exhaustive and not within:
         raise UserError("--exhaustive: only with --within")
     limit = error_limit("--within", within) if within else None
@@ -132,7 +137,10 @@ def needs(
                 best = _exhaustive(search, found, times)
     warned = single.warn(warnings(read, [job]))
     worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
-    told = _smallest(found, best, limit, reduced, entry.name) if found else {}
+    told = {}
+    if found:
+        with nullcontext(reduced) if reduced else unnamed("reduced.txt", "--reduced") as path:
+            told = _smallest(found, best, limit, path, entry.name)
     _tell(study, worths, entry.name, told, times, warned, as_json)
     if out:
         from reports.worth import figure

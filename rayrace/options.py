@@ -1,9 +1,31 @@
 """Options that several commands share, each declared once."""
 
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+
+@contextmanager
+def unnamed(name: str, option: str) -> Iterator[Path]:
+    """Yields the file `name`, or NAME-2, NAME-3, .. if it exists: nobody asked for it to be overwritten.
+
+    If the block writes another than `name`, it is said in the end. option: that which names a file.
+    """
+    first = path = Path(name)
+    number = 1
+    while os.path.lexists(path):
+        number += 1
+        path = first.with_stem(f"{first.stem}-{number}")
+    try:
+        yield path
+    finally:
+        if number > 1 and path.exists():
+            print(f"note: {first} exists and was kept, so this is {path}; {option} names a file", file=sys.stderr)
 
 
 def percent(text: str) -> float:

@@ -1,5 +1,6 @@
 """The commands `render` and `trace`: one picture, or the hits of a list of rays."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -33,6 +34,7 @@ from rayrace.options import (
     VariantOption,
     VectorOption,
     WidthOption,
+    unnamed,
 )
 
 
@@ -40,9 +42,14 @@ def render(
     context: typer.Context,
     scene: SceneArgument,
     variant: VariantOption = "",
-    out: Annotated[Path, typer.Option("-o", "--out", help="Picture: .png, .exr, .npy or .tif; or scene: .pov.")] = Path(
-        "picture.png"
-    ),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--out",
+            help="Picture: .png, .exr, .npy or .tif; or scene: .pov. Default: picture.png, or a new name if it exists.",
+        ),
+    ] = None,
     width: WidthOption = 512,
     height: HeightOption = 512,
     depth: DepthOption = 10,
@@ -142,21 +149,24 @@ def render(
             raise UserError("--frames: not with --tiles, where nothing is timed")
         if max_error:
             raise UserError("--max-error: not with --tiles; render a small picture with it, and take its method")
+        if out is None:
+            raise UserError("--tiles: name the picture", remedy="add -o picture.tif, or .npy")
         chosen = mosaic.way(executor, tuple(slurm or ()), dask)
         mosaic.render(scene, variant, out, image, tiles, chosen, timeout, tuple(renderer or ()), as_json)
         return
     if executor or slurm or dask:
         raise UserError("--executor, --slurm and --dask are for tiles", remedy="add --tiles 1024, say")
-    if max_error:
-        from rayrace import choice
+    with nullcontext(out) if out else unnamed("picture.png", "-o") as path:
+        if max_error:
+            from rayrace import choice
 
-        given = {name for name in context.params if context.get_parameter_source(name).name != "DEFAULT"}
-        told = max_error, against, max_seconds, given, frames, timeout, tuple(renderer or ()), as_json
-        choice.render(scene, variant, out, image, *told)
-        return
-    if against != "scene" or max_seconds:
-        raise UserError("--against and --max-seconds: only with --max-error")
-    single.render(scene, variant, out, image, frames, timeout, tuple(renderer or ()), as_json)
+            given = {name for name in context.params if context.get_parameter_source(name).name != "DEFAULT"}
+            told = max_error, against, max_seconds, given, frames, timeout, tuple(renderer or ()), as_json
+            choice.render(scene, variant, path, image, *told)
+            return
+        if against != "scene" or max_seconds:
+            raise UserError("--against and --max-seconds: only with --max-error")
+        single.render(scene, variant, path, image, frames, timeout, tuple(renderer or ()), as_json)
 
 
 def trace(

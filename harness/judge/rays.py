@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from harness import textfile
 from harness.errors import UserError
+from harness.scene import check
 
 RAY_COLUMNS = ["ox", "oy", "oz", "dx", "dy", "dz"]
 HIT_COLUMNS = ["hit", "t", "px", "py", "pz", "nx", "ny", "nz", "object"]
@@ -18,13 +20,7 @@ def read(path: Path) -> np.ndarray:
 
     Directions may have any length but 0; what is returned has a largest component between 1/2 and 1.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise UserError(f"{path}: not a text file (UTF-8)") from None
-    reader = csv.reader(io.StringIO(text))
+    reader = csv.reader(io.StringIO(textfile.read(path)))
     try:
         header = next(reader, [])
         if [name.strip() for name in header] != RAY_COLUMNS:
@@ -47,6 +43,8 @@ def _ray(row: list[str], path: Path, line: int) -> list[float]:
         if not math.isfinite(value):
             raise UserError(f'{name}: expected a finite number, found "{text.strip()}"', file=path, line=line)
         values.append(value)
+    if max(map(abs, values[:3])) > check.LARGEST:
+        raise UserError(f"the origin is farther than {check.LARGEST:g} from (0,0,0)", file=path, line=line)
     largest = max(map(abs, values[3:]))
     if largest == 0:
         raise UserError("the direction has length 0", file=path, line=line)

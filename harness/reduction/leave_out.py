@@ -14,7 +14,6 @@ from harness.reduction.proof import Proof
 from harness.renderer.parameters import Parameters
 from harness.scene import surface
 from harness.scene.media import media, solid
-from harness.scene.mesh import with_area
 from harness.scene.model import Air, Csg, Light, Material, Mesh, Object, Operator, Scene
 from harness.scene.needs import BLACK, CLEAR, OPAQUE, SHAPES, needs
 
@@ -336,7 +335,7 @@ def _decimated(mesh: Mesh, wanted: int) -> tuple[Mesh | None, str]:
     except ImportError:
         return None, "unsupported: no fast-simplification here; pip install 'rayrace[simplify]'"
     points, corners = simplify(mesh.vertices, mesh.triangles, target_count=wanted)
-    vertices, triangles = with_area(np.asarray(points, np.float64), np.asarray(corners, np.int32))
+    vertices, triangles = surface.with_area(np.asarray(points, np.float64), np.asarray(corners, np.int32))
     if not 0 < len(triangles) < len(mesh.triangles):
         return None, "unsupported: fast-simplification takes no triangle off it"
     outward = surface.outward(vertices, triangles) if mesh.closed else triangles

@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 
-from harness.scene import check, mesh
+from harness.scene import check, surface
 
 # Vertices, at most. Most outlines take 0.05 s then; some take time quadratic in their number, here 1 s.
 MOST = 10_000
@@ -35,13 +35,19 @@ def triangulate(vertices):
     heights = arms @ normal
     is_flat = np.abs(heights).max() <= FLAT * np.abs(vertices).max()
     points = vertices if is_flat else vertices - heights[:, None] * normal
-    # Drops one coordinate instead of rotating the frame, which would round the others.
-    seen = np.delete(points, np.abs(normal).argmax(), axis=1)
-    found = _cut(seen)
-    return found if isinstance(found, check.Fault) else mesh.with_area(points, found)
+    found = cut(seen(points, normal))
+    return found if isinstance(found, check.Fault) else surface.with_area(points, found)
 
 
-def _cut(points):
+def seen(points, normal):
+    """Points (N, 2) for the points (N, 3) of a plane with this normal.
+
+    One coordinate is dropped instead of rotating the frame, which would round the others.
+    """
+    return np.delete(points, np.abs(normal).argmax(), axis=1)
+
+
+def cut(points):
     """Triangles (N - 2, 3) of the polygon round points (N, 2), or its `check.Fault` if it crosses or touches itself."""
     import pythoncdt  # here, because few scenes have a concave polygon
 

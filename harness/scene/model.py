@@ -30,11 +30,12 @@ class Camera:
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """A point light, or with a radius a sphere."""
+    """A point light, or with a radius a sphere. `line` is its line in the file, from 1; 0 if it came from no file."""
 
     position: Vector
     colour: Vector
     radius: float
+    line: int = field(default=0, compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)

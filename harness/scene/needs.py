@@ -1,5 +1,8 @@
 """Determines the features that a picture of a scene uses; a renderer gets the job if its manifest names them."""
 
+import numpy as np
+
+from harness.scene.bounds import bounds
 from harness.scene.media import media, solid
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere
 
@@ -14,6 +17,9 @@ SHAPES = {
 
 BLACK = OPAQUE = (0.0, 0.0, 0.0)
 CLEAR = (1.0, 1.0, 1.0)
+
+MOST_FLOAT32 = 1e9  # its fourth power is finite in float32 (NUM-6)
+FAR_FLOAT32 = f"lengths above {MOST_FLOAT32:g} in float32"  # a need that no renderer meets
 
 
 def needs(scene, parameters):
@@ -35,6 +41,7 @@ def needs(scene, parameters):
     adaptive        sampler adaptive
     lens            lens_radius > 0
     cutoff          cutoff > 0, and reflection
+    FAR_FLOAT32     precision float32, and a coordinate or length above MOST_FLOAT32
     """
     depth, lens = parameters.depth, parameters.lens_radius > 0
     materials = {thing.material for thing in scene.objects}
@@ -61,8 +68,17 @@ def needs(scene, parameters):
         "adaptive": parameters.sampler == "adaptive",
         "lens": lens,
         "cutoff": depth > 0 and specular and parameters.cutoff > 0,
+        FAR_FLOAT32: parameters.precision == "float32" and farthest(scene) > MOST_FLOAT32,
     }
     return tuple(sorted(shapes(scene) | {name for name, needed in tests.items() if needed}))
+
+
+def farthest(scene) -> float:
+    """The largest size of a coordinate of a scene: of its camera, lights and objects, parts of CSG solids included."""
+    things = [part for thing in scene.objects for part in (thing.parts() if isinstance(thing, Csg) else [thing])]
+    camera = scene.camera
+    points = [camera.centre, camera.u, camera.v, camera.e, *(light.position for light in scene.lights)]
+    return float(max(np.abs(points).max(), np.abs(bounds(things)).max(initial=0)))
 
 
 def shapes(scene):

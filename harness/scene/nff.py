@@ -64,7 +64,7 @@ class _Reader(Fields):
         if self.camera is None:
             raise self.error(f"expected a viewpoint (v), found {self.token}", self.token)
         level = math.sqrt(len(self.lights)) / (2 * max(len(self.lights), 1))
-        lights = (Light(place, _encoded(own or (level,) * 3), 0.0) for place, own in self.lights)
+        lights = (Light(place, _encoded(own or (level,) * 3), 0.0, line=line) for place, own, line in self.lights)
         background = self.background or OPAQUE
         return Scene(self.camera, tuple(self.objects), tuple(lights), background=background, file=self.file)
 
@@ -104,9 +104,10 @@ class _Reader(Fields):
             raise self.error("a second background (b)", keyword, "keep one of them")
         self.background = _encoded(self.triple("the background", NOT_NEGATIVE))
 
-    def light(self, _):
+    def light(self, keyword):
         place = self.triple("the position")
-        self.lights.append((place, self.triple("the colour", NOT_NEGATIVE) if self.numeric() else None))
+        colour = self.triple("the colour", NOT_NEGATIVE) if self.numeric() else None
+        self.lights.append((place, colour, keyword.line))
 
     def fill(self, _):
         rgb = self.triple("the colour", NOT_NEGATIVE)

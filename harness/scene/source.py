@@ -14,7 +14,7 @@ from harness.scene.model import Scene
 from harness.scene.needs import needs
 
 # The parameters that needs() reads.
-ASKED = ("depth", "shadows", "sampler", "lens_radius", "feelers", "glossy_rays", "cutoff")
+ASKED = ("depth", "shadows", "sampler", "lens_radius", "feelers", "glossy_rays", "cutoff", "precision")
 
 
 class Source:

@@ -1,4 +1,5 @@
-"""Tests whether triangle surfaces are closed, turns them outward, and counts their windings around points."""
+"""Tests whether triangle surfaces are closed, turns them outward, and counts their windings around points; removes
+triangles without an area."""
 
 import numpy as np
 
@@ -32,6 +33,26 @@ def outward(vertices, triangles):
     parts = np.unique(np.minimum(labels[:count], labels[count:]), return_inverse=True)[1]
     hollow = _nesting(vertices, turned, parts) % 2 == 1
     return np.where(hollow[parts][:, None], turned[:, ::-1], turned)
+
+
+def with_area(vertices, triangles):
+    """Vertices and triangles without triangles that have no normal (TRI-2), and without unused vertices.
+
+    Call it after `outward`, for which triangles without an area may close a seam.
+    """
+    a, b, c = (vertices[corner] for corner in triangles.T)
+    normals = np.cross(b - a, c - a)
+    triangles = triangles[np.einsum("ij,ij->i", normals, normals) > 0]
+    used = np.zeros(len(vertices), bool)
+    used[triangles] = True
+    return vertices[used], (np.cumsum(used, dtype=np.int32) - 1)[triangles]
+
+
+def unpaired(triangles):
+    """The number of edges that have one triangle (T, 3), and of those that have more than two."""
+    edges = np.sort(np.concatenate([triangles[:, :2], triangles[:, 1:], triangles[:, ::2]]), axis=1)
+    counts = np.unique(edges, axis=0, return_counts=True)[1]
+    return int((counts == 1).sum()), int((counts > 2).sum())
 
 
 def winding(vertices, triangles, points):

@@ -33,8 +33,9 @@ import difflib
 from pathlib import Path
 
 from harness.errors import UserError
-from harness.scene import check, mesh
+from harness.scene import check
 from harness.scene.fields import ANY, FRACTION, NOT_NEGATIVE, POSITIVE, Fields
+from harness.scene.mesh import mesh
 from harness.scene.model import Air, Box, Camera, Csg, Ellipsoid, Light, Mesh, Operator, Polygon, Scene, Sphere
 
 
@@ -65,7 +66,7 @@ class _Reader(Fields):
             elif name == "POLYGON":
                 objects.append(self.polygon(line))
             elif name == "LIGHT":
-                lights.append(self.light())
+                lights.append(self.light(line))
             elif name in lines:
                 second = f"a second {name}; the first is on line {lines[name]}"
                 raise self.error(second, keyword, "keep one of them")
@@ -95,8 +96,9 @@ class _Reader(Fields):
         self.blame(check.eye(u, v, e), [place])
         return Camera(centre, u, v, e, line=place.line)
 
-    def light(self):
-        return Light(self.vector("the position"), self.colour(), self.number("the radius", NOT_NEGATIVE))
+    def light(self, line):
+        place, colour = self.vector("the position"), self.colour()
+        return Light(place, colour, self.number("the radius", NOT_NEGATIVE), line=line)
 
     def air(self):
         eps_r = self.number("eps_r", POSITIVE)

@@ -1,11 +1,8 @@
-"""Reads text files and splits text into tokens."""
+"""Splits text into tokens."""
 
 import io
 import re
-from pathlib import Path
 from typing import NamedTuple
-
-from harness.errors import UserError
 
 _TOKEN = re.compile(r'#.*|"[^"\n]*"|[(),]|[^\s(),]+')
 
@@ -37,20 +34,3 @@ def tokens(text):
                 yield Token(match[0], number, match.start() + 1)
                 line, column = number, match.end() + 1
     yield Token("", line, column)
-
-
-def read_text(path):
-    """The text of a UTF-8 file, without a byte order mark. UserError if it cannot be read, or is no text."""
-    try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise UserError("not a text file (UTF-8)", file=path) from None
-    except (FileNotFoundError, ValueError):  # ValueError: a NUL in the path
-        raise UserError("no such file", file=path) from None
-    except IsADirectoryError:
-        raise UserError("expected a file, found a folder", file=path) from None
-    except OSError as error:
-        raise UserError(f"cannot be read: {error.strerror}", file=path) from None
-    if "\0" in text:
-        raise UserError("not a text file (UTF-8)", file=path)
-    return text

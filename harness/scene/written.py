@@ -11,7 +11,7 @@ def write(scene: Scene, path: Path) -> list[Path]:
     """Writes a scene to `path`; returns the files that it wrote.
 
     A mesh that is as its file has it stays there. Others, such as concave polygons of NFF and coarser meshes, are
-    written beside `path` as OBJ, placed.
+    written beside `path` as OBJ, placed, under names that no file has.
     """
     meshes = _Meshes(path, Path(scene.file).parent if scene.file else None)
     path.write_text(_text(scene, meshes), encoding="utf-8")
@@ -31,7 +31,8 @@ class _Meshes:
             if '"' not in name:
                 place = f"{_vector(mesh.position)} {_vector(mesh.rotation)} {_number(mesh.scale)}"
                 return f'MESH "{name}" {place}'
-        file = self.path.with_name(f"{self.path.stem}-{next(self.numbers)}.obj")
+        names = (self.path.with_name(f"{self.path.stem}-{number}.obj") for number in self.numbers)
+        file = next(name for name in names if not os.path.lexists(name))  # nobody named it, so it overwrites nothing
         lines = [f"v {' '.join(map(_number, vertex))}" for vertex in mesh.vertices.tolist()]
         lines += [f"f {a} {b} {c}" for a, b, c in (mesh.triangles + 1).tolist()]
         file.write_text("\n".join([*lines, ""]), encoding="ascii")

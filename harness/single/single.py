@@ -19,10 +19,10 @@ from harness.renderer import registry
 from harness.renderer.builder import cache_folder
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
-from harness.scene import load, warnings
+from harness.scene import doubts, load, warnings
 from harness.scene.flatten import flatten
+from harness.scene.needs import FAR_FLOAT32, MOST_FLOAT32, farthest, shapes
 from harness.scene.needs import needs as needs_of
-from harness.scene.needs import shapes
 from harness.single import export
 from harness.statistics import steady
 from harness.store import record
@@ -79,7 +79,7 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
     arrays = flatten(read, parameters.arithmetic)
     result, facts = make(entry, arrays, parameters, needs, out, timeout)
-    facts["warnings"] = warn(warnings(read, [parameters]))
+    facts["warnings"] = warn([*warnings(read, [parameters]), *one_colour(read, parameters, result.array)])
     known = registry.entries(folders)
     facts["agreement"] = _agreement(entry, known, arrays, parameters, result)
     facts["error"] = _error(known, arrays, parameters, result)
@@ -89,6 +89,11 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
         tell(facts, parameters)
         print(record.error_of(facts["error"]))
         print(record.agreement_of(facts["agreement"]))
+
+
+def one_colour(scene, parameters: Parameters, array: np.ndarray) -> list[str]:
+    """The warning that a picture has one colour; none for a region of one."""
+    return doubts.of_picture(scene, array) if parameters.region is None else []
 
 
 def _agreement(entry, known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
@@ -206,6 +211,8 @@ def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
     listed = rays.read(ray_file)
     parameters = Parameters(kind="rays", depth=0, **methods)
     needs = tuple(sorted(shapes(read)))
+    if parameters.precision == "float32" and max(farthest(read), np.abs(listed[:, :3]).max(initial=0)) > MOST_FLOAT32:
+        raise UserError(f"there are {FAR_FLOAT32}, whose squares it cannot hold", remedy="use --precision float64")
     entry = pick(variant, registry.entries(folders), parameters, needs)
     arrays = {**flatten(read), "rays": listed}
     result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from harness.renderer.parameters import Parameters
-from harness.scene.needs import shapes
+from harness.scene.needs import FAR_FLOAT32, shapes
 from harness.scene.source import Source
 from harness.stress.row import ROUNDOFF, Row, Trial
 
@@ -36,7 +36,10 @@ class Stressed(Source):
         return made if self.trial.rays is None else replace(made, kind="rays", depth=0)
 
     def needs(self, parameters: Parameters) -> tuple[str, ...]:
-        return super().needs(parameters) if self.trial.rays is None else tuple(sorted(shapes(self.scene)))
+        if self.trial.rays is not None:
+            return tuple(sorted(shapes(self.scene)))
+        # What lies far away is what is put to the test.
+        return tuple(name for name in super().needs(parameters) if name != FAR_FLOAT32)
 
     def record(self, result, parameters: Parameters) -> dict:
         """The verdict on a result as `stability` of a record (store.py)."""

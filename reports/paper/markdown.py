@@ -1,10 +1,12 @@
 """Writes Markdown. Foreign text (names, reasons, commands) is always escaped, inside tables and outside."""
 
+import hashlib
 import html
 import re
 
 from reports.paper import compact
 
+LONGEST = 100  # characters of a name; a file system has room for 255 bytes, and a figure's name has more than one part
 UNAVAILABLE = r"## (?P<title>[^\n]+)\n\nunavailable: (?P<reason>[^\n]+)\n*"  # matches a section of `unavailable`
 
 
@@ -68,5 +70,8 @@ def figure(name: str, alt: str) -> str:
 
 
 def slug(text: str) -> str:
-    """Returns a file name made of `text`: a-z, 0-9 and hyphens."""
-    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "unnamed"
+    """Returns a file name made of `text`: a-z, 0-9 and hyphens; of a long text its beginning and a hash of it."""
+    name = re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "unnamed"
+    if len(name) <= LONGEST:
+        return name
+    return f"{name[: LONGEST - 9]}-{hashlib.sha256(text.encode('utf-8', 'replace')).hexdigest()[:8]}"

@@ -1,5 +1,6 @@
 """Styles and saves every figure: one look, one colour per variant, files whose bytes depend on the data alone."""
 
+import logging
 import math
 import textwrap
 from collections.abc import Callable
@@ -11,6 +12,7 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+from matplotlib import font_manager
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
@@ -55,10 +57,30 @@ PHASES = {
 }
 OTHER_PHASE = "#EEEEEE"
 
+# Fonts of systems for letters that DejaVu Sans lacks, in the order in which they are tried.
+OTHER_FONTS = (
+    "Noto Sans CJK SC", "Noto Sans CJK JP", "Source Han Sans SC", "Droid Sans Fallback", "WenQuanYi Micro Hei",
+    "WenQuanYi Zen Hei", "IPAGothic", "NanumGothic", "Noto Sans Arabic", "Noto Sans Devanagari", "Noto Emoji",
+    "Symbola", "Microsoft YaHei", "Yu Gothic", "Malgun Gothic", "Segoe UI Symbol", "PingFang SC", "Hiragino Sans",
+    "Arial Unicode MS",
+)  # fmt: skip
+
+
+def fonts() -> list[str]:
+    """Returns the fonts of texts: DejaVu Sans, which comes with matplotlib, so that figures are the same everywhere.
+
+    Letters that it lacks are taken from fonts of the system, and else are boxes that name their script.
+    """
+    # Those of other letters have no bold, which is not worth a line on standard error.
+    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
+    installed = set(font_manager.get_font_names())
+    return ["DejaVu Sans", *(name for name in (*OTHER_FONTS, "Last Resort High-Efficiency") if name in installed)]
+
+
 RC = {
     "figure.dpi": DPI,
     "savefig.dpi": DPI,
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same everywhere
+    "font.family": fonts(),
     "font.size": 8,
     "axes.titlesize": 8,
     "axes.labelsize": 8,

@@ -10,9 +10,10 @@ import pytest
 import trimesh
 
 from harness.errors import UserError
-from harness.scene import load, mesh
+from harness.scene import load
 from harness.scene.flatten import flatten
 from harness.scene.generate.icosphere import obj
+from harness.scene.mesh import mesh
 
 CAMERA = "CAMERA (0,0,1) (1,0,0) (0,1,0) 2\n"
 MATERIAL = "(0.9,0.2,0.1) 0.3 50 (0,0,0) 1e6 1\n"

@@ -121,7 +121,7 @@ def test_experiment(name, rayrace, place, write):
     ("words", "message"),
     [
         (["run", "nowhere.toml"], "nowhere.toml: no such file, and no bundled experiment of that name"),
-        (["run", "."], ".: Is a directory"),
+        (["run", "."], ".: expected a file, found a folder"),
         (["run", "good.toml", "--set", "depth"], "--set depth: expected key=value, such as image.depth=5"),
         (["run", "good.toml", "--set", "image.deph=5"], 'image.deph: unknown key; did you mean "depth"?'),
         (["run", "good.toml", "--set", "image.depth=deep"], "image.depth: Input should be a valid integer"),
@@ -162,7 +162,7 @@ def test_experiment(name, rayrace, place, write):
             "python is unsupported: has no scene_memory shared (has auto)",
         ),
         (["render", "scene.txt", "-r", "python", "--threads", "2"], "python is unsupported: runs one thread"),
-        (["trace", "scene.txt", "nowhere.csv"], "nowhere.csv: No such file or directory"),
+        (["trace", "scene.txt", "nowhere.csv"], "nowhere.csv: no such file"),
         (["trace", "scene.txt", "good.csv", "-o", "no/hits.csv"], "no: no such folder"),
         (["trace", "scene.txt", "empty.csv"], "empty.csv:1: expected the header ox,oy,oz,dx,dy,dz"),
         (["trace", "scene.txt", "nan.csv"], 'nan.csv:3: dy: expected a finite number, found "NaN"'),

@@ -73,3 +73,14 @@ def test_a_full_model_that_errs_more_is_refused_before_all_is_measured(rayrace, 
     (tmp_path / "scene.txt").write_text(SCENE)
     done = rayrace("needs", "scene.txt", *WORDS, "--within", "1e-6", cwd=tmp_path, code=2)
     assert "error: the full model has an RMSE of up to" in done.stderr and not done.stdout
+
+
+def test_the_smallest_scene_takes_the_place_of_no_file(rayrace, tmp_path):
+    (tmp_path / "scene.txt").write_text(SCENE)
+    (tmp_path / "reduced.txt").write_text("mine")
+    words = *WORDS, "--samples", 2, "--within", "1/50"
+    done = rayrace("needs", "scene.txt", *words, "--json", cwd=tmp_path, code=0)
+    told = json.loads(done.stdout)["smallest"]
+    assert told["files"] == ["reduced-2.txt"] and " reduced-2.txt " in told["command"]
+    assert (tmp_path / "reduced.txt").read_text() == "mine"
+    assert "note: reduced.txt exists and was kept, so this is reduced-2.txt; --reduced names a file\n" in done.stderr

@@ -5,6 +5,7 @@ import shutil
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 
@@ -293,3 +294,44 @@ def test_an_option_that_would_be_dropped_is_refused(words, message, stored, rayr
 def test_the_host_of_a_run_may_be_named(stored, rayrace):
     (host,) = store.hosts(stored / "run")
     rayrace("export", "run", "--format", "pyperf", "--host", host, cwd=stored, code=0)
+
+
+def test_files_that_nobody_named_stay(rayrace, write, tmp_path):
+    """render without -o, the first time, and then beside what is there, also a link to nowhere."""
+    write("scene.txt", "CAMERA (0,0,0) (1,0,0) (0,1,0) 2\nAMBIENT (1,1,1)\nSPHERE (0,0,-3) 1 (1,1,1) 0 1 (0,0,0) 1 1\n")
+    small = ("render", "scene.txt", "-r", "numpy", "--width", 8, "--height", 8)
+    first = rayrace(*small, cwd=tmp_path, code=0)
+    assert first.stdout.startswith("picture.png: ") and "note" not in first.stderr
+    (tmp_path / "picture.png").write_bytes(b"mine")
+    (tmp_path / "picture-2.png").symlink_to("nowhere")
+    second = rayrace(*small, "--json", cwd=tmp_path, code=0)
+    assert json.loads(second.stdout)["picture"] == "picture-3.png" and (tmp_path / "picture-3.png").stat().st_size
+    assert "note: picture.png exists and was kept, so this is picture-3.png; -o names a file\n" in second.stderr
+    assert (tmp_path / "picture.png").read_bytes() == b"mine" and not (tmp_path / "nowhere").exists()
+    rayrace(*small, "-o", "picture.png", cwd=tmp_path, code=0)
+    assert (tmp_path / "picture.png").read_bytes() != b"mine"
+    failed = rayrace("render", "nowhere.txt", cwd=tmp_path, code=2)
+    assert "note" not in failed.stderr and not (tmp_path / "picture-4.png").exists()
+    nameless = rayrace("render", "scene.txt", "--tiles", 4, cwd=tmp_path, code=2)
+    assert "--tiles: name the picture; add -o picture.tif, or .npy" in nameless.stderr
+
+
+def test_lengths_that_float32_cannot_square(rayrace, write, tmp_path):
+    """They are refused in float32 and drawn in float64; and rays from anywhere are held to the same."""
+    write(
+        "scene.txt", "CAMERA (0,0,0) (1,0,0) (0,1,0) 2\nAMBIENT (1,1,1)\nSPHERE (0,0,0) 1e30 (1,1,1) 0 1 (0,0,0) 1 1\n"
+    )
+    write("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n")
+    write("far.csv", "ox,oy,oz,dx,dy,dz\n0,0,2e30,0,0,1\n")
+    for renderer in ("numpy", "python"):
+        rayrace("render", "scene.txt", "-r", renderer, "--width", 8, "--height", 8, "-o", "a.npy", cwd=tmp_path, code=0)
+        assert np.load(tmp_path / "a.npy") == pytest.approx(1)
+    words = "-r", "numpy", "--precision", "float32"
+    done = rayrace("render", "scene.txt", *words, cwd=tmp_path, code=2)
+    assert "numpy is unsupported: does not support lengths above 1e+09 in float32" in done.stderr
+    done = rayrace("trace", "scene.txt", "rays.csv", *words, cwd=tmp_path, code=2)
+    assert (
+        "there are lengths above 1e+09 in float32, whose squares it cannot hold; use --precision float64" in done.stderr
+    )
+    done = rayrace("trace", "scene.txt", "far.csv", "-r", "numpy", cwd=tmp_path, code=2)
+    assert "far.csv:2: the origin is farther than 1e+30 from (0,0,0)" in done.stderr

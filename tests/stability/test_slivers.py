@@ -5,8 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from harness.scene import mesh
 from harness.scene.flatten import flatten
+from harness.scene.mesh import mesh
 from harness.scene.model import Mesh
 from harness.stress import exact
 from harness.stress.geometry.slivers import ROWS

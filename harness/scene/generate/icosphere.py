@@ -3,7 +3,7 @@
 import numpy as np
 
 from harness.errors import UserError
-from harness.scene.mesh import rotate
+from harness.scene.mesh.mesh import rotate
 from harness.scene.model import Material, Mesh
 
 RADIUS = 3.0  # in the scene; the view has a half-extent of 3.3 at the centre

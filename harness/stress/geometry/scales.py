@@ -46,7 +46,7 @@ def triangle(scale, precision, rng) -> Trial:
     rays = rounded(np.hstack([scale * origins, (aims - origins) / 3]), precision)
     corners = rounded(scale * corners, precision)
     thing = Mesh(exact.MATERIAL, corners, np.array([[0, 1, 2]], np.int32), False)
-    # As scene/mesh.py does: a triangle whose normal underflows or overflows is removed (TRI-2).
+    # As scene/surface.py does: a triangle whose normal underflows or overflows is removed (TRI-2).
     with np.errstate(over="ignore", invalid="ignore"):
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
         has_area = normal @ normal > 0

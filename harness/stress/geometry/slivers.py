@@ -18,7 +18,7 @@ def make(level, precision, rng) -> Trial:
     corners = np.stack([ends, ends + turns[:, 0], ends + tip * turns[:, 0] + level * turns[:, 1]], axis=1)
     corners = rounded(corners, precision)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    corners = corners[np.square(normals).sum(axis=1) > 0]  # as scene/mesh.py does with a mesh that it reads
+    corners = corners[np.square(normals).sum(axis=1) > 0]  # as scene/surface.py does with a mesh that it reads
     which = rng.integers(0, len(corners), AIMED)
     aims = np.einsum("ri,rij->rj", rng.dirichlet((1, 1, 1), AIMED), corners[which])
     d = rounded(directions(rng, AIMED), precision)

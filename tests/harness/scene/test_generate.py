@@ -67,7 +67,7 @@ def test_empty_and_negative():
 
 def test_the_knot_is_closed_and_outward(rayrace, tmp_path):
     """The committed mesh is what the generator writes, and a solid."""
-    from harness.scene.mesh import Files
+    from harness.scene.mesh.mesh import Files
 
     out = tmp_path / "knot.obj"
     rayrace("generate", "knot", "-o", out, code=0)

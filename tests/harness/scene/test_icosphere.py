@@ -13,7 +13,7 @@ from harness.scene import surface
 from harness.scene.flatten import flatten
 from harness.scene.generate import generated
 from harness.scene.generate.icosphere import RADIUS, icosphere, mirror
-from harness.scene.mesh import Files
+from harness.scene.mesh.mesh import Files
 from harness.scene.needs import needs
 
 PEERS = Path(__file__).parents[3] / "experiments" / "scenes" / "peers"

@@ -18,7 +18,7 @@ from harness.scene.model import (
     Scene,
     Sphere,
 )
-from harness.scene.needs import needs, shapes
+from harness.scene.needs import FAR_FLOAT32, farthest, needs, shapes
 
 CAMERA = Camera((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
 LIGHT = Light((5, 5, 5), (1, 1, 1), 0.0)
@@ -41,6 +41,25 @@ def scene(*materials, lights=(LIGHT,), eye=(0.0, 0.0, 5.0), **given):
     camera = replace(CAMERA, e=eye)
     spheres = tuple(Sphere(m, (4.0 * i, 0.0, 0.0), 1.0) for i, m in enumerate(materials))
     return Scene(camera, spheres, lights, **given)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64", "mp60"])
+def test_lengths_beyond_float32(precision):
+    """Of any part of the scene; no renderer supports them in float32 (NUM-6)."""
+    near = scene(MATT)
+    ball = Sphere(None, (0.0, -2e9, 0.0), 1.0)
+    far = [
+        scene(MATT, lights=(replace(LIGHT, position=(0.0, 2e9, 0.0)),)),
+        scene(MATT, eye=(0.0, 0.0, -2e9)),
+        replace(near, objects=(Sphere(MATT, (0.0, 0.0, 0.0), 2e9),)),
+        replace(near, objects=(Csg(MATT, (ball, Operator.NOT)),)),
+        replace(near, objects=(Polygon(MATT, ((0.0, 0.0, 0.0), (2e9, 0.0, 0.0), (0.0, 1.0, 0.0))),)),
+    ]
+    parameters = Parameters(precision=precision)
+    assert FAR_FLOAT32 not in needs(near, parameters)
+    assert farthest(near) == 5
+    for one in far:
+        assert (FAR_FLOAT32 in needs(one, parameters)) == (precision == "float32") and farthest(one) >= 2e9
 
 
 @pytest.mark.parametrize(

@@ -92,10 +92,19 @@ def test_any_unit_of_length(size):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.txt", b"\x89PNG\r\n\x1a\n\0\0", "a.txt: not a text file (UTF-8)"),
-        ("a.txt", "CAMERA é".encode("latin-1"), "a.txt: not a text file (UTF-8)"),
-        ("a.txt", CAMERA.encode("utf-16"), "a.txt: not a text file (UTF-8)"),
-        ("a.txt", CAMERA.encode() + b"\0", "a.txt: not a text file (UTF-8)"),
+        ("a.txt", b"\x89PNG\r\n\x1a\n\0\0", "a.txt:3:1: not a text file (UTF-8): it has a NUL byte here"),
+        (
+            "a.txt",
+            "# a\nCAMERA é".encode("latin-1"),
+            "a.txt:2:8: not a text file (UTF-8): byte 0xe9 here is no UTF-8"
+            + '; in Windows-1252 it is "é"; save it as text in UTF-8',
+        ),
+        (
+            "a.txt",
+            CAMERA.encode("utf-16"),
+            "a.txt:1: not a text file (UTF-8): it is in UTF-16; save it as text in UTF-8",
+        ),
+        ("a.txt", CAMERA.encode() + b"\0", "a.txt:2:1: not a text file (UTF-8): it has a NUL byte here"),
         ("a.txt", b"", "a.txt:1:1: the file is empty"),
         ("a.obj", b"v 0 0 0", 'a.obj: unknown kind of scene file ".obj"; supported: .txt'),
         ("noext", b"", "supported: .txt"),

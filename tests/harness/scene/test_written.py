@@ -56,8 +56,10 @@ def test_a_mesh_without_a_file_is_written_beside(tmp_path):
     vertices = np.random.default_rng(seed).normal(size=(4, 3))
     triangles = np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)], np.int32)
     mesh = Mesh(scene.objects[0].material, vertices, triangles, True)
+    (tmp_path / "scene-1.obj").write_text("mine")
     files = write(replace(scene, objects=(mesh,)), tmp_path / "scene.txt")
-    assert [file.name for file in files] == ["scene.txt", "scene-1.obj"]
+    assert [file.name for file in files] == ["scene.txt", "scene-2.obj"]
+    assert (tmp_path / "scene-1.obj").read_text() == "mine"
     (back,) = load(tmp_path / "scene.txt").objects
     assert back.closed and sorted(map(tuple, back.vertices)) == sorted(map(tuple, vertices))
     assert len(back.triangles) == 4

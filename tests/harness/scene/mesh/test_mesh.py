@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from harness.errors import UserError
-from harness.scene import load, mesh, surface
+from harness.scene import load, surface
+from harness.scene.mesh import mesh
 
 CAMERA = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,2)\n"
 MATERIAL = "(1,1,1) 0 1 (0,0,0) 1e6 1\n"
@@ -145,9 +146,9 @@ def test_parts_of_a_gltf_scene_are_moved_to_their_places(read, tmp_path):
         ("a.obj", SQUARE + "f 1 1 2\nf 1 2 2\n", "no triangle with an area"),
         ("a.obj", "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n", "no triangle with an area"),
         ("a.obj", SQUARE + "f 1 2 9\n", 'the mesh "a.obj" cannot be read: '),
-        ("a.obj", SQUARE.replace("1 1", "nan 1") + "f 1 2 3\n", "a vertex that is not finite"),
+        ("a.obj", SQUARE.replace("1 1", "nan 1") + "f 1 2 3\n", "line 5: a face has a vertex that is not finite"),
         ("a.obj", SQUARE.replace("1 1", "1e31 1") + "f 1 2 3\n", "a vertex farther than 1e+30 from the origin"),
-        ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", "save it again"),
+        ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", "line 4: the header of the PLY has no end"),
         ("a.off", "", 'the mesh "a.off" cannot be read: '),
         ("a.glb", b"glTF" + b"\0" * 50, "only GLTF 2 is supported"),
     ],

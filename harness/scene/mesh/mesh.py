@@ -1,8 +1,8 @@
 """Reads meshes (OBJ, PLY, STL, OFF, glTF), cleans them and places them in the scene's frame.
 
-Equal vertices become one, so that adjacent triangles share an edge; faces of more corners are cut in a fan of
-triangles, which is right for convex ones; triangles without an area are removed. A closed mesh is then turned outward
-(surface.py).
+OBJ, PLY and OFF have readers of their own; faces of more than three corners are cut into triangles (faces.py). Equal
+vertices become one, so that adjacent triangles share an edge; triangles without an area are removed. A closed mesh is
+then turned outward (surface.py).
 """
 
 import io
@@ -14,8 +14,12 @@ import numpy as np
 
 from harness.errors import UserError
 from harness.scene import check, surface
+from harness.scene.mesh import obj, off, ply
+from harness.scene.mesh.faces import Fault, triangles
 
+READERS = {".obj": obj.read, ".ply": ply.read, ".off": off.read}
 SUFFIXES = (".obj", ".ply", ".stl", ".off", ".glb", ".gltf")
+LARGEST = 1 << 32  # bytes of a file
 MEMORY = 1 << 30  # bytes that reading a mesh may take, in addition to 100 times its size
 COPIES = 10**7  # triangles, at most, in repeated meshes: a short text could ask for any number
 
@@ -44,7 +48,7 @@ class Files:
         vertices = (scale * vertices) @ rotate(rotation).T + position
         if np.abs(vertices).max() > check.LARGEST:
             raise UserError(f'the mesh "{path}" has a vertex farther than {check.LARGEST:g} from the origin')
-        vertices, triangles = with_area(vertices, triangles)
+        vertices, triangles = surface.with_area(vertices, triangles)
         if not len(triangles):
             raise UserError(f'the mesh "{path}" has no triangle with an area')
         return vertices, triangles, closed
@@ -73,29 +77,58 @@ def _load(path, file):
     if not _is_file(file):
         raise UserError(f'no such file: "{file}"', remedy="the path is taken from the folder of the scene file")
     remedy = "open it in a modelling program and save it again"
+    if file.stat().st_size > LARGEST:
+        raise UserError(f'the mesh "{path}" has more than {LARGEST >> 30} GB', remedy="use a coarser one, or divide it")
     try:
         content = file.read_bytes()
         with _at_most(MEMORY + 100 * len(content)):
-            vertices, triangles = _parsed(content, file)
+            return _parsed(content, file)
+    except OSError as error:
+        raise UserError(f'the mesh "{path}" cannot be read: {error.strerror}') from None
     except MemoryError:
         raise UserError(f'the mesh "{path}" declares far more elements than it has', remedy=remedy) from None
-    except Exception as error:  # trimesh raises errors of any kind for a damaged file
-        why = " ".join(str(error).split()) or type(error).__name__
-        raise UserError(f'the mesh "{path}" cannot be read: {why[:200]}', remedy=remedy) from None
-    if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
-        raise UserError(f'the mesh "{path}" refers to vertices that it does not have')
-    return vertices, triangles
+    except Fault as fault:
+        where = f"{fault.place}: " if fault.place else ""
+        raise UserError(f'the mesh "{path}" cannot be read: {where}{fault.message}', remedy=fault.remedy) from None
 
 
 def _parsed(content, file):
-    """`_load` for a file with this content; raises any error of trimesh."""
+    """`_load` for a file with this content. Fault if it cannot be read right."""
+    kind = file.suffix.lower()
+    if content.startswith(b"version https://git-lfs.github.com/spec/"):
+        remedy = "fetch it with: git lfs pull"
+        raise Fault("it is a pointer of Git LFS, in place of the mesh itself", "line 1", remedy)
+    if kind not in READERS:
+        return _by_trimesh(content, file)
+    if kind != ".ply" and b"\0" in content and b"BINARY" not in content[:20]:
+        place, remedy = f"line {content[: content.index(bytes(1))].count(bytes([10])) + 1}", "save it as text in UTF-8"
+        utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+        raise Fault("it is text in UTF-16" if utf16 else "it has NUL bytes, so it is no text", place, remedy)
+    vertices, faces = READERS[kind](content)
+    return vertices, triangles(vertices, faces)
+
+
+def _by_trimesh(content, file):
     import trimesh  # here, because few scenes have a mesh
 
     kind, resolver = file.suffix.lower()[1:], trimesh.resolvers.FilePathResolver(file)
-    # Names and comments of OBJ may have any encoding, but are not used.
-    source = io.StringIO(content.decode("utf-8", "replace")) if kind == "obj" else io.BytesIO(content)
-    loaded = trimesh.load_scene(source, file_type=kind, process=False, skip_materials=True, resolver=resolver)
-    vertices, triangles, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
+    try:
+        loaded = trimesh.load_scene(
+            io.BytesIO(content), file_type=kind, process=False, skip_materials=True, resolver=resolver
+        )
+        return _joined(loaded)
+    except MemoryError:
+        raise
+    except Exception as error:  # trimesh raises errors of any kind for a damaged file
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise Fault(why[:200], "", "open it in a modelling program and save it again") from None
+
+
+def _joined(loaded):
+    """Vertices (V, 3) and triangles (T, 3) of a trimesh.Scene, all its parts in one frame."""
+    import trimesh
+
+    vertices, corners, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
     for node in loaded.graph.nodes_geometry:
         matrix, name = loaded.graph[node]
         part = loaded.geometry[name]
@@ -105,9 +138,12 @@ def _parsed(content, file):
         still = np.array_equal(matrix, np.eye(4))
         points = np.asarray(part.vertices, np.float64)
         vertices.append(points if still else points @ matrix[:3, :3].T + matrix[:3, 3])
-        triangles.append(np.asarray(part.faces, np.int64) + count)
+        corners.append(np.asarray(part.faces, np.int64) + count)
         count += len(points)
-    return np.concatenate(vertices), np.concatenate(triangles)
+    vertices, triangles = np.concatenate(vertices), np.concatenate(corners)
+    if len(triangles) and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
+        raise Fault("it refers to vertices that it does not have", "", "export it again")
+    return vertices, triangles
 
 
 @contextmanager
@@ -154,16 +190,3 @@ def _clean(vertices, triangles, path):
         raise UserError(f'the mesh "{path}" has no triangle with an area')
     outward = surface.outward(vertices, triangles)
     return vertices, triangles if outward is None else outward, outward is not None
-
-
-def with_area(vertices, triangles):
-    """Vertices and triangles without triangles that have no normal (TRI-2), and without unused vertices.
-
-    Call it after `surface.outward`, for which triangles without an area may close a seam.
-    """
-    a, b, c = (vertices[corner] for corner in triangles.T)
-    normals = np.cross(b - a, c - a)
-    triangles = triangles[np.einsum("ij,ij->i", normals, normals) > 0]
-    used = np.zeros(len(vertices), bool)
-    used[triangles] = True
-    return vertices[used], (np.cumsum(used, dtype=np.int32) - 1)[triangles]

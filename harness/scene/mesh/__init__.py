@@ -1,0 +1,1 @@
+"""Meshes: reads them from files, cuts their faces into triangles, cleans and places them. Start with mesh.py."""

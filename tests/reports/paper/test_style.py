@@ -1,0 +1,35 @@
+"""Figures have letters for any name, and say nothing on standard error; long names become files."""
+
+import os
+import subprocess
+import sys
+
+from reports.paper import markdown, style
+
+
+def test_letters_that_the_font_lacks(tmp_path):
+    """In a process of its own: matplotlib warns once."""
+    code = (
+        "import matplotlib.pyplot as plt\nfrom pathlib import Path\nfrom reports.paper import style\n"
+        "with style.styled():\n"
+        "    figure, axes = plt.subplots()\n"
+        "    axes.set_title('\u573a\u666f \U0001f98a \u0627\u0644', fontweight='bold')\n"
+        "    axes.set_xlabel('\u5834\u666f \U0001f680')\n"
+        "    style.save(figure, Path('figure'))\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.getcwd(), "PYTHONIOENCODING": "utf-8"}
+    words = [sys.executable, "-W", "always::UserWarning", "-c", code]
+    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".svg", ".pdf", ".json"}
+
+
+def test_the_first_font_is_the_same_everywhere():
+    assert style.RC["font.family"][0] == "DejaVu Sans"
+
+
+def test_names_of_files_are_short_and_differ():
+    assert markdown.slug("A scene, 2 of 3") == "a-scene-2-of-3" and markdown.slug("\u573a\u666f") == "unnamed"
+    long = [markdown.slug("a" * 245 + end) for end in ("", "b", "\udcff")]
+    assert len(set(long)) == 3 and all(len(name) == markdown.LONGEST for name in long)
+    assert markdown.slug("a" * markdown.LONGEST) == "a" * markdown.LONGEST
