@@ -12,7 +12,7 @@ import numpy as np
 
 from harness.process import crash, process
 from harness.process.scratch import must_have_room, remove, scratch
-from harness.renderer import events, job
+from harness.renderer import builder, events, job
 from harness.renderer.builder import BuildError, Built, fill
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
@@ -20,6 +20,7 @@ from harness.renderer.registry import Entry
 from harness.system import ownership
 
 UNSUPPORTED = 3  # exit status
+DENIED = "Permission denied", "failed to map segment", "Operation not permitted"  # of execve(2) and dlopen(3)
 HEAVIEST = 1e100  # dropped weight of a pixel; of more, what is worked out from it leaves float64
 # Parameters that a manifest names the values of.
 METHODS = (
@@ -108,7 +109,7 @@ def start(
             command, here / "neutral", stdout, stderr, timeout, series, interval, limits, cache, entry.renderer.home
         )
         if outcome.failed:
-            return Result("failed", outcome.failed)
+            return Result("failed", outcome.failed + _noexec(outcome.failed, built, own))
         if outcome.over and outcome.over[0] == "disk" and ownership.is_ours(own):
             remove(own)  # the next repetition would find no room in it
         gone = [path for path in (stdout, stderr) if not _is_file(path)]
@@ -117,11 +118,23 @@ def start(
             fault = f"removed or replaced the file of its {gone[0].name}"
         said, text = events.read(_unless(gone, stdout)), end_of(_unless(gone, stderr))
         result = collect(outcome, said, text, fault, here / "out", parameters, needs, arrays)
+        if result.status == "failed":
+            result.reason += _noexec(result.reason, built, own)
         if log:
             for path in (stdout, stderr):
                 with open(_unless(gone, path), "rb") as source, open(f"{log}.{path.name}", "wb") as target:
                     target.write(source.read(limits.output))
     return result
+
+
+def _noexec(reason: str, built: Built | None, cache: Path) -> str:
+    """What to do where a program or library was refused as its file system is mounted with noexec; else ""."""
+    if not any(words in reason for words in DENIED):
+        return ""
+    for folder in (*([built.folder] if built else []), cache):
+        if barred := builder.noexec(folder):
+            return f"; {barred}"
+    return ""
 
 
 def write_job(entry: Entry, here: Path, arrays: dict[str, np.ndarray], parameters: Parameters, needs) -> tuple:

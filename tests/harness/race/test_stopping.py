@@ -1,6 +1,7 @@
 """A harness that is stopped takes the renderer under way with it and leaves the finished rows."""
 
 import os
+import pwd
 import shlex
 import signal
 import subprocess
@@ -137,7 +138,8 @@ def start_waiting(environment, tmp_path):
 def test_the_lock_of_measuring(start_waiting, tmp_path):
     """While one rayrace measures, another one waits, and says for which."""
     holder, waiting, said = start_waiting(tmp_path / "a folder")
-    who = f"process {holder.pid}, {tmp_path / 'a folder'}"
+    user = pwd.getpwuid(os.getuid()).pw_name
+    who = f"process {holder.pid} of {user}, {tmp_path / 'a folder'}"
     assert said == f"another rayrace is measuring on this machine, {who}; waiting for it to end\n"
     assert not (tmp_path / "run" / "run.json").exists()
     holder.communicate()
