@@ -20,6 +20,7 @@ from harness.renderer.registry import Entry
 from harness.system import ownership
 
 UNSUPPORTED = 3  # exit status
+BY_OTHERS = "by SIGKILL, perhaps for using too much memory (see dmesg)"
 DENIED = "Permission denied", "failed to map segment", "Operation not permitted"  # of execve(2) and dlopen(3)
 HEAVIEST = 1e100  # dropped weight of a pixel; of more, what is worked out from it leaves float64
 # Parameters that a manifest names the values of.
@@ -120,6 +121,8 @@ def start(
         result = collect(outcome, said, text, fault, here / "out", parameters, needs, arrays)
         if result.status == "failed":
             result.reason += _noexec(result.reason, built, own)
+        elif result.status == "ok" and outcome.unwatched:
+            result.status, result.reason = "failed", outcome.unwatched
         if log:
             for path in (stdout, stderr):
                 with open(_unless(gone, path), "rb") as source, open(f"{log}.{path.name}", "wb") as target:
@@ -197,7 +200,7 @@ def collect(
         limit, result.reason = outcome.over
         result.status = "killed" if limit == "memory" and outcome.signal == signal.SIGKILL else "failed"
     elif outcome.signal == signal.SIGKILL:
-        result.status, result.reason = "killed", "by SIGKILL, perhaps for using too much memory (see dmesg)"
+        result.status, result.reason = "killed", BY_OTHERS
     elif outcome.signal == signal.SIGXFSZ:
         result.status, result.reason = "failed", "wrote a file that is larger than the limit of disk"
     elif outcome.signal is not None:

@@ -20,6 +20,7 @@ from harness.store import record as rows
 from harness.store import store
 from harness.system import ownership, trouble
 
+WATCHES = 3  # tries to have a repetition watched to its end
 RAYS = "primary", "reflected", "transmitted", "shadow", "non_finite"
 
 
@@ -58,7 +59,7 @@ class Bench:
         # Cells under stress are many, and how long they compile is not asked.
         cache = self.caches / (f"{cell.entry.name}.stress" if cell.stressed else cell.key)
         compiled = _has_files(cache)
-        job_of_cell = cell.entry, arrays, cell.parameters, cell.needs
+        job_of_cell, again = (cell.entry, arrays, cell.parameters, cell.needs), []
         held = {"timeout": cell.timeout, "limits": cell.limits, "cache": None if kind == "cold" else cache}
         held["log"] = self.store.folder / "logs" / stem
         if cell.without and cell.without.unavailable:
@@ -66,8 +67,9 @@ class Bench:
         elif cell.stressed:
             result = self.untimed.run(*job_of_cell, **held)
         else:
-            result = self.host.run(*job_of_cell, **held, series=series, interval=self.interval)
+            result, again = self._watched(*job_of_cell, **held, series=series)
         disturbed, seconds = trouble.between(before, self.host.look()), self.host.clock() - looked
+        disturbed["measurer_s"] = _measurer_s(result)
         record = {
             "host": self.store.host,
             **cell.facts(),
@@ -92,7 +94,7 @@ class Bench:
             "truth_s": None,
         }
         if record["wall_s"] is not None:
-            record["warnings"] += trouble.doubts(disturbed, seconds, cell.parameters.threads)
+            record["warnings"] += again + trouble.doubts(disturbed, seconds, cell.parameters.threads)
         if cell.stressed and result.array is not None:  # one that is no valid answer too: it is counted, and fails
             record["stability"] = cell.stressed.record(result, cell.parameters)
             if cell.parameters.kind == "image":
@@ -119,6 +121,16 @@ class Bench:
                 record["unranked"] = record["unranked"] or contradicted
         record["took_s"] = self.host.clock() - begun
         return record
+
+    def _watched(self, *job, **options) -> tuple[repetition.Result, list[str]]:
+        """The Result of a repetition, begun again where its measurer was lost; and that as warnings."""
+        lost = []
+        for _ in range(WATCHES):
+            result = self.host.run(*job, **options, interval=self.interval)
+            if result.status != "failed" or not result.outcome or not result.outcome.unwatched:
+                break
+            lost.append(result.outcome.unwatched)
+        return result, [f"it was repeated: {reason}" for reason in lost if result.status != "failed"]
 
     def _count(self, cell: Cell, number: int) -> dict:
         """The record of a count, without anything that a table of times could take."""
@@ -179,6 +191,12 @@ class Bench:
 
 def _has_files(cache: Path) -> bool:
     return cache.is_dir() and any(path.name != ownership.MARKER for path in cache.iterdir())
+
+
+def _measurer_s(result: repetition.Result) -> float | dict:
+    """Returns the CPU time of a repetition's measurer, s, or why it is unknown."""
+    audit = result.outcome.measurer if result.outcome else None
+    return audit["cpu_s"] if audit else {"unavailable": "nobody measured, or the measurer gave no account of itself"}
 
 
 def _energy(result: repetition.Result, series: Path) -> dict | None:
