@@ -128,9 +128,9 @@ class Bench:
         for _ in range(WATCHES):
             result = self.host.run(*job, **options, interval=self.interval)
             if result.status != "failed" or not result.outcome or not result.outcome.unwatched:
-                break
+                return result, [f"it was repeated: {reason}" for reason in lost]
             lost.append(result.outcome.unwatched)
-        return result, [f"it was repeated: {reason}" for reason in lost if result.status != "failed"]
+        return result, []
 
     def _count(self, cell: Cell, number: int) -> dict:
         """The record of a count, without anything that a table of times could take."""
