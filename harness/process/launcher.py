@@ -162,37 +162,36 @@ def shared_once(pids, files):
 
 
 class MemoryFiles:
-    """The files that a family keeps in memory: of memfd_create(2), and below MEMORY.
+    """The files that a family keeps in memory: of memfd_create(2), and in MEMORY.
 
-    Their pages are in the memory of no process, unless it maps them.
+    Their pages are in the memory of no process, unless it maps them. Those in MEMORY stay when they are closed. A file
+    there is the family's if it was not there before, and one of it had it open when somebody looked.
     """
 
     def __init__(self):
-        self.before = self.found()
-
-    @staticmethod
-    def found():
-        """{(device, inode): bytes} of this user's files below MEMORY."""
-        found, folders, user = {}, [MEMORY], os.geteuid()
-        while folders:
-            with contextlib.suppress(OSError), os.scandir(folders.pop()) as entries:
-                for entry in entries:
-                    with contextlib.suppress(OSError):
-                        told = entry.stat(follow_symlinks=False)
-                        if told.st_uid == user:
-                            found[told.st_dev, told.st_ino] = told.st_blocks * 512
-                        if entry.is_dir(follow_symlinks=False):
-                            folders.append(entry.path)
-        return found
+        self.before, self.own = set(there()), set()
 
     def size(self, pids):
-        """Bytes of those that these processes have open, and of those that appeared and that no other has open."""
-        own = opened(pids)
-        new = {file: size for file, size in self.found().items() if file not in self.before and file not in own}
-        if new:
-            others = opened(pid for pid in numbers("/proc") if pid not in pids and pid != os.getpid())
-            own |= {file: size for file, size in new.items() if file not in others}
-        return sum(own.values())
+        """Bytes of the files of these processes."""
+        found = {file: size for file, size in opened(pids).items() if file not in self.before}
+        self.own |= found.keys()
+        if self.own:
+            found |= {file: size for file, size in there().items() if file in self.own}
+        return sum(found.values())
+
+
+def there():
+    """{(device, inode): bytes} of the files in MEMORY."""
+    found, folders = {}, [MEMORY]
+    while folders:
+        with contextlib.suppress(OSError), os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                with contextlib.suppress(OSError):
+                    told = entry.stat(follow_symlinks=False)
+                    found[told.st_dev, told.st_ino] = told.st_blocks * 512
+                    if entry.is_dir(follow_symlinks=False):
+                        folders.append(entry.path)
+    return found
 
 
 def opened(pids):

@@ -122,7 +122,7 @@ def start(
         if result.status == "failed":
             result.reason += _noexec(result.reason, built, own)
         elif result.status == "ok" and outcome.unwatched:
-            result.status, result.reason = "failed", outcome.unwatched
+            result.status, result.reason, result.array = "failed", outcome.unwatched, None
         if log:
             for path in (stdout, stderr):
                 with open(_unless(gone, path), "rb") as source, open(f"{log}.{path.name}", "wb") as target:
