@@ -2,6 +2,8 @@
 
 import contextlib
 import io
+import os
+import signal
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -30,15 +32,47 @@ app = typer.Typer(
 def main() -> None:
     """The entry point: 0 good, 1 something that was measured failed, 2 wrong use, 130 stopped by Ctrl-C."""
     from harness.errors import UserError, of_system
+    from harness.race import stopping
 
+    _open_closed()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="surrogateescape")  # names of files need not be Unicode
+    stopping.heed((signal.SIGTERM, signal.SIGHUP))  # so that folders for a while are removed
     try:
-        app()
+        try:
+            app()
+        finally:
+            _flush()
     except UserError as error:
         _end(str(error))
     except OSError as error:
         _end(of_system(error))
+    except stopping.Stopped as error:
+        stopping.end(error)
+
+
+def _open_closed() -> None:
+    """Opens the standard streams that are closed, which read and write nothing: a file would get their numbers."""
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            null = os.open(os.devnull, os.O_RDWR)
+            if null != number:
+                os.dup2(null, number)
+                os.close(null)
+            setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
+
+
+def _flush() -> None:
+    """Writes what is left of the output. Ends if nobody reads it any more; OSError if it cannot be written."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the interpreter tries again, and fails with a traceback
+        if isinstance(error, BrokenPipeError):
+            sys.exit(1)
+        raise OSError(error.errno, error.strerror, "standard output") from None
 
 
 def _end(text: str) -> None:

@@ -215,7 +215,8 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float, agai
 def _leave(folder: Path, resumed: bool, count: int, again: str) -> str:
     """What is kept of a run of `count` repetitions that ended early, and how to go on. The folder of a new run that did
     not begin is removed if nothing is in it."""
-    from harness.store import alone
+    from harness.errors import UserError
+    from harness.store import alone, store
 
     if not resumed and folder.is_dir() and {path.name for path in folder.iterdir()} <= {alone.NAME}:
         with contextlib.suppress(OSError):
@@ -227,7 +228,10 @@ def _leave(folder: Path, resumed: bool, count: int, again: str) -> str:
         return f"{folder} is gone, and what had finished with it"
     if not begun:
         return "nothing was measured"
-    done = rows.read_bytes().count(b"\n")
+    try:
+        done = len(store.read(folder)[1])
+    except UserError:  # damaged meanwhile
+        done = rows.read_bytes().count(b"\n")
     kept = f"{done} of {count} repetitions are kept in {folder}"
     return f"{kept}; go on with: {again}" if again else kept
 

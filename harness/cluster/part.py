@@ -31,7 +31,7 @@ from harness.race.stopping import Stopped, heed
 from harness.renderer import registry
 from harness.store import lines, merge, store
 from harness.store.alone import locked
-from harness.store.record import identity
+from harness.store.record import identity, killed_by_others
 
 PARTS, END = "parts", "end.json"
 LEAST = 1 << 20  # bytes: a disk with less room is full, as a job writes more
@@ -128,10 +128,11 @@ class JobHost(ThisHost):
 
 def finished(run: Path, number: int | None = None) -> list[dict]:
     """Rows that need not be run again, of the parts of batch `number` or of all batches. Without unavailable ones, as
-    another host may have what one lacks."""
+    another host may have what one lacks, and those that others killed."""
     pattern = f"{PARTS}/{'*' if number is None else f'{number:04d}'}-*/run.json"
     rows = [record for path in sorted(run.glob(pattern)) for record in store.read(path.parent)[1]]
-    return [record for record in merge.standing(rows).values() if record["status"] != "unavailable"]
+    standing = merge.standing(rows).values()
+    return [record for record in standing if record["status"] != "unavailable" and not killed_by_others(record)]
 
 
 def speed() -> dict:

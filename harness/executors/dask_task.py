@@ -78,18 +78,18 @@ def _run(job: str, work: list[str], number: int, seconds: float) -> str:
 @contextlib.contextmanager
 def _turn(job: str) -> Iterator[bool]:
     """Waits until this task has the host to itself; yields False if the task was stopped meanwhile."""
-    from filelock import FileLock, Timeout
+    from harness.system import lock
 
     user = os.getuid() if hasattr(os, "getuid") else 0
-    lock = FileLock(Path(tempfile.gettempdir()) / f"rayrace-task-{user}.lock")
-    while job not in _stopped:
-        with contextlib.suppress(Timeout):
-            lock.acquire(timeout=LOOK, poll_interval=LOOK)
-            break
-    try:
-        yield lock.is_locked and job not in _stopped  # it may have been stopped while it waited for the lock
-    finally:
-        lock.release()
+    file = Path(tempfile.gettempdir()) / f"rayrace-task-{user}.lock"
+    with contextlib.ExitStack() as stack:
+        while job not in _stopped:
+            try:
+                stack.enter_context(lock.of_file(file))
+                break
+            except lock.Busy:
+                time.sleep(LOOK)
+        yield job not in _stopped  # it may have been stopped while it took the lock
 
 
 def _watch(process: subprocess.Popen, job: str, until: float) -> str:

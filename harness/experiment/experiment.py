@@ -70,18 +70,19 @@ class Generate(Strict):
 class Measure(Strict):
     """How it is measured.
 
-    interval: of the measurer. gpu_load: of the load pass, one more process of each cell of a GPU, with frames that fill
-    this time; 0: none. least_frame: later frames that would be shorter are batches of renders that last so long;
-    0: none. pair: the variant of which one cell is run twice in every round, for the noise floor of the run; auto
-    takes the fastest there is. cold: every cell is run once more in every round, with no code of an earlier process
-    to load; for what starting costs, and in no other time. peaks: before every timed repetition of a cell that can run,
-    what the machine can do at most is measured (calibration.py), some 0.2 s, twice that where threads are used.
+    interval: of the measurer, whose looks take some 0.2 ms each. gpu_load: of the load pass, one more process of each
+    cell of a GPU, with frames that fill this time; 0: none. least_frame: later frames that would be shorter are batches
+    of renders that last so long; 0: none. pair: the variant of which one cell is run twice in every round, for the
+    noise floor of the run; auto takes the fastest there is. cold: every cell is run once more in every round, with no
+    code of an earlier process to load; for what starting costs, and in no other time. peaks: before every timed
+    repetition of a cell that can run, what the machine can do at most is measured (calibration.py), some 0.2 s, twice
+    that where threads are used.
     until: "2 %": the run ends, after `processes` rounds at most, when the interval of every ratio is within so much of
     it (harness/race/enough.py).
     count: after all timed repetitions the instructions of a frame of every cell are counted (counting.py).
     """
 
-    interval: Seconds = 0.05
+    interval: Annotated[float, BeforeValidator(duration), Field(ge=0.01, allow_inf_nan=False)] = 0.05
     gpu_load: Annotated[float, BeforeValidator(duration), Field(ge=0, le=3600)] = 5.0
     least_frame: Annotated[float, BeforeValidator(duration), Field(ge=0, le=60)] = 1e-3
     pair: str = "auto"

@@ -1,7 +1,6 @@
 """Checks whether this machine is fit to measure: names disturbances and remedies, changes nothing."""
 
 import os
-import shutil
 from pathlib import Path
 
 import psutil
@@ -100,5 +99,6 @@ def energy() -> Finding:
 
 def compiler(value: str) -> Finding:
     if value.startswith(UNAVAILABLE):
-        return Finding("doubtful", "C++ compiler", value, "apt install g++")
-    return Finding("good", "C++ compiler", f"{value} ({shutil.which(builder.find_compiler('c++') or '')})")
+        remedy = "correct CXX, or unset it" if os.environ.get("CXX") else "apt install g++"
+        return Finding("doubtful", "C++ compiler", value, remedy)
+    return Finding("good", "C++ compiler", f"{value} ({' '.join(builder.compiler('c++'))})")

@@ -7,14 +7,13 @@ import importlib.metadata
 import os
 import platform
 import socket
-import subprocess
 from pathlib import Path
 
 import psutil
 
 from harness.renderer import builder
 from harness.renderer.registry import usable_cores
-from harness.system import cgroup
+from harness.system import cgroup, git
 from harness.system.gpu import Gpu
 
 PACKAGES = ("numpy", "numba", "numba-cuda", "llvmlite", "psutil", "mpmath", "scipy", "rayrace")
@@ -90,10 +89,14 @@ def _cpu_model() -> str:
 
 
 def _frequency() -> str | dict:
-    frequency = psutil.cpu_freq()
+    try:
+        frequency = psutil.cpu_freq()
+    except (OSError, NotImplementedError, ValueError) as error:  # of a processor that tells its limits alone
+        return _no(str(error))
     if frequency is None:
         return _no("no cpufreq here")
-    return {"now_mhz": frequency.current, "max_mhz": frequency.max or _no("no cpufreq here")}
+    now, most = frequency.current, frequency.max
+    return {"now_mhz": now or _no("not told by the system"), "max_mhz": most or _no("no cpufreq here")}
 
 
 def _caches() -> dict | str:
@@ -144,8 +147,8 @@ def _turbo() -> str:
 
 
 def _compiler(kind: str) -> str:
-    path = builder.find_compiler(kind)
-    return builder.compiler_version(path) if path else _no(builder.MISSING[kind])
+    words = builder.compiler(kind)
+    return builder.compiler_version(*words) if words else _no(builder.missing(kind))
 
 
 def _version(package: str) -> str:
@@ -157,14 +160,12 @@ def _version(package: str) -> str:
 
 def _commit() -> str:
     """The commit of the checkout with this file, and "-dirty" if files differ from it."""
-    here = Path(__file__).resolve().parent
+    here = Path(__file__).resolve()
     try:
-        answer = subprocess.run(
-            ["git", "-C", str(here), "describe", "--always", "--dirty", "--exclude=*"],
-            capture_output=True,
-            text=True,
-            timeout=20,
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        return _no(f"git: {error}")
-    return answer.stdout.strip() or _no("not in a git checkout")
+        if (
+            git.ask(here.parent, "ls-files", "--error-unmatch", here.name) is None
+        ):  # a repository around an installed one
+            return _no("not in a git checkout")
+        return git.ask(here.parent, "describe", "--always", "--dirty", "--exclude=*") or _no("git does not tell")
+    except git.Distrusted as error:
+        return _no(str(error))

@@ -28,6 +28,8 @@ def peaks(threads: int) -> dict:
     try:
         one = _measure(1)
         return {"one": one, "all": _measure(threads) if threads > 1 else one}
+    except PermissionError as error:
+        return {"unavailable": f"calibration: {builder.noexec(_program().parent) or error}"}
     except (builder.BuildError, OSError, subprocess.SubprocessError, ValueError) as error:
         return {"unavailable": f"calibration: {error}"}
 

@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import psutil
 
+from harness.process.launcher import MemoryFiles, shared_once, sizes
+
 TICK = 1 / os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 0.01  # s: resolution of CPU times in /proc/PID/stat
 WALK_INTERVAL = 0.5  # s between looks for descendants where only a walk over all processes finds them
 PSS_SHARE = 0.05  # of the time; to sum the pages of a process up takes 1 ms for some 100 MB, while it may not map more
@@ -24,7 +26,7 @@ class Sample(NamedTuple):
     rss: int  # of the living, as all that follow
     vms: int
     threads: int
-    pss: int | None  # resident memory, shared pages counted once; None if not looked at, as of a single process
+    pss: int | None  # resident memory, shared pages counted once, and files in memory; None if it is rss, or unknown
 
 
 class Family:
@@ -37,7 +39,8 @@ class Family:
         self.cpu_s = 0.0
         self.most = 0  # processes living at once
         self.mark = None  # bytes: the largest VmHWM of the root, None if never seen
-        self.pss = None  # bytes: the largest sum
+        self.pss = self.vms = None  # bytes: the largest sums
+        self.files, self.files_due, self.files_size, self.files_peak = MemoryFiles(), -math.inf, 0, 0
 
     @property
     def pids(self) -> frozenset[int]:
@@ -67,9 +70,10 @@ class Family:
             living.append(process.pid)
         self.cpu_s = max(self.cpu_s, cpu)  # a death may be seen late, and cuts its time to ticks
         self.most = max(self.most, len(living))
-        mark = _bytes(f"/proc/{self.root.pid}/status", "VmHWM:")
+        self.vms = max(self.vms or 0, vms)
+        mark = sizes(self.root.pid, "status", "VmHWM:")[0]
         self.mark = max(filter(None, (self.mark, mark)), default=None)
-        return Sample(self.cpu_s, rss, vms, threads, self._shared_once(living, now))
+        return Sample(self.cpu_s, rss, vms, threads, self._shared_once(living, rss, now))
 
     def last(self) -> float | None:
         """CPU time (s) of the family when all have ended and none is reaped; None if the root is gone."""
@@ -83,16 +87,28 @@ class Family:
         self.cpu_s = max(self.cpu_s, cpu)
         return self.cpu_s
 
-    def _shared_once(self, living: list[int], now: float) -> int | None:
+    def _shared_once(self, living: list[int], rss: int, now: float) -> int | None:
+        files = self._files(living, now)
+        if len(living) == 1 and files:
+            found = rss + max(0, files - sizes(living[0], "status", "RssShmem:")[0])
+            self.pss = max(self.pss or 0, found)
+            return found
         if len(living) < 2 or now < self.pss_due:
             return None
         start = time.process_time()
-        sizes = [_bytes(f"/proc/{pid}/smaps_rollup", "Pss:") for pid in living]
+        found = shared_once(living, files) or None  # None: the system does not tell
         self.pss_due = now + (time.process_time() - start) / PSS_SHARE
-        if None in sizes:  # one has died meanwhile, or may not be looked at
-            return None
-        self.pss = max(self.pss or 0, sum(sizes))
-        return sum(sizes)
+        self.pss = max(self.pss or 0, found or 0) or None
+        return found
+
+    def _files(self, living: list[int], now: float) -> int:
+        """Bytes of the family's files in memory, as they were at most 20 times as long ago as looking takes."""
+        if now >= self.files_due:
+            start = time.process_time()
+            self.files_size = self.files.size(living)
+            self.files_peak = max(self.files_peak, self.files_size)
+            self.files_due = now + (time.process_time() - start) / PSS_SHARE
+        return self.files_size
 
     def _look(self, now: float) -> None:
         """Bring `members` up to date."""
@@ -131,12 +147,3 @@ def _children(pid: int) -> list[int]:
             with contextlib.suppress(OSError), open(f"/proc/{pid}/task/{thread}/children", "rb") as listed:
                 found += map(int, listed.read().split())
     return found
-
-
-def _bytes(path: str, name: str) -> int | None:
-    """A size in a file of /proc that gives it as "NAME 123 kB"."""
-    with contextlib.suppress(OSError), open(path, encoding="ascii", errors="replace") as lines:
-        for line in lines:
-            if line.startswith(name):
-                return int(line.split()[1]) * 1024
-    return None

@@ -28,6 +28,7 @@ GRACE = 1.0  # s between the polite and the certain kill
 LOOK = 0.1  # s between looks at the limits, of which one costs 0.1 to 0.3 ms;
 SHARE = 0.05  # of the time that they may take, where there is much to look at
 BLOCK = 4096  # bytes that a file takes at least, an empty one too
+MEMORY = "/dev/shm"  # a file system in memory, which all may write to
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024
 PR_SET_CHILD_SUBREAPER = 36
 
@@ -73,8 +74,8 @@ def inherit(limits):
 class Limits:
     """Checks a renderer against its limits."""
 
-    def __init__(self, limits, outputs, places, before):
-        self.limits, self.outputs, self.places = limits, outputs, places
+    def __init__(self, limits, outputs, places, before, files):
+        self.limits, self.outputs, self.places, self.files = limits, outputs, places, files
         self.before = before  # bytes that were in `places`
         self.due, self.pss_due = time.monotonic() + LOOK, 0.0
 
@@ -99,14 +100,16 @@ class Limits:
         """[limit, how much] of what ends with them."""
         pids = family()
         yield "processes", len(pids)
-        resident = sum(map(rss, pids))
-        if self.over([("memory", resident)]) and len(pids) > 1:  # some of it may be shared
+        files = self.files.size(pids)
+        mapped = sum(sizes(pid, "status", "RssShmem:")[0] for pid in pids) if files else 0
+        used = sum(map(rss, pids)) + max(0, files - mapped)
+        if self.over([("memory", used)]) and len(pids) > 1:  # some of it may be shared
             if now < self.pss_due:
                 return
             began = time.process_time()
-            resident = sum(map(pss, pids))
+            used = shared_once(pids, files)
             self.pss_due = now + (time.process_time() - began) / SHARE
-        yield "memory", resident
+        yield "memory", used
 
 
 def size(folder, most):
@@ -131,11 +134,84 @@ def rss(pid):
     return 0
 
 
-def pss(pid):
-    """The same with each page divided by the number of processes that share it."""
-    with contextlib.suppress(OSError), open(f"/proc/{pid}/smaps_rollup", "rb") as lines:
-        return sum(int(line.split()[1]) * 1024 for line in lines if line.startswith(b"Pss:"))
-    return 0
+def sizes(pid, name, *keys):
+    """Sizes in a file of /proc/PID that gives them as "KEY 123 kB"; 0 of a dead process, and where there is no such."""
+    found = dict.fromkeys(keys, 0)
+    with contextlib.suppress(OSError), open(f"/proc/{pid}/{name}", encoding="ascii", errors="replace") as lines:
+        for line in lines:
+            key = line.split(maxsplit=1)[0]
+            if key in found:
+                found[key] = int(line.split()[1]) * 1024
+    return list(found.values())
+
+
+def shared_once(pids, files):
+    """Memory of processes, each page divided by the number of those that share it; and of files in memory.
+
+    It is of the moment when all are read, or a little less: who has ended by then, and pages that were given back, do
+    not count. Others, read later, own a larger share of those pages, so they would count more than once.
+    """
+    told = [(pid, rss(pid), *sizes(pid, "smaps_rollup", "Pss:", "Pss_Shmem:")) for pid in pids]
+    total = mapped = 0
+    for pid, before, pss, shared in told:
+        after = rss(pid)
+        if after:
+            total += max(0, pss - max(0, before - after))
+            mapped += shared
+    return total + max(0, files - mapped)
+
+
+class MemoryFiles:
+    """The files that a family keeps in memory: of memfd_create(2), and in MEMORY.
+
+    Their pages are in the memory of no process, unless it maps them. Those in MEMORY stay when they are closed. A file
+    there is the family's if it was not there before, and one of it had it open when somebody looked.
+    """
+
+    def __init__(self):
+        self.before, self.own = set(there()), set()
+
+    def size(self, pids):
+        """Bytes of the files of these processes."""
+        found = {file: size for file, size in opened(pids).items() if file not in self.before}
+        self.own |= found.keys()
+        if self.own:
+            found |= {file: size for file, size in there().items() if file in self.own}
+        return sum(found.values())
+
+
+def there():
+    """{(device, inode): bytes} of the files in MEMORY."""
+    found, folders = {}, [MEMORY]
+    while folders:
+        with contextlib.suppress(OSError), os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                with contextlib.suppress(OSError):
+                    told = entry.stat(follow_symlinks=False)
+                    found[told.st_dev, told.st_ino] = told.st_blocks * 512
+                    if entry.is_dir(follow_symlinks=False):
+                        folders.append(entry.path)
+    return found
+
+
+def opened(pids):
+    """{(device, inode): bytes} of the files in memory that processes have open."""
+    found = {}
+    for pid in pids:
+        for number in numbers(f"/proc/{pid}/fd"):
+            path = f"/proc/{pid}/fd/{number}"
+            with contextlib.suppress(OSError):
+                if os.readlink(path).startswith(("/memfd:", f"{MEMORY}/")):
+                    told = os.stat(path)
+                    found[told.st_dev, told.st_ino] = told.st_blocks * 512
+    return found
+
+
+def numbers(folder):
+    """The entries of a folder that are numbers."""
+    with contextlib.suppress(OSError):
+        return [int(name) for name in os.listdir(folder) if name.isdecimal()]
+    return []
 
 
 def wait(pid, deadline, limits):
@@ -229,7 +305,7 @@ def main(path):
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # ignored, as an unlucky caller may have it, it loses the dead
     adopts = adopt()
     limits, places = spec["limits"], spec["places"]
-    before = sum(size(place, float("inf")) for place in places)
+    before, files = sum(size(place, float("inf")) for place in places), MemoryFiles()
     inherit(limits)
     try:
         pid, spawned, outputs = spawn(spec)
@@ -239,7 +315,7 @@ def main(path):
         return
     floor = own_peak()  # afterwards: not below what the renderer was given
     say({"pid": pid, "spawned": spawned})
-    watched = Limits(limits, outputs, places, before)
+    watched = Limits(limits, outputs, places, before, files)
     timed_out, over = wait(pid, spawned + spec["timeout"], watched)
     stopped = timed_out and os.waitid(os.P_PID, pid, os.WSTOPPED | os.WNOWAIT | os.WNOHANG) is not None
     if timed_out:

@@ -1,21 +1,23 @@
 """Watches one renderer from a process of its own: CPU time, memory and GPU at absolute deadlines.
 
-`python -m harness.process.measurer SERIES.csv INTERVAL`. Prints "ready", reads one JSON line {"pid", "spawned",
-"launcher"} from standard input, and samples until a second line comes, {"exited"}: the renderer has ended and is not
-reaped. It then looks at the dead once more and prints its audit of itself as one JSON line. It also stops, without that
-last look, if the renderer is gone or standard input closes.
+`python -m harness.process.measurer SERIES.csv INTERVAL [WHY]`; WHY: the reason why no GPU is asked. Prints "ready",
+reads one JSON line {"pid", "spawned", "launcher"} from standard input, and samples until a second line comes,
+{"exited"}: the renderer has ended and is not reaped. It then looks at the dead once more and prints its audit of itself
+as one JSON line. It also stops, without that last look, if the renderer is gone or standard input closes.
 
 The series has one row a tick: t (s since the start of the renderer), cpu_s (CPU time used so far by the process and
 its descendants, the ended ones included), rss_bytes, vms_bytes, threads (sums over the living), pss_bytes (their
-resident memory with shared pages counted once, while there is more than one), package_energy_j (that the processor's
+resident memory with shared pages counted once, and its files in memory; while there is more than one process, or such
+a file: launcher.MemoryFiles), package_energy_j (that the processor's
 packages have used, whoever used it: rapl.py), and the columns of gpu.SERIES. An empty
 field is a value that the system does not tell; the audit's `gpu` says why of each column of the GPU, and its
 `gpu_sources` which call of NVML the others are from. The last row is of the end itself: the CPU time of the dead.
 
 The audit: ticks, missed (deadlines), interval_s (asked for), interval_p50_s, interval_p99_s (realised), cpu_s (used by
 the measurer itself), saw_end, resolution_s (of the last cpu_s), processes (the most that lived at once), mark_bytes
-(the largest VmHWM of the renderer that it saw; null if none), pss_peak_bytes (the largest pss_bytes; null if none),
-package_energy (null, or why there is none).
+(the largest VmHWM of the renderer that it saw; null if none), pss_peak_bytes and vms_peak_bytes (the largest pss_bytes
+and vms_bytes; null if none), files_peak_bytes (of its files in memory, the most at once), package_energy (null, or why
+there is none).
 """
 
 import csv
@@ -78,8 +80,8 @@ def _write(writer, t: float, *values) -> None:
     writer.writerow([f"{t:.6f}", *("" if value is None else value for value in values)])
 
 
-def main(path: str, interval: float) -> None:
-    gpu, rapl = Gpu(), Rapl()
+def main(path: str, interval: float, without_gpu: str = "") -> None:
+    gpu, rapl = Gpu(without_gpu), Rapl()
     words = open(0, "rb", buffering=0, closefd=False)  # noqa: SIM115  what a buffer holds, select does not see
     print("ready", flush=True)
     line = words.readline()
@@ -103,6 +105,8 @@ def main(path: str, interval: float) -> None:
         "processes": seen.family.most if seen.family else None,
         "mark_bytes": seen.family.mark if seen.family else None,
         "pss_peak_bytes": seen.family.pss if seen.family else None,
+        "vms_peak_bytes": seen.family.vms if seen.family else None,
+        "files_peak_bytes": seen.family.files_peak if seen.family else None,
         "package_energy": rapl.unavailable,
         "gpu": gpu.states(),
         "gpu_sources": gpu.sources(),
@@ -112,7 +116,7 @@ def main(path: str, interval: float) -> None:
 
 if __name__ == "__main__":
     try:
-        main(sys.argv[1], float(sys.argv[2]))
+        main(sys.argv[1], float(sys.argv[2]), *sys.argv[3:])
     except BrokenPipeError:  # the harness is gone
         sys.exit(1)
     except OSError as error:

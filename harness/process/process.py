@@ -27,6 +27,9 @@ PATIENCE = 10.0  # s, for the measurer's last words
 START = 60.0  # s, for its first: it imports, and asks NVML
 STUCK = 60.0  # s after which a launcher that should have spoken has been stopped, or worse
 DIED = {"failed": "the launcher died"}
+UNWATCHED = "its measurer "  # begins why nobody has watched
+KILLED = f"{UNWATCHED}was killed by SIGKILL, perhaps as memory was short (see dmesg)"
+IN_A_DRIVER = f"{UNWATCHED}ended, or waited for ever, perhaps in the driver of a GPU"
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class Outcome:
     orphans_s: float | None = None  # their CPU time, which is in user_s and system_s
     stopped: bool = False  # by a signal, when it had timed out
     over: tuple[str, str] | None = None  # a limit that it was over, and what it did
+    unwatched: str | None = None  # why the measurer, which was asked to watch, gave no account of itself
 
     @property
     def wall_s(self) -> float:
@@ -73,6 +77,8 @@ def _packages(home: Path | None) -> list[str]:
 
 class Process:
     """A renderer's process, started, with its launcher and its measurer. Close it whatever happens (a context)."""
+
+    without_gpu = ""  # why measurers ask no GPU any more: the driver took one of them along
 
     def __init__(
         self,
@@ -118,10 +124,11 @@ class Process:
             )
         )
         # -P: the current folder may hold modules of the same names
-        watch = [sys.executable, "-P", "-m", "harness.process.measurer", str(series), str(interval)]
+        watch = [sys.executable, "-P", "-m", "harness.process.measurer", str(series), str(interval), self.without_gpu]
         self.measurer = _start(watch) if series else None
+        self.stuck = False
         if self.measurer:
-            _word(self.measurer, START)  # ready: its imports must not run beside the renderer
+            self._word(START)  # ready: its imports must not run beside the renderer
         self.launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(self.spec)])
 
     def __enter__(self) -> "Process":
@@ -152,9 +159,11 @@ class Process:
         """Wait for its end, at most its timeout; the Outcome."""
         audit, end = None, _hear(self.launcher, self.timeout)
         if "failed" not in end:
-            audit = _last_words(self.measurer, end) if self.measurer else None
+            audit = self._last_words(end) if self.measurer else None
             _tell(self.launcher, {})  # it may reap
             end |= _hear(self.launcher, 0.0)
+            if self.measurer and audit is None:
+                end["unwatched"] = self._why_unwatched()
         if "failed" in end:
             launcher_module.kill_group(self.started["pid"], signal.SIGKILL)
             end_marked(self.own)
@@ -163,6 +172,27 @@ class Process:
             name, used = end["over"]
             end["over"] = name, self.limits.told(name, used, self.most[name])
         return Outcome(failed=None, spawned=self.started["spawned"], measurer=audit, **end)
+
+    def _last_words(self, end: dict) -> dict | None:
+        """Have the measurer look at the dead once more; its audit. None if it is dead itself, or stuck."""
+        _tell(self.measurer, end)
+        line = self._word(PATIENCE)
+        return json.loads(line) if line else None
+
+    def _word(self, seconds: float) -> bytes:
+        """The next line of the measurer; empty if it is dead, or stuck, as in the driver of a GPU that is lost: then it
+        is killed."""
+        if not _speaks(self.measurer, seconds):
+            self.stuck = True
+            self.measurer.kill()
+        return self.measurer.stdout.readline()
+
+    def _why_unwatched(self) -> str:
+        """Why the measurer gave no account. Unless somebody has killed it, later ones ask no GPU, so that they do."""
+        if self.measurer.wait() == -signal.SIGKILL and not self.stuck:
+            return KILLED
+        Process.without_gpu = Process.without_gpu or f"{IN_A_DRIVER}, before"
+        return IN_A_DRIVER
 
     def close(self) -> None:
         for process in (self.launcher, self.measurer):
@@ -234,18 +264,3 @@ def _start(command: list[str]) -> subprocess.Popen:
 def _tell(process: subprocess.Popen, message: dict) -> None:
     with contextlib.suppress(BrokenPipeError, ValueError):  # ValueError: closed, to end it
         process.stdin.write(json.dumps(message).encode() + b"\n")
-
-
-def _last_words(measurer: subprocess.Popen, end: dict) -> dict | None:
-    """Have the measurer look at the dead once more; its audit. None if it is dead itself, or stuck."""
-    _tell(measurer, end)
-    line = _word(measurer, PATIENCE)
-    return json.loads(line) if line else None
-
-
-def _word(measurer: subprocess.Popen, seconds: float) -> bytes:
-    """The next line of the measurer; empty if it is dead, or stuck, as in the driver of a GPU that is lost: then it is
-    killed."""
-    if not _speaks(measurer, seconds):
-        measurer.kill()
-    return measurer.stdout.readline()

@@ -12,7 +12,7 @@ import numpy as np
 
 from harness.process import crash, process
 from harness.process.scratch import must_have_room, remove, scratch
-from harness.renderer import events, job
+from harness.renderer import builder, events, job
 from harness.renderer.builder import BuildError, Built, fill
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
@@ -20,6 +20,8 @@ from harness.renderer.registry import Entry
 from harness.system import ownership
 
 UNSUPPORTED = 3  # exit status
+BY_OTHERS = "by SIGKILL, perhaps for using too much memory (see dmesg)"
+DENIED = "Permission denied", "failed to map segment", "Operation not permitted"  # of execve(2) and dlopen(3)
 HEAVIEST = 1e100  # dropped weight of a pixel; of more, what is worked out from it leaves float64
 # Parameters that a manifest names the values of.
 METHODS = (
@@ -108,7 +110,7 @@ def start(
             command, here / "neutral", stdout, stderr, timeout, series, interval, limits, cache, entry.renderer.home
         )
         if outcome.failed:
-            return Result("failed", outcome.failed)
+            return Result("failed", outcome.failed + _noexec(outcome.failed, built, own))
         if outcome.over and outcome.over[0] == "disk" and ownership.is_ours(own):
             remove(own)  # the next repetition would find no room in it
         gone = [path for path in (stdout, stderr) if not _is_file(path)]
@@ -117,11 +119,25 @@ def start(
             fault = f"removed or replaced the file of its {gone[0].name}"
         said, text = events.read(_unless(gone, stdout)), end_of(_unless(gone, stderr))
         result = collect(outcome, said, text, fault, here / "out", parameters, needs, arrays)
+        if result.status == "failed":
+            result.reason += _noexec(result.reason, built, own)
+        elif result.status == "ok" and outcome.unwatched:
+            result.status, result.reason, result.array = "failed", outcome.unwatched, None
         if log:
             for path in (stdout, stderr):
                 with open(_unless(gone, path), "rb") as source, open(f"{log}.{path.name}", "wb") as target:
                     target.write(source.read(limits.output))
     return result
+
+
+def _noexec(reason: str, built: Built | None, cache: Path) -> str:
+    """What to do where a program or library was refused as its file system is mounted with noexec; else ""."""
+    if not any(words in reason for words in DENIED):
+        return ""
+    for folder in (*([built.folder] if built else []), cache):
+        if barred := builder.noexec(folder):
+            return f"; {barred}"
+    return ""
 
 
 def write_job(entry: Entry, here: Path, arrays: dict[str, np.ndarray], parameters: Parameters, needs) -> tuple:
@@ -190,7 +206,7 @@ def collect(
         limit, result.reason = outcome.over
         result.status = "killed" if limit == "memory" and outcome.signal == signal.SIGKILL else "failed"
     elif outcome.signal == signal.SIGKILL:
-        result.status, result.reason = "killed", "by SIGKILL, perhaps for using too much memory (see dmesg)"
+        result.status, result.reason = "killed", BY_OTHERS
     elif outcome.signal == signal.SIGXFSZ:
         result.status, result.reason = "failed", "wrote a file that is larger than the limit of disk"
     elif outcome.signal is not None:

@@ -19,6 +19,7 @@ from harness.system import ownership, trouble
 
 # Where no experiment says another: s between two looks of the measurer, and that a later frame lasts at least.
 INTERVAL, LEAST_FRAME = (Measure.model_fields[name].default for name in ("interval", "least_frame"))
+WATCHES = 3  # tries to have a repetition watched to its end
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,16 +83,27 @@ class Audit:
         run: runs it in place of Host.run, without a measurer, where it is not timed.
         """
         compiled, begun, before = _files(cache), self.host.clock(), self.host.look()
-        more = {**task.more, "cache": None if cold else cache, "log": log}
+        more, again = {**task.more, "cache": None if cold else cache, "log": log}, []
         if run:
             result = run(*task.job, **more)
         else:
-            result = self.host.run(*task.job, **more, series=series, interval=self.interval)
+            result, again = self._watched(*task.job, **more, series=series)
         disturbed, seconds = trouble.between(before, self.host.look()), self.host.clock() - begun
+        disturbed["measurer_s"] = _measurer_s(result)
         record = {**row.measured(result, series), "disturbed": disturbed}
         if record["wall_s"] is not None:
-            record["warnings"] += trouble.doubts(disturbed, seconds, task.parameters.threads)
+            record["warnings"] += again + trouble.doubts(disturbed, seconds, task.parameters.threads)
         return Measured(task, result, record, series, cache, not cold and _files(cache) == compiled)
+
+    def _watched(self, *job, **options) -> tuple[Result, list[str]]:
+        """Returns the Result of a repetition, begun again where its measurer was lost; and that as warnings."""
+        lost = []
+        for _ in range(WATCHES):
+            result = self.host.run(*job, **options, interval=self.interval)
+            if result.status != "failed" or not result.outcome or not result.outcome.unwatched:
+                return result, [f"it was repeated: {reason}" for reason in lost]
+            lost.append(result.outcome.unwatched)
+        return result, []
 
     def unranked(self, made: Measured, reason: str | None) -> str | None:
         """None, or why a repetition that is ok takes no part in comparisons. reason: known before; what its marks
@@ -111,6 +123,12 @@ class Audit:
         blanks, key = self.blanks if made.warm else None, (task.entry.name, task.scene)
         disturbed = made.record["disturbed"]
         return contradiction.found(made.result, made.series, task.entry, task.parameters, blanks, run, key, disturbed)
+
+
+def _measurer_s(result: Result) -> float | dict:
+    """Returns the CPU time of a repetition's measurer, s, or why it is unknown."""
+    audit = result.outcome.measurer if result.outcome else None
+    return audit["cpu_s"] if audit else {"unavailable": "nobody measured, or the measurer gave no account of itself"}
 
 
 def _files(cache: Path) -> frozenset[str]:

@@ -1,7 +1,7 @@
 """The host that repetitions run on, one at a time."""
 
+import pwd
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from filelock import FileLock, Timeout
 
+from harness.errors import printable
 from harness.process import calibration, repetition, scratch
 from harness.process.repetition import Result
 from harness.process.session import Sessions
@@ -19,7 +19,7 @@ from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.store import alone
-from harness.system import holder, trouble
+from harness.system import holder, machine_lock, trouble
 
 
 class Host(Protocol):
@@ -60,18 +60,33 @@ class Host(Protocol):
         """A context whose `run` and `close` are those of Sessions: for jobs whose times do not count."""
 
 
-def host_lock() -> FileLock:
-    """Held while measuring: two timed processes on one host disturb each other."""
-    return FileLock(Path(tempfile.gettempdir()) / "rayrace-measuring.lock")
+@contextmanager
+def host_lock() -> Iterator[None]:
+    """Held while measuring: two timed processes on one host disturb each other. Names whom it waits for."""
+
+    def say(other: machine_lock.Holder) -> None:
+        text = f"another rayrace is measuring on this machine, {_who(other)}; waiting for it to end"
+        print(text, file=sys.stderr, flush=True)
+
+    with machine_lock.held(say):
+        yield
 
 
-def _who(lock: Path) -> str:
-    """The process that holds the lock of measuring, and the folder of its run, or its command if it has none."""
-    found = holder.find(lock)
-    if found is None:
-        return "process unavailable (the system does not tell)"
-    folders = [file.parent for file in found.files if file.name == alone.NAME]
-    return f"process {found.pid}, {folders[0] if folders else holder.command(found.pid)}"
+def _who(other: machine_lock.Holder) -> str:
+    """The process that measures, its user, and the folder of its run, or its command if it is another user's."""
+    user = f" of {_name(other.user)}" if other.user is not None else ""
+    if other.pid is None:
+        return f"a process{user} whose number the system does not tell"
+    folders = [file.parent for file in holder.opened(other.pid) if file.name == alone.NAME]
+    what = folders[0] if folders else holder.command(other.pid)
+    return printable(f"process {other.pid}{user}, {what}")
+
+
+def _name(user: int) -> str:
+    try:
+        return pwd.getpwuid(user).pw_name
+    except KeyError:
+        return f"user {user}"
 
 
 class ThisHost:
@@ -89,15 +104,6 @@ class ThisHost:
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:
-        lock = host_lock()
-        try:
-            lock.acquire(timeout=0)
-        except Timeout:
-            who = _who(Path(lock.lock_file))
-            print(f"another rayrace is measuring on this machine, {who}; waiting for it to end", file=sys.stderr)
-            lock.acquire()
-        try:
+        with host_lock():
             scratch.remove_left()
             yield
-        finally:
-            lock.release()

@@ -22,6 +22,7 @@ from harness.race.host import Host, ThisHost
 from harness.renderer.registry import Entry, usable_cores
 from harness.store import store
 from harness.store.alone import only_one
+from harness.store.record import killed_by_others
 
 STATE = ("load", "pressure", "frequency", "governor", "turbo")  # of the environment, again when a run has ended
 REMEDY = "what had finished is kept; start a new run with what is there now"
@@ -88,6 +89,7 @@ def _run(experiment, plan, known, folder, heard, resumed, budget, host, earlier,
     records, (*told, kept) = [], heard
     if resumed and not store.is_blank(folder):
         facts, records = _go_on(facts, *resume.check(folder, plan))
+        records = [record for record in records if not killed_by_others(record)]
         kept(records)
     run_store = store.Run(folder)
     try:

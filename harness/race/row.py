@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+import psutil
+
 from harness.process import repetition
 from harness.race.series import ticks
 from harness.renderer import events
+from harness.renderer.limits import amount
 from harness.renderer.registry import Entry
 from harness.store.record import MEASURED
 
@@ -77,9 +80,8 @@ def measured(result: repetition.Result, series: Path) -> dict:
         record["warnings"].append(f"its phases leave {missing:.1%} of the wall time uncovered")
     if record["series"] and outcome.measurer is None:
         record["warnings"].append("its measurer gave no account of itself: the series may not be whole")
-    doubt = outcome.alone and cpu_doubt(record["cpu"], outcome)
-    if doubt:
-        record["warnings"].append(doubt)
+    if outcome.alone:
+        record["warnings"] += filter(None, [cpu_doubt(record["cpu"], outcome), memory_doubt(said, outcome)])
     return record
 
 
@@ -124,15 +126,26 @@ def cpu_doubt(cpu: dict, outcome) -> str | None:
     return None
 
 
+def memory_doubt(said: events.Said, outcome) -> str | None:
+    """None, or why the peak that a renderer tells cannot be: none of its processes had so much, or no machine has."""
+    own = said.memory or {}
+    peak = max(own.get("peak_bytes") or 0, own.get("render_peak_bytes") or 0)
+    most = outcome.wait4_peak_bytes or psutil.virtual_memory().total
+    if peak <= most + SAME_MARK:
+        return None
+    return f"it tells a peak memory of {amount(peak)}, which is none: the largest of its processes had {amount(most)}"
+
+
 def memory(said: events.Said, outcome) -> dict:
     """The peak of a process and its descendants, by the method that knows the most of it; sizes in bytes.
 
-    What the renderer tells of itself; wait4's, of the largest single process, which cannot be below the launcher's
-    floor; PSS, the largest sum over a family that the measurer saw at a tick.
+    What the renderer tells of itself, if that can be; wait4's, of the largest single process, which cannot be below the
+    launcher's floor; PSS, the largest sum over a family that the measurer saw at a tick, with its files in memory.
     """
-    own, audit = said.memory or {}, outcome.measurer or {}
+    own, audit = {} if memory_doubt(said, outcome) else said.memory or {}, outcome.measurer or {}
     wait4, floor, pss = outcome.wait4_peak_bytes, outcome.wait4_floor_bytes, audit.get("pss_peak_bytes")
-    ways = [(own.get("peak_bytes"), SAME_MARK, own.get("method")), (pss, 0, "PSS")]
+    sampled = "PSS, with files in memory" if audit.get("files_peak_bytes") else "PSS"
+    ways = [(own.get("peak_bytes"), SAME_MARK, own.get("method")), (pss, 0, sampled)]
     if wait4 > floor + SAME_MARK:
         ways.append((wait4, 0, "wait4"))
     elif not own.get("peak_bytes"):
@@ -142,7 +155,7 @@ def memory(said: events.Said, outcome) -> dict:
     return {
         "peak_bytes": peak,
         "render_peak_bytes": own.get("render_peak_bytes"),
-        "peak_virtual_bytes": own.get("peak_virtual_bytes"),
+        "peak_virtual_bytes": max(own.get("peak_virtual_bytes") or 0, audit.get("vms_peak_bytes") or 0) or None,
         "method": method,
         "at_least_bytes": seen if seen and method == AT_MOST else None,
         "floor_bytes": floor if method in ("wait4", AT_MOST) else None,

@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import platform
+import shlex
 import shutil
 import subprocess
 import tempfile
@@ -13,14 +14,13 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from filelock import FileLock
-
-from harness.errors import of_system
-from harness.system import ownership
+from harness.errors import UserError, of_system
+from harness.system import git, lock, ownership
 
 CANDIDATES = {"c++": ("CXX", ("c++", "g++", "clang++")), "c": ("CC", ("cc", "gcc", "clang"))}
 MISSING = {"c++": "no C++ compiler (apt install g++)", "c": "no C compiler (apt install gcc)"}
 ASK = ("--version", "version", "-version", "-V")  # how compilers are asked for their version: gcc and rustc, go, ..
+COMPILER = "{compiler}"
 DEFINES, OPTIONS = "{defines}", "{options}"  # words of a build command: what the job needs, and its methods
 TIMEOUT = 600  # s
 
@@ -44,28 +44,56 @@ def cache_folder(name: str) -> Path:
     """Folder `name` of the user's cache, or of $RAYRACE_CACHE."""
     import platformdirs
 
-    return Path(os.environ.get("RAYRACE_CACHE") or platformdirs.user_cache_dir("rayrace")) / name
+    try:
+        return Path(os.environ.get("RAYRACE_CACHE") or platformdirs.user_cache_dir("rayrace")) / name
+    except RuntimeError:
+        why = "no folder for the cache: HOME is not set, and the system does not know this user"
+        raise UserError(why, remedy="set RAYRACE_CACHE to a folder") from None
+
+
+def noexec(folder: Path) -> str:
+    """Says that no program may run from a folder, by the mount option noexec, and what to do; "" if one may."""
+    if not os.statvfs(folder).f_flag & getattr(os, "ST_NOEXEC", 0):
+        return ""
+    variable = "RAYRACE_CACHE" if folder.is_relative_to(cache_folder("")) else "TMPDIR"
+    return f"{folder} is on a file system that runs no programs (noexec): set {variable} to a folder of another"
 
 
 def find_compiler(kind: str) -> str | None:
     """The path of a compiler of C++ or C, or of any other program by its name; None if there is none."""
+    return next(iter(compiler(kind)), None)
+
+
+def compiler(kind: str) -> tuple[str, ...]:
+    """The words that begin the command of a compiler of C++ or C, or of any other program by its name: its path, and of
+    CXX and CC the words that follow, as in CXX="ccache g++". () if there is none."""
     variable, names = CANDIDATES.get(kind, ("", (kind,)))
-    chosen = os.environ.get(variable)
-    return shutil.which(chosen) if chosen else next(filter(None, map(shutil.which, names)), None)
+    chosen = os.environ.get(variable, "")
+    try:
+        own = shlex.split(chosen)
+    except ValueError:  # a quote that does not end
+        own = [chosen]
+    for first, *more in [[chosen], own] if own else ([name] for name in names):  # a path may have blanks in it
+        if path := shutil.which(first):
+            return path, *more
+    return ()
 
 
 def missing(kind: str) -> str:
     """The message where a compiler is not installed."""
+    variable, _ = CANDIDATES.get(kind, ("", ()))
+    if chosen := os.environ.get(variable):
+        return f"{variable} is {chosen!r}, and there is no such program (correct {variable}, or unset it)"
     return MISSING.get(kind) or f"no program {kind} on the PATH (install it, or put its folder on the PATH)"
 
 
 @cache
-def compiler_version(path: str) -> str:
+def compiler_version(*command: str) -> str:
     """The first line that a compiler prints when it is asked for its version, in the first way that it takes."""
     for word in ASK:
         try:
             answer = subprocess.run(
-                [path, word], capture_output=True, text=True, errors="replace", timeout=30, stdin=subprocess.DEVNULL
+                [*command, word], capture_output=True, text=True, errors="replace", timeout=30, stdin=subprocess.DEVNULL
             )
         except (OSError, subprocess.TimeoutExpired) as error:
             return f"unavailable: {error}"
@@ -109,12 +137,12 @@ def make(name: str, content: str, folder: Path, kind: str, words: tuple[str, ...
     {folder}, {compiler} and {build} in it stand for `folder`, a compiler of a `kind` of CANDIDATES, and where the
     result goes. content: a hash of the sources.
     """
-    compiler = find_compiler(kind)
-    if compiler is None:
+    compiling = compiler(kind)
+    if not compiling:
         raise BuildError(missing(kind))
-    version = compiler_version(compiler)
-    made_by = version if not version.startswith("unavailable") else _identity(compiler)
-    parts = (content, str(folder), *words, compiler, made_by, processor())
+    version = compiler_version(*compiling)
+    made_by = version if not version.startswith("unavailable") else _identity(compiling[0])
+    parts = (content, str(folder), *words, *compiling, made_by, processor())
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
     home = cache_folder("builds")
     final = home / f"{name}-{key}"
@@ -122,8 +150,8 @@ def make(name: str, content: str, folder: Path, kind: str, words: tuple[str, ...
         return there
     try:
         home.mkdir(parents=True, exist_ok=True)
-        with FileLock(f"{final}.lock"):
-            return _whole(final) or _fresh(folder, words, compiler, version, final)
+        with lock.of_file(Path(f"{final}.lock"), wait=True):
+            return _whole(final) or _fresh(folder, words, compiling, version, final)
     except OSError as error:
         raise BuildError(f"{of_system(error, home)}; RAYRACE_CACHE names another folder") from None
 
@@ -144,7 +172,7 @@ def _state(path: Path) -> str:
     return f"{path.stat().st_mode & 0o111:o} {hashlib.sha256(path.read_bytes()).hexdigest()}"
 
 
-def _fresh(folder: Path, words, compiler, version, final: Path) -> Built:
+def _fresh(folder: Path, words, compiling, version, final: Path) -> Built:
     if ownership.is_ours(final):  # damaged
         shutil.rmtree(final, ignore_errors=True)
     if os.path.lexists(final):
@@ -155,20 +183,20 @@ def _fresh(folder: Path, words, compiler, version, final: Path) -> Built:
     scratch = Path(tempfile.mkdtemp(prefix=f"{final.name}-", dir=final.parent))
     try:
         with ownership.held(scratch, final.name):
-            return _built(folder, words, compiler, version, final, scratch)
+            return _built(folder, words, compiling, version, final, scratch)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _built(folder: Path, words, compiler, version, final: Path, scratch: Path) -> Built:
+def _built(folder: Path, words, compiling, version, final: Path, scratch: Path) -> Built:
     """Build in the folder `scratch`, and rename it to `final`. BuildError if the build fails."""
-    places = {"compiler": compiler, "folder": str(folder), "build": str(scratch)}
-    command = tuple(fill(word, places) for word in words)
+    places = {"compiler": shlex.join(compiling), "folder": str(folder), "build": str(scratch)}
+    command = [word for part in words for word in (compiling if part == COMPILER else [fill(part, places)])]
     start = time.monotonic()
     try:
         done = subprocess.run(
             command, cwd=scratch, capture_output=True, text=True, errors="replace", timeout=TIMEOUT,
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.DEVNULL, env=git.environment(),
         )  # fmt: skip
     except OSError as error:
         raise BuildError(f"{command[0]}: {error.strerror}") from None

@@ -13,10 +13,10 @@ FREE = 0.9  # of the memory that is free: with less, the system begins to swap, 
 class Limits(Strict):
     """The limits of one renderer process, including everything that it starts.
 
-    memory: held at once, pages that several of them share counted once; never more than nine tenths of what the machine
-    has free when it starts. disk: written below the folders that it was given, where an empty file counts as 4 KiB; and
-    the size of any single file. output: printed on standard output and standard error. processes: at once, with the
-    dead that nobody waited for.
+    memory: held at once, pages that several of them share counted once, with files in memory (launcher.MemoryFiles);
+    never more than nine tenths of what the machine has free when it starts. disk: written below the folders that it was
+    given, where an empty file counts as 4 KiB; and the size of any single file. output: printed on standard output and
+    standard error. processes: at once, with the dead that nobody waited for.
     """
 
     memory: Bytes | None = None

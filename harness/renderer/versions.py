@@ -1,6 +1,5 @@
 """Finds other versions of known variants: in a folder, or at a commit of the git repository that holds them."""
 
-import subprocess
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 from harness.errors import UserError
 from harness.renderer import builder, manifest, registry
 from harness.renderer.registry import Entry, Renderer
+from harness.system import git
 
 OF_FOLDER = "old"  # the label of variants from a folder; that of a commit is its abbreviated hash
 DIGITS = 9  # of such a hash
@@ -102,9 +102,8 @@ def _in(folder: Path, entry: Entry, label: str) -> Entry | None:
 
 
 def _git(folder: Path, *words: str) -> str | None:
-    """What git says in a folder; None if it fails, or is not there."""
+    """What git says in a folder; None if it fails, or is not there. UserError if it refuses to look."""
     try:
-        done = subprocess.run(["git", "-C", folder, *words], capture_output=True, text=True, timeout=60)
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return done.stdout.strip() if done.returncode == 0 else None
+        return git.ask(folder, *words)
+    except git.Distrusted as error:
+        raise UserError(str(error)) from None

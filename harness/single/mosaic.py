@@ -4,11 +4,9 @@ import json
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-
-from filelock import FileLock, Timeout
 
 from harness import executors, setting, toml
 from harness.errors import UserError
@@ -23,6 +21,7 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.single import single, tiles
 from harness.single.following import Following, Tell
+from harness.system import lock
 
 NOT_JUDGED = "not measured; pictures in tiles are not compared with a reference"
 SHARED = "corners on the edge of two tiles are counted in both (SAM-5)"
@@ -116,17 +115,14 @@ def _alone(place: tiles.Folder) -> Iterator[None]:
     """Locks the folder while tiles are submitted and assembled, so that two commands do not do the same work."""
     place.is_begun()
     place.path.mkdir(exist_ok=True)
-    lock = FileLock(place.path / "lock")
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise UserError(f"{place.path}: another rayrace is at work on it") from None
-    except NotImplementedError:  # a file system without locks; tiles that are rendered twice are still right
-        pass
-    try:
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(lock.of_file(place.path / "lock"))
+        except lock.Busy:
+            raise UserError(f"{place.path}: another rayrace is at work on it") from None
+        except lock.NoLocks:  # tiles that are rendered twice are still right
+            pass
         yield
-    finally:
-        lock.release()
 
 
 @contextmanager

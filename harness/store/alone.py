@@ -1,14 +1,14 @@
 """Locks a folder of rayrace, so that one process at a time writes it or submits its jobs."""
 
+import contextlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from filelock import FileLock, Timeout
+from harness.errors import UserError, of_system
+from harness.system import holder, lock
 
-from harness.errors import UserError
-from harness.system import holder
-
+REMEDY = "put it on a local disk, or have the file system mounted with locks (of Lustre: -o flock)"
 NAME = ".lock"  # in the folder of a run. The file stays; the lock ends with the process that holds it
 
 
@@ -21,8 +21,8 @@ def only_one(folder: Path) -> Iterator[None]:
     file = Path(folder) / NAME
 
     def busy() -> UserError:
-        found = holder.find(file)
-        who = f", process {found.pid}" if found else ""
+        pid = holder.find(file)
+        who = f", process {pid}" if pid else ""
         remedy = f"wait for it to end, or look with: rayrace status {folder}"
         return UserError(f"{folder}: another rayrace is at work on this run{who}", remedy=remedy)
 
@@ -32,13 +32,13 @@ def only_one(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def locked(file: Path, busy: Callable[[], Exception]) -> Iterator[None]:
-    """Holds the lock `file`; raises `busy()` at once if another process holds it. Its folder must exist."""
-    lock = FileLock(file)
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise busy() from None
-    try:
+    """Holds the lock `file`; raises `busy()` at once if another process holds it. Its folder must exist. UserError if
+    its file system has no locks."""
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(lock.of_file(file))
+        except lock.Busy:
+            raise busy() from None
+        except lock.NoLocks as error:
+            raise UserError(of_system(error), remedy=REMEDY) from None
         yield
-    finally:
-        lock.release()

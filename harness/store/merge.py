@@ -5,7 +5,7 @@ from pathlib import Path
 
 from harness.errors import UserError
 from harness.store import confined, jobs
-from harness.store.record import identity, key, lost
+from harness.store.record import identity, key, killed_by_others, lost
 
 
 def hosts(parts: list[dict]) -> dict[str, dict]:
@@ -17,11 +17,12 @@ def hosts(parts: list[dict]) -> dict[str, dict]:
 
 
 def standing(records: list[dict]) -> dict[tuple, dict]:
-    """The valid rows by key(). Of two rows of one repetition: the one that ran; of two that ran, the first."""
+    """The valid rows by key(). Of two rows of one repetition: the one that ran, and was not killed by others; of two
+    such, the first."""
     rows: dict[tuple, dict] = {}
     for record in records:
         before = rows.get(key(record))
-        if before is None or before["status"] == "unavailable":
+        if before is None or before["status"] == "unavailable" or killed_by_others(before):
             rows[key(record)] = record
     return rows
 

@@ -5,12 +5,12 @@ PATH.npy.planes: its header, then the first bytes of all numbers, their second b
 shuffling). Pictures that differ in their last bits are alike in most planes, and xz finds what repeats.
 """
 
+import errno
 import io
 import lzma
 import re
 import shutil
 import tarfile
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +19,7 @@ from typing import BinaryIO
 import numpy as np
 
 from harness.errors import UserError
+from harness.process.scratch import scratch
 from harness.store import store
 
 SUFFIX, PLANES = ".tar.xz", ".planes"
@@ -31,6 +32,7 @@ LARGEST = 4 << 30  # bytes when unpacked: a small file of a stranger can unpack 
 RATIO, ANY = 1000, 1 << 28  # a run may unpack to ANY bytes, or RATIO times its size; real ones have a ratio of 20
 PIECE = 1 << 20  # bytes, or numbers, in memory at once when unpacking
 WIDEST = 64  # bytes of a number
+NO_ROOM = errno.ENOSPC, errno.EDQUOT, errno.EROFS  # of the folder for temporary files
 REACH = 1 << 26  # bytes: how far back xz looks for repetitions, about ten pictures
 
 
@@ -84,8 +86,8 @@ def opened(run: Path) -> Iterator[Path]:
     if not is_packed(run):
         yield run
         return
-    with tempfile.TemporaryDirectory() as around:
-        folder = Path(around) / name(run)
+    with scratch() as around:
+        folder = around / name(run)
         _unpack(run, folder)
         yield folder
 
@@ -110,9 +112,18 @@ def _unpack(file: Path, folder: Path) -> None:
                 if path.suffix == PLANES:
                     _numbers(path, path.with_suffix(""))
                     path.unlink()
-    except (OSError, EOFError, lzma.LZMAError, tarfile.TarError, ValueError, OverflowError) as error:
-        remedy = "make one with: rayrace export RUN --format packed -o FILE"
-        raise UserError(f"{file}: not a packed run: {error}", remedy=remedy) from None
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise _not_packed(file, error) from None
+        why = f"{file}: it cannot be unpacked in {folder.parent}: {error.strerror}"
+        raise UserError(why, remedy="make room there, or set TMPDIR to another folder") from None
+    except (EOFError, lzma.LZMAError, tarfile.TarError, ValueError, OverflowError) as error:
+        raise _not_packed(file, error) from None
+
+
+def _not_packed(file: Path, error: Exception) -> UserError:
+    remedy = "make one with: rayrace export RUN --format packed -o FILE"
+    return UserError(f"{file}: not a packed run: {error}", remedy=remedy)
 
 
 def _planes(npy: bytes) -> bytes:

@@ -2,6 +2,9 @@
 
 import json
 
+from harness.process.process import UNWATCHED
+from harness.process.repetition import BY_OTHERS
+
 # Keys by origin: from the process and its measurer; verdicts on its result; everything else.
 MEASURED = (
     *("wall_s", "phases", "frames_s", "frame_renders", "frame_parts", "cpu", "memory", "rays"),
@@ -37,6 +40,23 @@ def identity(told: dict) -> tuple[str, str, str]:
 def key(record: dict) -> tuple:
     """The key of a repetition, which no two valid rows share."""
     return *identity(record), record["repetition"], record["pass"]
+
+
+def killed_by_others(record: dict) -> bool:
+    """Whether others killed the renderer of a row, or its measurer: --resume runs that repetition again."""
+    status, reason = record.get("status"), record.get("reason") or ""
+    return (status == "killed" and reason == BY_OTHERS) or (status == "failed" and reason.startswith(UNWATCHED))
+
+
+def valid(records: list[dict]) -> list[dict]:
+    """The rows without those that others killed and that were run again later. records: in the order of the file."""
+    names = [(record.get("cell"), record.get("repetition"), record.get("pass")) for record in records]
+    last = {name: number for number, name in enumerate(names)}
+    return [
+        record
+        for number, (name, record) in enumerate(zip(names, records, strict=True))
+        if last[name] == number or not killed_by_others(record)
+    ]
 
 
 def blank(cell: dict, number: int, kind: str, status: str, reason: str, started: str) -> dict:

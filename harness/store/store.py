@@ -4,7 +4,8 @@
                         repetitions; `pair`: the cell that was run twice in each round (A/A), or why none; `left_out`:
                         cells by constraint; `warnings` of its scenes; `resumed`: the times at which it was resumed;
                         `ended`: when the harness had done all it could, and the state of the machine then
-    repetitions.jsonl   one line per repetition, appended and synced when it ends, so nothing finished is lost
+    repetitions.jsonl   one line per repetition, appended and synced when it ends, so nothing finished is lost; of one
+                        that others killed and that was run again (--resume), the later line is read
     pictures/KEY.npy    the picture of each cell, linear float; KEY.flip.npy, its FLIP map beside the truth;
                         KEY.dropped.npy, weights that were cut off (CUT-2);
                         KEY.reference.npy, KEY.mask.npy and KEY.span.npy of each reference, KEY.truth.npy and
@@ -66,8 +67,8 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
                 temperature_c, throttled}, each a number (throttled: [reason, ..]) or {unavailable: reason}: gpu_use.py
     energy      null, or of the processor {power_w, energy_j, energy_s, joules_per_frame, joules_per_mray}, each a
                 number or {unavailable: reason}; or that alone: energy_use.py
-    disturbed   {steal_s, other_cpu_s, waited_s, swapped_pages, held_back_s, throttled}: the system's counters during
-                the repetition, each a number or {unavailable: reason}: trouble.py
+    disturbed   {steal_s, other_cpu_s, waited_s, swapped_pages, held_back_s, throttled, measurer_s}: the system's
+                counters during the repetition, each a number or {unavailable: reason}: trouble.py
     peaks       null, or the machine's peak rates just before: {one, all}, of one thread and of the variant's number of
                 threads, or {unavailable: reason}: calibration.py
     build       {seconds, compiler, command} of the renderer's build
@@ -89,7 +90,8 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
                 describes the row
     measurer    its audit of itself: {ticks, missed, interval_s, interval_p50_s, interval_p99_s, cpu_s (its own),
                 saw_end, resolution_s (of integral_s), integral_s, wait4_s, processes (most at once), mark_bytes
-                (largest VmHWM seen), pss_peak_bytes, package_energy (null, or why there is none), gpu, gpu_sources}
+                (largest VmHWM seen), pss_peak_bytes, vms_peak_bytes, files_peak_bytes, package_energy (null, or why
+                there is none), gpu, gpu_sources}
     series      file of the measurer's samples
     warnings    [text, ..]: reasons to doubt the row
 """
@@ -108,6 +110,7 @@ import orjson
 from harness.errors import UserError
 from harness.machine import fingerprint
 from harness.store import alone, confined, jobs, lines, merge, schema
+from harness.store.record import valid
 
 FORMAT = 1
 # Keys whose values are mostly equal in all rows of a cell.
@@ -281,7 +284,7 @@ def _read(folder: Path, prefix: str = "") -> tuple[dict, list[dict]]:
             if record[name] == before:
                 record[name] = before
         records.append(record)
-    return facts, records
+    return facts, valid(records)
 
 
 def facts_of(folder: Path) -> dict:

@@ -16,6 +16,10 @@ EVENTS = {
     "instructions": "instructions", "cycles": "cycles", "branches": "branches", "branch-misses": "branch_misses",
     "cache-misses": "cache_misses",
 }  # fmt: skip
+# Where a processor has kinds of cores, each counts while the program is on it, and perf puts it before the name, as in
+# cpu_core/instructions:u/ or cpu_atom/instructions/u (perf-stat(1), "INTEL HYBRID SUPPORT").
+EVENT = re.compile(r"(?:\w+/)?([\w-]*)")
+WHOLE = 0.1  # per cent: the shares of the time in which kinds of cores counted are rounded
 COUNTED = re.compile(r"==\d+== I +refs: +([\d,]+)")
 TIMEOUT = 30  # s, for a tool that is asked what it can do
 NO_PERF = "no program perf on the PATH (apt install linux-perf)"
@@ -50,7 +54,7 @@ class Tool:
 
 def _perf(out: Path) -> list[str]:
     events = ",".join(f"{name}:u" for name in EVENTS)
-    return ["perf", "stat", "-x", ",", "-o", str(out), "-e", events, "--"]
+    return ["perf", "stat", "--no-scale", "-x", ",", "-o", str(out), "-e", events, "--"]
 
 
 def _counted(path: Path) -> list[str]:
@@ -62,13 +66,17 @@ def _of_perf(path: Path) -> dict[str, int] | str:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         return "perf left no counts"
-    found, why = {}, "perf counted no instructions"
+    values, shares, why = {}, {}, "perf counted no instructions"
     for value, _, event, _, share, *_ in (line.split(",") for line in lines if line.count(",") >= 4):
-        name = EVENTS.get(event.partition(":")[0])
-        if name and value.isdigit() and share.startswith("100"):
-            found[name] = int(value)
+        name = EVENTS.get(EVENT.match(event)[1])
+        if name and value.isdigit():
+            values[name] = values.get(name, 0) + int(value)
+            shares[name] = shares.get(name, 0.0) + float(share)
         elif name == "instructions":
-            why = f"perf: instructions {value}" + (f", counted {share} % of the time" if value.isdigit() else "")
+            why = f"perf: instructions {value}"
+    found = {name: value for name, value in values.items() if abs(shares[name] - 100) < WHOLE}
+    if "instructions" in values:
+        why = f"perf: instructions {values['instructions']}, counted {shares['instructions']:.2f} % of the time"
     return found if "instructions" in found else why
 
 
@@ -91,12 +99,15 @@ def perf() -> Tool | str:
 def _able(path: str) -> Tool | str:
     asked = [path, "stat", "-x", ",", "-e", "instructions:u", "--", "true"]
     done = _run(asked)
+    values = []
     for line in (done.stderr if done else "").splitlines():
         value, *rest = line.split(",")
         if "instructions" in ",".join(rest):
-            if value.isdigit():
-                return Tool("perf", version(path), slow=False)
-            return f"perf reads no counters: instructions {value}"
+            values.append(value)
+    if any(map(str.isdigit, values)):
+        return Tool("perf", version(path), slow=False)
+    if values:
+        return f"perf reads no counters: instructions {values[0]}"
     said = [line.strip() for line in (done.stderr if done else "").splitlines() if line.strip() not in ("", "Error:")]
     return f"perf reads no counters: {said[0] if said else 'it does not run'}"
 

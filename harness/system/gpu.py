@@ -24,10 +24,15 @@ NO_PERMISSION = 4
 
 
 class Gpu:
-    """NVML's view of the GPU that a CUDA program gets here. unavailable: None, or why there is no view."""
+    """NVML's view of the GPU that a CUDA program gets here. unavailable: None, or why there is no view.
 
-    def __init__(self):
-        self.unavailable = None
+    without: "", or why NVML is not to be asked.
+    """
+
+    def __init__(self, without: str = ""):
+        self.unavailable = without or None
+        if without:
+            return
         try:
             import pynvml
         except ImportError:

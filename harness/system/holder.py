@@ -1,24 +1,16 @@
-"""Finds the process that holds a lock on a file, in the kernel's table of locks."""
+"""Finds the process that holds a lock on a file, in the kernel's table of locks; and what a process is at work on."""
 
 import os
 import shlex
 from pathlib import Path
-from typing import NamedTuple
 
 from harness.errors import printable
 
 SHOWN = 200  # characters of a command
 
 
-class Holder(NamedTuple):
-    """`files` are those that the process has open; none if they are another user's."""
-
-    pid: int
-    files: tuple[Path, ...]
-
-
-def find(lock: Path) -> Holder | None:
-    """Returns who holds a lock on a file; None if nobody does, or the system does not tell.
+def find(lock: Path) -> int | None:
+    """Returns the number of the process that holds a lock on a file; None if none does, or the system does not tell.
 
     It tells on Linux, of processes that this one can see: not of those in another container.
     """
@@ -38,13 +30,21 @@ def find(lock: Path) -> Holder | None:
             links = [entry.path for entry in os.scandir(f"/proc/{words[4]}/fd")]
         except PermissionError:
             if os.makedev(int(major, 16), int(minor, 16)) == wanted.st_dev:
-                return Holder(int(words[4]), ())
+                return int(words[4])
             continue
         except OSError:  # it has ended
             continue
         if any(_is(link, wanted) for link in links):  # the device of the table is not that of `stat` everywhere (btrfs)
-            return Holder(int(words[4]), tuple(Path(name) for link in links if (name := _name(link))))
+            return int(words[4])
     return None
+
+
+def opened(pid: int) -> list[Path]:
+    """Returns the files that a process has open; none if it is another user's, or the system does not tell."""
+    try:
+        return [Path(name) for entry in os.scandir(f"/proc/{pid}/fd") if (name := _name(entry.path))]
+    except OSError:
+        return []
 
 
 def command(pid: int) -> str:

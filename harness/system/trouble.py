@@ -6,6 +6,7 @@ waited_s       time in which a program waited for a core (/proc/pressure/cpu)
 swapped_pages  to and from the disk (/proc/vmstat)
 held_back_s    time for which a CPU quota stopped this control group, or an outer one (cpu.stat)
 throttled      number of times that a core was slowed down because of heat
+measurer_s     CPU time of the process that watches the renderer, which `between` does not know
 
 Each is a number, or {"unavailable": reason}. CPU times are of the cores that this process may use, and have a
 resolution of one clock tick for each of them, 10 ms.
@@ -28,6 +29,7 @@ CORE_FIELDS, STEAL_FIELD = (0, 1, 2, 5, 6), 7  # of /proc/stat: user, nice, syst
 DOUBTS = {
     "steal_s": "the host of this virtual machine took the processor away",
     "other_cpu_s": "other programs used the processor",
+    "measurer_s": "the measurer used the processor: measure.interval is short",
     "swapped_pages": "the system swapped memory",
     "held_back_s": "a CPU quota (cgroup) stopped the programs of this group",
     "throttled": "the processor was slowed down for heat",
@@ -67,10 +69,9 @@ def doubts(found: dict, seconds: float, threads: int, cores: int | None = None) 
     """
     least = max(LEAST_S, SHARE * seconds)
     free = max(0, (physical() if cores is None else cores) - threads)
-    limits = {"steal_s": least, "other_cpu_s": least + free * seconds}
-    return [
-        text for name, text in DOUBTS.items() if not isinstance(found[name], dict) and found[name] > limits.get(name, 0)
-    ]
+    limits = {"steal_s": least} | dict.fromkeys(("other_cpu_s", "measurer_s"), least + free * seconds)
+    known = {name: value for name, value in found.items() if not isinstance(value, dict)}
+    return [text for name, text in DOUBTS.items() if known.get(name, 0) > limits.get(name, 0)]
 
 
 def seldom(warnings: list[list[str]]) -> set[str]:

@@ -27,6 +27,7 @@ AUDITED = {
 }  # fmt: skip
 AUDIT = "measured_cpu_s", "cpu_off", *AUDITED.values()
 DISTURBED = "steal_s", "other_cpu_s", "waited_s", "swapped_pages", "held_back_s", "throttled"  # system/trouble.py
+# measurer_s is among those of the measurer's audit.
 # Known only of processes in a steady state.
 OF_STEADY = "steady_s", "rays_per_s", "search_s", "trace_s", "kernel_s", "download_s", "end_to_end_s"
 COLUMNS = (

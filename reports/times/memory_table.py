@@ -10,7 +10,8 @@ from reports.run.results import Cell, Missing, Results
 CAPTION = (
     "Peaks of one process, median over processes with its 95 % interval; MB = 10⁶ bytes. RSS: "
     "resident memory of the whole process; of rendering: the peak since a reset just before it. VMS: address "
-    "space. Method VmHWM: the kernel's own high-water mark, exact, as the process read it. Method wait4: "
+    "space, as it reports it, or the largest sum over its processes that the measurer saw. "
+    "Method VmHWM: the kernel's own high-water mark, exact, as the process read it. Method wait4: "
     "at least the floor, the peak of the program that started the renderer. The study measured on "
     "Windows, where psutil's VMS is committed memory and not address space, so that it can be below the RSS: its "
     "VMS and ours are different quantities. "

@@ -13,6 +13,28 @@ import pytest
 from harness.errors import UserError
 from harness.store import alone, store
 
+COMPILES = r"""
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+int main(int argc, char** argv)
+{
+    char cache[4000] = ".", words[9000];
+    for (int n = 1; n < argc; n++)
+        if (!strncmp(argv[n], "--cache=", 8))
+            strcpy(cache, argv[n] + 8);
+    sprintf(words, "echo 'int one;' | cc -shared -x c - -o %s/one.so", cache);
+    strcat(cache, "/one.so");
+    if (system(words) || !dlopen(cache, RTLD_NOW)) {
+        fprintf(stderr, "%s\n", dlerror());
+        return 1;
+    }
+    return 0;
+}
+"""
+
 
 @pytest.fixture
 def disk(tmp_path):
@@ -82,8 +104,23 @@ def test_a_full_disk_for_temporary_files(rayrace, disk, tmp_path, injected):
     (temporary / "filler").unlink()
     rayrace("run", file, "--resume", folder, *words, env={"TMPDIR": str(temporary)}, code=0)
     assert {record["status"] for record in store.read(folder)[1]} == {"ok"}
-    assert [path.name for path in temporary.iterdir()] == ["rayrace-measuring.lock"]
+    assert not list(temporary.iterdir())
     injected("full disk")
+
+
+@pytest.mark.parametrize("barred", ["RAYRACE_CACHE", "TMPDIR"])
+def test_a_disk_that_runs_no_programs(barred, rayrace, disk, tmp_path):
+    """As a cache on a disk that is mounted with noexec: the row says which, and what to do. A library too."""
+    file, words = faulty.tiny(tmp_path / "tiny", processes=1)
+    place = disk(20000)
+    remount(place, "noexec")
+    env = {"RAYRACE_CACHE": str(tmp_path / "cache"), barred: str(place)}
+    if barred == "TMPDIR":  # a renderer that compiles a library into its cache
+        (tmp_path / "tiny" / "flat" / "flat.c").write_text(COMPILES)
+    rayrace("run", file, "--out", tmp_path / "run", *words, "--set", "renderers=['flat']", env=env, code=1)
+    reasons = [record["reason"] for record in store.read(tmp_path / "run")[1]]
+    remedy = f"runs no programs (noexec): set {barred} to a folder of another"
+    assert reasons and all(reason.endswith(remedy) and str(place) in reason for reason in reasons), reasons
 
 
 @pytest.mark.slow
@@ -188,7 +225,7 @@ def test_two_at_once_on_one_run(rayrace, environment, tmp_path, injected):
     rows = folder / "repetitions.jsonl"
     faulty.wait_until(lambda: rows.exists() and rows.read_bytes().count(b"\n") >= 2)
     start = time.monotonic()
-    for lock in ({}, {"TMPDIR": str(tmp_path)}):  # also where the lock of measuring is another
+    for lock in ({}, {"RAYRACE_LOCK": "-another"}):  # also where the lock of measuring is another
         done = rayrace("run", file, "--resume", folder, *words, env=lock, code=2)
         assert_said(done, "another rayrace is at work on this run", f"rayrace status {folder}")
         assert "waiting" not in done.stderr

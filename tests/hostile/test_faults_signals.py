@@ -65,7 +65,7 @@ def command(said):
 def check(folder, tmp_path, rayrace, resume):
     """Nothing runs, nothing is left in the folder for temporary files, rows are whole, and it can be gone on with."""
     faulty.wait_until(lambda: not faulty.processes_of(tmp_path / "tmp" / "rayrace-", tmp_path / "tiny" / "flat"), 20)
-    assert [path.name for path in (tmp_path / "tmp").iterdir()] == ["rayrace-measuring.lock"]
+    assert not list((tmp_path / "tmp").iterdir())
     before = store.read(folder)[1]
     assert 0 < len(before) < 80 and all(record["status"] == "ok" for record in before)
     rayrace(*resume, "--set", f"processes={len(before)}", code=0)

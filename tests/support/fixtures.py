@@ -2,6 +2,7 @@
 
 import os
 import re
+import secrets
 import shutil
 import subprocess
 import sys
@@ -36,9 +37,9 @@ def a_copy(known, name, folder, file, old, new):
 
 @pytest.fixture(scope="session")
 def environment(tmp_path_factory):
-    """Of a rayrace of its own: TMPDIR holds the lock of measuring."""
+    """Of a rayrace of its own, which waits for no other to end measuring."""
     kept = {name: value for name, value in os.environ.items() if name not in (registry.SEARCH_PATH, cuda.SIMULATOR)}
-    return {**kept, "TMPDIR": str(tmp_path_factory.mktemp("tmp"))}
+    return {**kept, "TMPDIR": str(tmp_path_factory.mktemp("tmp")), "RAYRACE_LOCK": f"-{secrets.token_hex(8)}"}
 
 
 @pytest.fixture(scope="session")

@@ -55,7 +55,25 @@ def spike():
     good()
 
 
+def fill_files(open_next, size=3 * MB, most=900 * MB):
+    """Memory that is in no process: of files, which are mapped nowhere. Those of an older time are closed."""
+    held = []
+    for number in range(most // size):
+        held.append(open_next(number))
+        os.write(held[-1], b"x" * size)
+        if len(held) > 100:
+            os.close(held.pop(0))
+        time.sleep(0.01)
+    hang()
+
+
+def create(number):
+    return os.open(f"/dev/shm/rayrace-zoo-{os.getpid()}-{number}", os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
+
+
 MISDEEDS = {
+    "zoo-memory-file": lambda: fill_files(lambda number: os.memfd_create("zoo")),
+    "zoo-memory-files": lambda: fill_files(create),
     "zoo-memory": eat,
     "zoo-memory-children": eat_in_children,
     "zoo-memory-shared": share_memory,

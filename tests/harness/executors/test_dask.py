@@ -11,13 +11,13 @@ import time
 
 import cluster_tasks
 import pytest
-from filelock import FileLock
 
 from harness import executors
 from harness.errors import UserError
 from harness.executors import dask_task
 from harness.executors.dask import Dask
 from harness.experiment.cluster import Dask as Table
+from harness.system import lock
 
 distributed = pytest.importorskip("distributed", reason="no distributed: pip install 'rayrace[dask]'")
 
@@ -169,14 +169,14 @@ def test_who_submitted_may_end(table, folder):
 def test_stopped_while_it_waits_for_the_host(tmp_path, monkeypatch):
     """The task before it ends, and this one, which was stopped with it, gets the lock: it must not begin."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    acquire = FileLock.acquire
+    of_file = lock.of_file
 
-    def stopped_first(lock, *args, **options):
+    def stopped_first(file):
         dask_task.stop(["this job"])
-        return acquire(lock, *args, **options)
+        return of_file(file)
 
     with monkeypatch.context() as patch:
-        patch.setattr(FileLock, "acquire", stopped_first)
+        patch.setattr(lock, "of_file", stopped_first)
         with dask_task._turn("this job") as mine:
             assert not mine
     with dask_task._turn("another") as mine:

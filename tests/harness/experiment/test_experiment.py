@@ -74,6 +74,14 @@ def test_faulty_settings(setting, write):
         experiment.load(write("e.toml", BASE), (setting,))
 
 
+@pytest.mark.parametrize("interval", ["1 us", "9 ms", "0 s", "-1 s"])
+def test_the_measurer_looks_not_too_often(interval, write):
+    """At 1 us it would take a core to itself, perhaps that of the renderer."""
+    with pytest.raises(UserError, match="interval"):
+        experiment.load(write("e.toml", BASE), (f'measure.interval="{interval}"',))
+    assert experiment.load(write("e.toml", BASE), ('measure.interval="10 ms"',)).measure.interval == 0.01
+
+
 def test_every_fault_is_named_at_once(write):
     file = write("e.toml", BASE + 'frames = "x"\nprocesses = 0\n[image]\ndeph = 3\n')
     with pytest.raises(UserError) as fault:

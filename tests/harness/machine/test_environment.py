@@ -1,9 +1,12 @@
 import json
+from types import SimpleNamespace
 
 import pytest
+from repositories import git
 
+from harness.errors import UserError
 from harness.machine import environment
-from harness.renderer import builder
+from harness.renderer import builder, versions
 
 
 def values(facts):
@@ -36,6 +39,68 @@ def test_compilers_that_do_not_say(body, tmp_path, monkeypatch):
     monkeypatch.setenv("CC", str(compiler))
     assert isinstance(environment.capture()["compilers"]["c"], str)
     builder.compiler_version.cache_clear()
+
+
+@pytest.mark.parametrize("told", [NotImplementedError("can't find current frequency file"), OSError(22, "no"), None])
+def test_a_processor_without_a_current_frequency(told, monkeypatch):
+    """psutil raises what it likes there, or has no number."""
+
+    def frequency():
+        if told:
+            raise told
+        return SimpleNamespace(current=None, max=0.0)
+
+    monkeypatch.setattr(environment.psutil, "cpu_freq", frequency)
+    found = environment.capture()["frequency"]
+    assert all(str(value).startswith("unavailable: ") for value in (found.values() if told is None else [found]))
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A repository of which the module is a file, as a checkout of rayrace is; and another repository."""
+    for name in ("ours", "another"):
+        (tmp_path / name).mkdir()
+        git(tmp_path / name, "init", "--quiet")
+        (tmp_path / name / "environment.py").write_text(f"# {name}\n")
+        git(tmp_path / name, "add", ".")
+        git(tmp_path / name, "commit", "--quiet", "-m", name)
+    monkeypatch.setattr(environment, "__file__", str(tmp_path / "ours" / "environment.py"))
+    return tmp_path
+
+
+def test_the_commit_is_of_the_repository_of_this_file(checkout, monkeypatch):
+    """Whatever repository the environment names, as in a hook of git."""
+    commit = git(checkout / "ours", "rev-parse", "--short", "HEAD").strip()
+    assert environment._commit() == commit
+    monkeypatch.setenv("GIT_DIR", str(checkout / "another" / ".git"))
+    monkeypatch.setenv("GIT_WORK_TREE", str(checkout / "another"))
+    monkeypatch.setenv("GIT_INDEX_FILE", str(checkout / "another" / ".git" / "index"))
+    assert environment._commit() == commit
+    (checkout / "ours" / "environment.py").write_text("# changed\n")
+    assert environment._commit() == f"{commit}-dirty"
+
+
+def test_a_repository_around_an_installed_package_is_not_its_own(checkout, monkeypatch):
+    """As of a project whose folder has a virtual environment in it."""
+    place = checkout / "ours" / "lib" / "environment.py"
+    place.parent.mkdir()
+    place.write_text("# installed\n")
+    monkeypatch.setattr(environment, "__file__", str(place))
+    assert environment._commit() == "unavailable: not in a git checkout"
+
+
+def test_a_repository_of_another_user(checkout, monkeypatch):
+    """Git looks at none ("dubious ownership"): what to do is told, and not that there is no repository."""
+    monkeypatch.setenv("GIT_TEST_ASSUME_DIFFERENT_OWNER", "1")
+    remedy = f"git config --global --add safe.directory {checkout / 'ours'}"
+    assert environment._commit().endswith(f"which another user owns: {remedy}")
+    entry = SimpleNamespace(renderer=SimpleNamespace(folder=checkout / "ours"), name="x")
+    with pytest.raises(UserError) as caught:
+        versions.others("HEAD", [entry])
+    assert str(caught.value).endswith(remedy) and "no git repository" not in str(caught.value)
+    with pytest.raises(UserError) as caught:
+        versions.commits("HEAD~1..HEAD", entry)
+    assert str(caught.value).endswith(remedy)
 
 
 def test_doctor(rayrace):

@@ -49,7 +49,8 @@ def test_peaks_are_of_this_machine():
 
 def test_without_a_compiler(monkeypatch):
     monkeypatch.setenv("CXX", "no-such-compiler")
-    assert "no C++ compiler" in calibration.peaks(1)["unavailable"]
+    why = "CXX is 'no-such-compiler', and there is no such program (correct CXX, or unset it)"
+    assert calibration.peaks(1)["unavailable"] == f"calibration: {why}"
 
 
 def test_a_program_that_fails(monkeypatch):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -10,6 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from harness.process.family import Family
 from harness.process.process import Outcome
 from harness.race import row
 from harness.renderer import builder, events
@@ -111,6 +113,62 @@ def test_peak_of_a_family(families):
             assert memory["method"] in methods and memory["at_least_bytes"] is None
 
 
+FORKS = """
+import os, random, sys, time
+held = bytearray(b"x") * (100 * 10**6)
+random.seed(int(sys.argv[1]))
+end = time.monotonic() + 1.5
+while time.monotonic() < end:
+    for _ in range(4):
+        if os.fork() == 0:
+            time.sleep(random.uniform(0.01, 0.1))
+            os._exit(0)
+    for _ in range(4):
+        os.wait()
+"""
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/smaps_rollup"), reason="no smaps_rollup here")
+def test_pages_of_who_ends_meanwhile_count_once(monkeypatch):
+    """A family that shares 100 MB, and whose children begin and end while it is looked at, never has more."""
+    seed, sums = int.from_bytes(os.urandom(2)), []
+    print(f"seed {seed}")
+    monkeypatch.setattr("harness.process.family.PSS_SHARE", 0.9)
+    for number in range(3):
+        root = subprocess.Popen([sys.executable, "-S", "-c", FORKS, str(seed + number)])
+        watched = Family(root.pid, os.getpid())
+        while root.poll() is None:
+            sample = watched.sample(time.monotonic())
+            sums += [sample.pss] if sample and sample.pss else []
+            time.sleep(0.005)
+    print(len(sums), min(sums), max(sums))
+    assert len(sums) > 10 and 95 * MB < max(sums) < 112 * MB  # and the interpreter, with what five of it change
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/smaps_rollup"), reason="no smaps_rollup here")
+@pytest.mark.parametrize("kind", ["written", "mapped", "given to a child"])
+def test_files_in_memory_count(kind):
+    """Once, whether they are mapped or not, and by however many."""
+    source = {
+        "written": "",
+        "mapped": "here = mmap.mmap(file, 0); here.read()\n",
+        "given to a child": "here = mmap.mmap(file, 0); here.read(); os.fork(); here.seek(0); here.read()\n",
+    }[kind]
+    source = f"import mmap, os, time; file = os.memfd_create('f')\nos.write(file, b'x' * 50 * {MB})\n{source}"
+    root = subprocess.Popen([sys.executable, "-S", "-c", f"{source}print('there', flush=True); time.sleep(60)"],
+                            stdout=subprocess.PIPE, start_new_session=True)  # fmt: skip
+    try:
+        assert root.stdout.readline() == b"there\n"
+        time.sleep(0.3)
+        watched = Family(root.pid, os.getpid())
+        sample = watched.sample(time.monotonic())
+        print(sample, watched.files_peak)
+        assert 50 * MB <= watched.files_peak <= 51 * MB and 53 * MB <= sample.pss == watched.pss <= 66 * MB
+    finally:
+        os.killpg(root.pid, signal.SIGKILL)
+        root.communicate()
+
+
 def test_below_the_floor_there_are_two_bounds(families):
     modes = "short", "between ticks"
     for memory in (family[mode]["memory"] for family in families(*modes) for mode in modes):
@@ -131,11 +189,14 @@ def test_a_large_harness_changes_no_peak(families):
 @pytest.mark.parametrize(
     ("own", "wait4", "pss", "peak", "method"),
     [
-        (50, 9, None, 50, "VmHWM"),
+        (50, 49.5, None, 50, "VmHWM"),
+        (50, 40, None, 40, "wait4"),  # it tells more than any of its processes had
+        (10**9, 40, 60, 60, "PSS"),
+        (10**9, 0, 60, 60, "PSS"),  # more than the machine has
         (50, 50.9, None, 50, "VmHWM"),  # the same mark, read at the exit
         (50, 80, None, 80, "wait4"),  # it grew after it had told, or a child was larger
         (50, 80, 120, 120, "PSS"),
-        (50, 9, 45, 50, "VmHWM"),
+        (50, 50, 45, 50, "VmHWM"),
         (None, 40, 30, 40, "wait4"),
         (None, 10.9, None, 10.9, row.AT_MOST),
         (None, 10.9, 2, 10.9, row.AT_MOST),
@@ -148,6 +209,11 @@ def test_the_method_that_knows_the_most(own, wait4, pss, peak, method):
     said = events.Said(memory=own and {"peak_bytes": own * MB, "render_peak_bytes": 1, "method": "VmHWM"})
     found = row.memory(said, outcome)
     assert (found["peak_bytes"], found["method"]) == (peak * MB, method)
+    possible = own is not None and own <= wait4 + 1
+    assert (row.memory_doubt(said, outcome) is None) == (possible or own is None)
+    audit |= {"files_peak_bytes": 1, "vms_peak_bytes": 7 * MB}
+    assert row.memory(said, outcome)["method"] == ("PSS, with files in memory" if method == "PSS" else method)
+    assert row.memory(said, outcome)["peak_virtual_bytes"] == 7 * MB
     assert found["at_least_bytes"] == (3 * MB if method == row.AT_MOST else None)
     assert found["floor_bytes"] == (10 * MB if "wait4" in method else None)
-    assert found["render_peak_bytes"] == (1 if own else None) and found["wait4_peak_bytes"] == wait4 * MB
+    assert found["render_peak_bytes"] == (1 if possible else None) and found["wait4_peak_bytes"] == wait4 * MB

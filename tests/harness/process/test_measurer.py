@@ -86,7 +86,7 @@ MAIN = """
 import sys
 from types import SimpleNamespace
 from harness.process import measurer
-ticks, families = eval(sys.argv[2]), [SimpleNamespace(resolution=0.01, most=3, mark=5, pss=7)]
+ticks, families = eval(sys.argv[2]), [SimpleNamespace(resolution=0.01, most=3, mark=5, pss=7, vms=8, files_peak=0)]
 measurer.watch = lambda *_: measurer.Watch(ticks, 2, bool(ticks), families[0] if ticks else None)
 measurer.main(sys.argv[1], 0.5)
 """
@@ -95,9 +95,9 @@ measurer.main(sys.argv[1], 0.5)
 @pytest.mark.parametrize(
     ("ticks", "audit"),
     [
-        ([], (0, 2, None, None, False, None, None, None, None)),
-        ([0.0, 9.0, 10.0, 14.0], (4, 2, 4.0, 9.0, True, 0.01, 3, 5, 7)),
-        ([0.0, 4.0, 7.0, 9.0, 10.0], (5, 2, 3.0, 4.0, True, 0.01, 3, 5, 7)),
+        ([], (0, 2, None, None, False, None, None, None, None, None, None)),
+        ([0.0, 9.0, 10.0, 14.0], (4, 2, 4.0, 9.0, True, 0.01, 3, 5, 7, 8, 0)),
+        ([0.0, 4.0, 7.0, 9.0, 10.0], (5, 2, 3.0, 4.0, True, 0.01, 3, 5, 7, 8, 0)),
     ],
 )
 def test_the_audit(tmp_path, ticks, audit):
@@ -107,7 +107,7 @@ def test_the_audit(tmp_path, ticks, audit):
     ready, told = done.stdout.splitlines()
     names = (
         *("ticks", "missed", "interval_p50_s", "interval_p99_s", "saw_end"),
-        *("resolution_s", "processes", "mark_bytes", "pss_peak_bytes"),
+        *("resolution_s", "processes", "mark_bytes", "pss_peak_bytes", "vms_peak_bytes", "files_peak_bytes"),
     )
     told = json.loads(told)
     assert ready == b"ready" and tuple(told[name] for name in names) == audit

@@ -95,18 +95,27 @@ def test_launcher_that_is_killed_takes_the_renderer_with_it(run, tmp_path):
     assert not os.path.exists(f"/proc/{pid.read_text()}")
 
 
-def test_measurer_that_is_killed_costs_only_the_series(run, tmp_path, monkeypatch):
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV])
+def test_a_measurer_that_is_killed(run, tmp_path, monkeypatch, number):
+    """The outcome says so. Where it died by itself, as in a driver, the next one asks no GPU, and says why."""
     tell = process._tell
+    monkeypatch.setattr(process.Process, "without_gpu", "")
 
     def kill_and_tell(helper, message):
         if "spawned" in message:
-            helper.kill()
+            helper.send_signal(number)
             helper.wait()
         tell(helper, message)
 
-    monkeypatch.setattr(process, "_tell", kill_and_tell)
-    outcome, _ = run("", watch=tmp_path / "series.csv")
+    with monkeypatch.context() as patch:
+        patch.setattr(process, "_tell", kill_and_tell)
+        outcome, _ = run("", watch=tmp_path / "series.csv")
     assert outcome.code == 0 and outcome.measurer is None
+    assert outcome.unwatched == (process.KILLED if number == signal.SIGKILL else process.IN_A_DRIVER)
+    outcome, _ = run("", watch=tmp_path / "series.csv")
+    assert outcome.unwatched is None
+    said = outcome.measurer["gpu"]["gpu_power_w"]
+    assert (process.IN_A_DRIVER in said) == (number != signal.SIGKILL), said
 
 
 def test_no_helper_is_left(run, tmp_path):

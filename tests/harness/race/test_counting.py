@@ -127,6 +127,28 @@ def test_what_perf_only_estimates_is_no_count(tmp_path, line, why):
     assert counters.Tool("perf", "6.1", False).read(tmp_path) == why
 
 
+@pytest.mark.parametrize("form", ["{kind}/{name}:u/", "{kind}/{name}/u"])
+@pytest.mark.parametrize("kinds", ["", "cpu_atom cpu_core", "cpu_core cpu_atom cpu_lowpower"])
+def test_kinds_of_cores_count_together(form, kinds, tmp_path, monkeypatch):
+    """Each counts while the program is on it; what is counted in all of the time is exact, without perf's scaling."""
+    kinds, lines = kinds.split(), []
+    for name in ("instructions", "branch-misses"):
+        names = [form.format(kind=kind, name=name) for kind in kinds] or [f"{name}:u"]
+        lines += [f"<not counted>,,{name},0,0.00,," for name in names[2:]]
+        lines += [f"{300 if kinds else 1000},,{names[0]},1,{'33.33' if kinds else '100.00'},,"]
+        lines += [f"700,,{name},2,66.67,," for name in names[1:2]]
+    (tmp_path / "perf.csv").write_text("\n".join(lines))
+    tool = counters.Tool("perf", "6.9", False)
+    assert tool.read(tmp_path) == {"instructions": 1000, "branch_misses": 1000} and "--no-scale" in tool.words(tmp_path)
+    (tmp_path / "perf.csv").write_text("\n".join(line.replace("66.67", "40.00") for line in lines))
+    if kinds:
+        assert tool.read(tmp_path) == "perf: instructions 1000, counted 73.33 % of the time"
+    program = tmp_path / "perf"
+    program.write_text("#!/bin/sh\necho '" + "\n".join(lines) + "' >&2\n")
+    program.chmod(stat.S_IRWXU)
+    assert isinstance(counters._able(str(program)), counters.Tool)
+
+
 def test_processes_of_one_renderer_count_together(tmp_path):
     for number, told in enumerate(("1,234,567", "33")):
         (tmp_path / f"{number}.log").write_text(f"==7== Cachegrind\n==7== \n==7== I   refs:      {told}\n")

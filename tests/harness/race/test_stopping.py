@@ -1,6 +1,7 @@
 """A harness that is stopped takes the renderer under way with it and leaves the finished rows."""
 
 import os
+import pwd
 import shlex
 import signal
 import subprocess
@@ -9,8 +10,6 @@ import time
 from pathlib import Path
 
 import pytest
-
-from harness.system import holder
 
 GOOD = ("bad-nothing", "bad-obedient", "bad-blind", "bad-random")
 
@@ -150,7 +149,8 @@ def start_waiting(environment, tmp_path):
 def test_the_lock_of_measuring(start_waiting, tmp_path, command):
     """While one rayrace measures, another one that times anything waits, and says for which."""
     holder, waiting, said = start_waiting(tmp_path / "a folder", command)
-    who = f"process {holder.pid}, {tmp_path / 'a folder'}"
+    user = pwd.getpwuid(os.getuid()).pw_name
+    who = f"process {holder.pid} of {user}, {tmp_path / 'a folder'}"
     assert said == f"another rayrace is measuring on this machine, {who}; waiting for it to end\n"
     assert not (tmp_path / "run" / "run.json").exists() and not (tmp_path / "picture.png").exists()
     holder.communicate()
@@ -169,13 +169,13 @@ def test_a_command_that_measures_without_a_run_is_named(environment, tmp_path):
                                 text=True)  # fmt: skip
 
     first = start("max-error")
-    lock = Path(environment["TMPDIR"]) / "rayrace-measuring.lock"
     try:
-        wait_until(lambda: (found := holder.find(lock)) and found.pid == first.pid)
+        wait_until(lambda: f"@rayrace-measuring{environment['RAYRACE_LOCK']}" in Path("/proc/net/unix").read_text())
         second = start("needs")
         try:
             said = second.stderr.readline()
-            named = f"process {first.pid}, rayrace render scene.txt --max-error 0.5 "
+            user = pwd.getpwuid(os.getuid()).pw_name
+            named = f"process {first.pid} of {user}, rayrace render scene.txt --max-error 0.5 "
             assert said.startswith(f"another rayrace is measuring on this machine, {named}"), said
             assert said.endswith("; waiting for it to end\n")
             first.communicate(timeout=300)

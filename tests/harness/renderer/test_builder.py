@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from harness.errors import UserError
 from harness.renderer import builder, manifest, registry
 from harness.renderer.registry import Renderer
 
@@ -171,6 +172,46 @@ def test_compilers(tmp_path, monkeypatch):
         assert builder.find_compiler("c++") == str(found)
     monkeypatch.setenv("CXX", "no-such")
     assert builder.find_compiler("c++") is None
+
+
+def test_a_compiler_of_several_words(bench, monkeypatch):
+    """As CC="ccache gcc": its version and its builds are of all words, also where a folder has a blank."""
+    program = bench.folder.parent / "a folder" / "launcher"
+    program.parent.mkdir()
+    program.write_text('#!/bin/sh\nexec "$@"\n')
+    program.chmod(0o755)
+    monkeypatch.setenv("CC", f"'{program}' {bench.cc}")
+    built = bench.build()
+    assert (bench.count(), built.compiler, built.cached) == (1, "mycc 1.0", False)
+    assert builder.compiler("c") == (str(program), str(bench.cc))
+    monkeypatch.setenv("CC", str(program))  # a path with a blank, which is no two words
+    assert builder.compiler("c") == (str(program),)
+
+
+@pytest.mark.parametrize("chosen", ["no-such", "no-such gcc", "'no-such"])
+def test_a_compiler_that_is_not_there(chosen, bench, monkeypatch):
+    monkeypatch.setenv("CC", chosen)
+    why = f"CC is {chosen!r}, and there is no such program (correct CC, or unset it)"
+    renderer = Renderer(bench.folder, manifest.load(bench.folder))
+    assert builder.compiler("c") == () and renderer.unavailable == why
+    with pytest.raises(builder.BuildError) as caught:
+        bench.build()
+    assert str(caught.value) == why
+
+
+def test_no_folder_for_the_cache(monkeypatch):
+    """Neither HOME nor an entry of the user, as in a container that runs as any number."""
+    for name in ("RAYRACE_CACHE", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+
+    def unknown(user):
+        raise KeyError(f"getpwuid(): uid not found: {user}")
+
+    monkeypatch.setattr("pwd.getpwuid", unknown)
+    with pytest.raises(UserError, match=r"HOME is not set, .*; set RAYRACE_CACHE to a folder"):
+        builder.cache_folder("builds")
+    monkeypatch.setenv("RAYRACE_CACHE", "/a/folder")
+    assert str(builder.cache_folder("builds")) == "/a/folder/builds"
 
 
 def test_without_a_compiler(bench, monkeypatch):

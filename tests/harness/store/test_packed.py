@@ -1,8 +1,14 @@
 """A run in one file: nothing of it is lost, it is small, and a stranger's does no harm."""
 
+import errno
 import io
 import lzma
+import os
+import signal
+import subprocess
+import sys
 import tarfile
+import tempfile
 
 import numpy as np
 import pytest
@@ -53,6 +59,56 @@ def test_nothing_is_lost_and_the_bytes_are_the_same_again(run, tmp_path):
         assert store.read(folder) == store.read(run)
     assert there == {name: data for name, data in files(run).items() if name != "logs/c-0.stdout"}
     assert not folder.exists()
+
+
+def test_a_full_disk_for_temporary_files(run, tmp_path, monkeypatch):
+    """It is not the run's fault; what to do is said, and nothing is left."""
+    packed.pack(run, tmp_path / "one.tar.xz")
+    copy = packed.shutil.copyfileobj
+
+    def fails(source, target, size):
+        copy(source, target, size)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setattr(packed.shutil, "copyfileobj", fails)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
+    with pytest.raises(UserError) as caught, packed.opened(tmp_path / "one.tar.xz"):
+        pass
+    said = str(caught.value)
+    assert "not a packed run" not in said and f"cannot be unpacked in {tmp_path / 'tmp'}" in said
+    assert said.endswith("No space left on device; make room there, or set TMPDIR to another folder")
+    assert not list((tmp_path / "tmp").iterdir())
+
+
+WAITS = """import time
+from harness.store import store
+def hosts(folder):
+    print(folder, flush=True)
+    time.sleep(60)
+store.hosts = hosts
+from rayrace.main import main
+main()
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_a_signal_leaves_no_unpacked_run(name, run, tmp_path):
+    packed.pack(run, tmp_path / "one.tar.xz")
+    (tmp_path / "tmp").mkdir()
+    words = [sys.executable, "-c", WAITS, "compare", tmp_path / "one.tar.xz", tmp_path / "one.tar.xz", "--host", "x"]
+    known = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(words, env=known, **pipes, preexec_fn=hear_ctrl_c) as process:
+        assert process.stdout.readline().startswith(str(tmp_path / "tmp"))
+        process.send_signal(getattr(signal, name))
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == (130 if name == "SIGINT" else -getattr(signal, name)) and "Traceback" not in said
+    assert not list((tmp_path / "tmp").iterdir())
+
+
+def hear_ctrl_c():
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def test_a_folder_is_itself(run):

@@ -95,6 +95,17 @@ def test_others_disturb_where_they_leave_too_few_cores(system, others, threads, 
     assert trouble.doubts(found, 2.0, threads, cores) == [trouble.DOUBTS["other_cpu_s"]] * doubtful
 
 
+@pytest.mark.parametrize(
+    ("used", "threads", "cores", "doubtful"),
+    [(0.05, 2, 2, False), (0.2, 2, 2, True), (2.0, 1, 2, False), (2.2, 1, 2, True)],
+)
+def test_the_measurer_disturbs_as_others_do(used, threads, cores, doubtful):
+    """Over 2 s."""
+    found = {**QUIET, "measurer_s": used}
+    assert trouble.doubts(found, 2.0, threads, cores) == [trouble.DOUBTS["measurer_s"]] * doubtful
+    assert trouble.doubts({**QUIET, "measurer_s": {"unavailable": "it was killed"}}, 2.0, threads, cores) == []
+
+
 def test_cores_that_it_may_not_use_do_not_count(system):
     found = trouble.between({**system(), "own_s": 0}, {**system(foreign=2.0), "own_s": 0})
     assert found["other_cpu_s"] == 0
@@ -141,7 +152,8 @@ def test_a_load_beside_is_seen_and_its_own_is_not():
 def test_it_is_in_the_row(rayrace, experiment, rows, tmp_path):
     rayrace("run", experiment(["python"]), "--out", tmp_path / "run", code=0)
     (row,) = rows(tmp_path / "run")["python"]
-    assert set(row["disturbed"]) == set(QUIET)
+    assert set(row["disturbed"]) == {*QUIET, "measurer_s"}
+    assert row["disturbed"]["measurer_s"] == row["measurer"]["cpu_s"] > 0
 
 
 def test_a_row_that_was_disturbed_says_so(rayrace, experiment, rows, tmp_path):
