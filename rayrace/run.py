@@ -236,13 +236,15 @@ def _on_cluster(front, only, renderers, resumed: bool, detach: bool, again: str)
     """Submit what is missing of a Campaign, and follow it; its rows, and how many repetitions are left."""
     from harness.cluster import campaign
     from harness.plan import predict
-    from harness.store import alone, likeness, store
+    from harness.store import alone, confined, likeness, store
     from rayrace.progress import progress
 
     def say(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
     folder = front.folder
+    if resumed:
+        confined.check_to_write(folder)
     with alone.only_one(folder):
         where = campaign.executor_of(folder, front.name, front.table)
         if resumed:

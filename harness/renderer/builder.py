@@ -47,6 +47,13 @@ def cache_folder(name: str) -> Path:
     return Path(os.environ.get("RAYRACE_CACHE") or platformdirs.user_cache_dir("rayrace")) / name
 
 
+def state_folder() -> Path:
+    """The user's folder for what rayrace must keep, and no cache of a job is beside."""
+    import platformdirs
+
+    return Path(platformdirs.user_state_dir("rayrace"))
+
+
 def find_compiler(kind: str) -> str | None:
     """The path of a compiler of C++ or C, or of any other program by its name; None if there is none."""
     variable, names = CANDIDATES.get(kind, ("", (kind,)))
