@@ -71,7 +71,7 @@ def run(
     from harness.experiment import experiment as experiments
     from harness.plan import plan
     from harness.renderer import registry
-    from harness.store import store
+    from harness.store import confined, store
     from rayrace import bundled, terminal
 
     typed, experiment = experiment, bundled.experiment(experiment)
@@ -93,6 +93,8 @@ def run(
     seconds = math.inf if max_minutes is None else 60 * max_minutes
     if resume and out:
         raise UserError("--resume goes on in the run's own folder; leave --out out")
+    if resume and resume.is_dir():
+        confined.check_to_write(resume)
     before = store.executor(resume) if resume else None
     if before and executor and executor != before:
         raise UserError(f"--executor {executor}: {resume} was submitted through {before}; leave --executor out")
@@ -236,15 +238,13 @@ def _on_cluster(front, only, renderers, resumed: bool, detach: bool, again: str)
     """Submit what is missing of a Campaign, and follow it; its rows, and how many repetitions are left."""
     from harness.cluster import campaign
     from harness.plan import predict
-    from harness.store import alone, confined, likeness, store
+    from harness.store import alone, likeness, store
     from rayrace.progress import progress
 
     def say(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
     folder = front.folder
-    if resumed:
-        confined.check_to_write(folder)
     with alone.only_one(folder):
         where = campaign.executor_of(folder, front.name, front.table)
         if resumed:

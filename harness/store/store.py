@@ -13,7 +13,8 @@
     logs/KEY-N.stdout, .stderr; likewise
     .lock               held by the process that writes or follows the run (alone.py)
 
-A run can be a stranger's, so only files in its own folder are read (confined.py).
+A run can be a stranger's, so only files in its own folder are read (confined.py), within limits (lines.py, arrays.py,
+packed.py), and texts pass one gate (clean.py).
 
 A run on a cluster (campaign.py) has more, and its own repetitions.jsonl is empty:
 

@@ -108,7 +108,7 @@ def run(place):
 
 HEAVY = {
     "rows": ("repetitions.jsonl", b"{}\n" * (250 << 18), "more than 150,000 lines"),
-    "values of a row": ("repetitions.jsonl", b'{"cell": "x", "a": [' + b"0," * (6 << 20) + b"0]}\n", "64 MiB of values"),
+    "a row": ("repetitions.jsonl", b'{"cell": "x", "a": [' + b"0," * (6 << 20) + b"0]}\n", "64 MiB of values"),
     "values": ("repetitions.jsonl", (b'{"a":[' + b"[]," * 4_000_000 + b"0]}\n") * 8, "64 MiB of values"),
     "a line": ("repetitions.jsonl", b'{"a": "' + b"x" * (200 << 20) + b'"}\n', "a line of more than"),
     "no line": ("repetitions.jsonl", bytes(200 << 20), "a line of more than"),

@@ -92,9 +92,12 @@ def test_the_report(run):
         row["warnings"] = ["=1+1", "@SUM(A1)"]
         row["technology"] = "-2+3"
     stored_run.write(run, facts, rows)
+    stored_run.write_series(run, rows)
     several.make([run], run / "report")
-    page = (run / "report" / "report.html").read_text("utf-8")
-    assert "\\x1b[2J" in page and not re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", page)
+    written = [*(run / "report").glob("*.md"), *(run / "report").glob("*.svg"), *(run / "report").glob("*.csv")]
+    found = "".join(path.read_text("utf-8") for path in written)
+    assert "x1b" in found and not re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", found)
+    assert len(written) > 5 and (run / "report" / "report.html").stat().st_size
     for path in (run / "report").rglob("*.csv"):
         with open(path, newline="", encoding="utf-8") as file:
             bad = [

@@ -173,6 +173,7 @@ def test_nothing_is_written_before_the_whole_run_was_checked(run):
 def test_second_names_in_a_report(run, mine):
     """A file with two names is replaced under the one alone."""
     home, unchanged = mine
+    stored_run.write_series(run, stored_run.rows())
     several.make([run], run / "report")
     names = [path.relative_to(run / "report") for path in (run / "report").rglob("*") if path.is_file()]
     shutil.rmtree(run / "report")
