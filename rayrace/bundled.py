@@ -1,11 +1,11 @@
 """The experiments and scenes that come with rayrace, found by name."""
 
-import shutil
 import tomllib
 from difflib import get_close_matches
 from pathlib import Path
 
 from harness.errors import UserError
+from harness.system import output
 
 SCENES = (".txt", ".nff")
 
@@ -78,5 +78,5 @@ def copy(name: str, out: Path) -> list[Path]:
             raise UserError(f"{target}: exists already, with other content", remedy="copy to another folder with -o")
     for file, target in targets.items():
         target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(file, target)
+        output.data(target, file.read_bytes(), own=False)
     return list(targets.values())

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from harness.system import output
 from rayrace.options import JsonOption, RendererOption, percent
 
 
@@ -41,6 +42,7 @@ def history(
     from rayrace import bundled
     from rayrace.run import new_run
     from reports.compare import history as reports
+    from reports.paper import table
 
     file = bundled.experiment(experiment)
     known = registry.entries(tuple(renderer or ()))
@@ -63,7 +65,7 @@ def history(
     points = _places(found)
     steps = [one for mine in points.values() for one in _steps(mine, step)]
     rows = [point for mine in points.values() for point in mine]
-    reports.table(rows).to_csv(folder / "history.csv", index=False)
+    table.write_frame(folder / "history.csv", reports.table(rows))
     _charts(points, steps, folder)
     if as_json:
         shown = [{**asdict(one), "before": one.before.commit, "after": one.after.commit} for one in steps]
@@ -111,7 +113,7 @@ def _measure(commit, variant: str, asked, file: Path, known, folder: Path) -> li
     planned = plan.make(asked, file, known, (variant,), commit.hash)
     into = folder / commit.short
     begun = (into / "run.json").exists()
-    into.mkdir(exist_ok=True)
+    output.make_folder(into)
     here(asked, planned, known, into, begun, math.inf)
     return reports.read(into, commit.hash, commit.date, commit.subject)
 

@@ -136,7 +136,7 @@ def report(
 
     if out is None and (len(runs) > 1 or runs[0].is_file()):
         raise UserError("name the folder of the report with -o FOLDER")
-    folder = out or runs[0] / "report"
+    folder = (out.resolve() if out.is_symlink() else out) if out else runs[0] / "report"
     if len(runs) == 1 and runs[0].is_dir() and not (runs[0] / "run.json").exists():
         if check:
             raise UserError(f"{runs[0]}: a folder of runs", remedy="--check takes runs")
@@ -345,12 +345,13 @@ def generate(
     """Generate a scene: the comparison scene for any number of spheres and lights (.txt), a lattice of spheres that
     multiply errors (.txt), one of Haines' (.nff), the gallery's mesh, or a sphere of 20 * 4^size triangles (.obj)."""
     from harness.scene.generate.generated import written
+    from harness.system import output
 
     text = written(name, out, spheres=spheres, lights=lights, size=size, material=material, radius=radius)
     if out is None:
         print(text, end="")
     else:
-        out.write_text(text, encoding="utf-8")
+        output.text(out, text, own=False)
 
 
 @app.command(cls=Once)

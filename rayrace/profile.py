@@ -61,6 +61,7 @@ def profile(
     from harness.scene.needs import needs as needs_of
     from harness.single import profile as profiles
     from harness.single import single
+    from harness.system import output
     from rayrace import bundled
 
     if out:
@@ -83,12 +84,12 @@ def profile(
     if found.size:
         title += f", of {found.size[0]} x {found.size[1]} pixels, as Valgrind is slow"
     if out and out.suffix == ".json":
-        out.write_text(json.dumps(speedscope(found, title)) + "\n", encoding="utf-8")
+        output.text(out, json.dumps(speedscope(found, title)) + "\n", own=False)
     elif out:
         from reports.paper import flame_figure, style
 
         with style.styled():
-            flame_figure.draw(found.stacks, title).savefig(out)
+            style.save_as(flame_figure.draw(found.stacks, title), out)
     if as_json:
         functions = [{"name": name, "own": own, "whole": whole} for name, own, whole in found.functions()]
         about = {"renderer": entry.name, "tool": found.tool, "unit": found.unit, "size": found.size}

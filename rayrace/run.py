@@ -71,7 +71,7 @@ def run(
     from harness.experiment import experiment as experiments
     from harness.plan import plan
     from harness.renderer import registry
-    from harness.store import store
+    from harness.store import confined, store
     from rayrace import bundled, terminal
 
     typed, experiment = experiment, bundled.experiment(experiment)
@@ -93,6 +93,8 @@ def run(
     seconds = math.inf if max_minutes is None else 60 * max_minutes
     if resume and out:
         raise UserError("--resume goes on in the run's own folder; leave --out out")
+    if resume and resume.is_dir():
+        confined.check_to_write(resume)
     before = store.executor(resume) if resume else None
     if before and executor and executor != before:
         raise UserError(f"--executor {executor}: {resume} was submitted through {before}; leave --executor out")

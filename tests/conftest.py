@@ -156,6 +156,7 @@ def left_to_the_night(item, variant, product, firsts):
 def _own_cache(request):
     """Builds of tests stay with the tests. They are kept by their content, so all sessions and workers share them."""
     os.environ["RAYRACE_CACHE"] = str(request.config.cache.mkdir("rayrace-builds"))
+    os.environ["XDG_STATE_HOME"] = str(request.config.cache.mkdir("rayrace-state"))
 
 
 @pytest.fixture(scope="session")

@@ -25,6 +25,7 @@ from harness.race.bench import timestamp
 from harness.store import store
 from harness.store.jobs import Job, Jobs
 from harness.store.record import identity, key
+from harness.system import output
 
 POLL = 5.0  # s between two questions to the scheduler
 LOOK = 1.0  # s between two readings of the rows
@@ -190,7 +191,7 @@ def table(experiment: Experiment, name: str):
 def executor_of(folder: Path, name: str, settings) -> Executor:
     """The executor `name` for the run in `folder`. settings: its table."""
     logs = Path(folder) / "jobs"
-    logs.mkdir(parents=True, exist_ok=True)
+    output.make_folder(logs)
     return executors.find(name, settings, logs)
 
 

@@ -15,8 +15,6 @@ import sys
 import time
 from pathlib import Path
 
-import orjson
-
 from harness.cluster import batch
 from harness.errors import UserError, of_system
 from harness.experiment.experiment import Experiment
@@ -29,13 +27,14 @@ from harness.race.bench import timestamp
 from harness.race.host import ThisHost
 from harness.race.stopping import Stopped, heed
 from harness.renderer import registry
-from harness.store import lines, merge, store
+from harness.store import clean, confined, lines, merge, store
 from harness.store.alone import locked
 from harness.store.record import identity, killed_by_others
+from harness.system import output
 
 PARTS, END = "parts", "end.json"
 LEAST = 1 << 20  # bytes: a disk with less room is full, as a job writes more
-BLOCK = 4096  # bytes of end.json, most of them blank
+BLOCK, LONGEST = 4096, 1 << 20  # bytes of end.json, most of them blank; and at most
 CHECKED = ("renderer_version", "scene_version", "needs")  # of a cell; its threads are the host's
 SILENT = {"status": "silent", "reason": "it was killed before it could say why"}  # end.json until the job ends
 TAKES = 3  # measurements of the host's peaks when the job begins
@@ -171,10 +170,9 @@ def _say(place: Path, end: dict) -> None:
     told = {**end, "at": timestamp(), "job": job_facts(), "hostname": socket.gethostname()}
     text = lines.as_json(told).encode().ljust(BLOCK)
     try:
-        descriptor = os.open(place / END, os.O_WRONLY | os.O_CREAT, 0o644)
-        with open(descriptor, "wb") as file:
+        with open(output.opened_in_place(place / END, os.O_WRONLY | os.O_CREAT), "wb") as file:
             file.write(text)
-            os.fsync(descriptor)
+            os.fsync(file.fileno())
     except OSError as error:
         print(f"{place / END}: {error.strerror}", file=sys.stderr, flush=True)
     if end is not SILENT:
@@ -192,8 +190,8 @@ def _is_full(place: Path) -> bool:
 def ending(place: Path) -> dict | None:
     """end.json of the part in `place`; None if there is none, or it is incomplete."""
     try:
-        told = orjson.loads((place / END).read_bytes())
-    except (OSError, ValueError):
+        told = clean.parsed(confined.content(place / END, LONGEST))
+    except (OSError, ValueError, UserError):
         return None
     whole = isinstance(told, dict) and all(isinstance(told.get(name), str) for name in ("status", "reason", "hostname"))
     return told if whole else None

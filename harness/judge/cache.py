@@ -1,17 +1,31 @@
-"""A cache of references and truths that runs share, keyed by the content of everything that made them."""
+"""A cache of references and truths that runs share, keyed by the content of everything that made them.
+
+What is in it decides which picture is right, so a renderer may neither read nor change it. Each file ends in a checksum
+(HMAC) by a key of the user, which lies in another folder; of a file that was changed nothing is taken. Renderers cannot
+read files in the two folders where the system can keep them from it (process.hide).
+"""
 
 import contextlib
+import hmac
+import io
 import json
 import os
 import re
+import secrets
 import stat
 import time
-import uuid
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-OWN = re.compile(r"[0-9a-f]{16}(-[0-9a-f]{32})?\.npz")  # a key, and the part of a file that is being written
+from harness.process import process
+from harness.renderer.builder import state_folder
+from harness.system import output
+
+# A key, and the part of a file that is being written; the second form is of versions before this one.
+OWN = re.compile(r"[0-9a-f]{16}(\.npz(\.[0-9a-f]{16}\.part)?|-[0-9a-f]{32}\.npz)")
+CHECKSUM, KEY = 32, 32  # bytes
 LIMIT = 2 * 2**30  # bytes; beyond it the files that were not asked for the longest go
 
 
@@ -20,6 +34,10 @@ class Kept:
 
     def __init__(self, folder: Path | None):
         self.folder = folder
+        if folder is not None:
+            with contextlib.suppress(OSError):
+                folder.mkdir(parents=True, exist_ok=True)
+            process.hide(folder)
 
     def get(self, key: str) -> tuple[dict, dict[str, np.ndarray]] | None:
         """The facts and arrays of `key`; None if they are not there, or not whole."""
@@ -27,7 +45,11 @@ class Kept:
             return None
         path = self.folder / f"{key}.npz"
         try:
-            with np.load(path, allow_pickle=False) as file:
+            content = memoryview(path.read_bytes())
+            content, checksum = content[:-CHECKSUM], content[-CHECKSUM:]
+            if not hmac.compare_digest(checksum, _checksum(key, content)):
+                return None
+            with np.load(io.BytesIO(content), allow_pickle=False) as file:
                 arrays = {name: file[name] for name in file.files}
             with contextlib.suppress(OSError):  # nobody may write there
                 os.utime(path)
@@ -39,20 +61,19 @@ class Kept:
         """Keep what JSON can hold, and arrays, where that can be done: what is not kept is made again."""
         if self.folder is None:
             return
-        part = self.folder / f"{key}-{uuid.uuid4().hex}.npz"  # several runs may be about the same, on several hosts
         with contextlib.suppress(OSError):
-            try:
-                self.folder.mkdir(parents=True, exist_ok=True)
-                np.savez(part, facts=np.array(json.dumps(facts)), **arrays)
-                os.replace(part, self.folder / f"{key}.npz")
-            finally:
-                with contextlib.suppress(OSError):
-                    part.unlink(missing_ok=True)
+            self.folder.mkdir(parents=True, exist_ok=True)
+            file = io.BytesIO()
+            np.savez(file, facts=np.array(json.dumps(facts)), **arrays)
+            content = file.getbuffer()
+            content = b"".join([content, _checksum(key, content)])
+            # Several runs may be about the same, on several hosts.
+            output.data(self.folder / f"{key}.npz", content, own=False, shared=True)
             self._prune()
 
     def _prune(self) -> None:
         found, now = [], time.time()
-        for path in self.folder.glob("*.npz"):
+        for path in self.folder.iterdir():
             try:
                 state = path.lstat()
             except OSError:  # another run has just pruned it
@@ -67,3 +88,32 @@ class Kept:
                 return
             path.unlink(missing_ok=True)
             total -= size
+
+
+def _checksum(key: str, content) -> bytes:
+    return hmac.digest(_secret(), b"".join([key.encode(), b"\0", content]), "sha256")
+
+
+@cache
+def _secret() -> bytes:
+    """The key of this user, made once; where none can be kept, one of this process, which takes no file of another."""
+    own = secrets.token_bytes(KEY)
+    try:
+        folder = state_folder()
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        path = folder / "references.key"
+        if not path.exists():
+            part = folder / f"references.key.{secrets.token_hex(8)}.part"
+            output.data(part, own, own=False, sync=True)
+            os.chmod(part, 0o600)
+            with contextlib.suppress(FileExistsError):  # another process was quicker
+                os.link(part, path)
+            part.unlink()
+        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+        with open(descriptor, "rb") as file:
+            state = os.fstat(descriptor)
+            if stat.S_ISREG(state.st_mode) and state.st_uid == os.getuid() and state.st_size == KEY:
+                return file.read(KEY)
+    except (OSError, RuntimeError, KeyError):  # no home, or nothing can be written there
+        pass
+    return own

@@ -1,6 +1,7 @@
 """Checks whether the processor and the clock are fit to measure: findings for the doctor."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -73,7 +74,9 @@ def pressure(value: str) -> Finding:
     what = "waiting for a core (pressure)"
     if value.startswith(UNAVAILABLE):
         return unknown(what, value)
-    averages = dict(part.split("=") for part in value.splitlines()[0].split()[1:])
+    averages = dict(re.findall(r"\b(avg10|avg300)=(\d+(?:\.\d+)?)(?!\S)", value.partition("\n")[0]))
+    if len(averages) < 2:
+        return unknown(what, f"{UNAVAILABLE}: /proc/pressure/cpu has no avg10 and avg300")
     found = f"{averages['avg10']} % of the last 10 s, {averages['avg300']} % of the last 5 min"
     return judged(float(averages["avg10"]) < 1, what, found, "something else wants the cores: see other load")
 

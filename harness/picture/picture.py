@@ -3,6 +3,7 @@
 The last two suit pictures of any size: only a small part of the picture is in memory while it is written.
 """
 
+import tempfile
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 
 from harness.errors import UserError, missing
 from harness.picture import colour
-from harness.store.store import write_part
+from harness.system import output
 
 SUFFIXES = (".png", ".exr", ".npy", ".tif")
 ANY_SIZE = (".tif", ".npy")
@@ -51,12 +52,15 @@ def save(path: Path, linear: np.ndarray, arithmetic: str = "linear") -> None:
 
         pixels = np.ascontiguousarray(linear, dtype=np.float32)
         header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-        with OpenEXR.File(header, {"RGB": pixels}) as file:
-            file.write(str(path))
+        with tempfile.TemporaryDirectory() as here, OpenEXR.File(header, {"RGB": pixels}) as made:
+            made.write(f"{here}/picture.exr")  # it takes names alone
+            content = Path(here, "picture.exr").read_bytes()
+        output.data(path, content, own=False)
     else:
         from PIL import Image
 
-        Image.fromarray(colour.codes(linear, arithmetic)).save(path)
+        image = Image.fromarray(colour.codes(linear, arithmetic))
+        output.write(path, lambda file: image.save(file, "PNG"), own=False)
 
 
 def write(path: Path, height: int, width: int, dtype: np.dtype, crop: Crop) -> None:
@@ -65,7 +69,7 @@ def write(path: Path, height: int, width: int, dtype: np.dtype, crop: Crop) -> N
     Its bytes depend on the pixels alone.
     """
     kind = _write_tif if path.suffix == ".tif" else _write_npy
-    write_part(path, lambda file: kind(file, height, width, np.dtype(dtype), crop), own=False)
+    output.write(path, lambda file: kind(file, height, width, np.dtype(dtype), crop), own=False)
 
 
 def _write_npy(file: BinaryIO, height: int, width: int, dtype: np.dtype, crop: Crop) -> None:

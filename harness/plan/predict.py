@@ -11,7 +11,7 @@ import orjson
 from harness.errors import UserError
 from harness.machine import environment
 from harness.plan.plan import Cell
-from harness.store import schema, store
+from harness.store import confined, schema, store
 
 HISTORY = 16 * 2**20  # bytes of old runs to read, at most
 NEVER_RAN = ("unavailable", "unsupported")
@@ -156,7 +156,10 @@ def history(results: Path, but: Path | None = None, most: int = HISTORY) -> list
             continue
         if any((told.get("environment") or {}).get(name) != here[name] for name in ("host", "cpu")):
             continue
-        tail = _tail(path, most)
+        try:
+            tail = _tail(path, most)
+        except UserError:  # no plain file
+            continue
         most -= len(tail)
         cells = {cell["cell"]: cell for cell in told.get("cells", ())}
         rows = [{**cells.get(str(row.get("cell")), {}), **row} for row in map(_json, tail.splitlines())]
@@ -166,7 +169,7 @@ def history(results: Path, but: Path | None = None, most: int = HISTORY) -> list
 
 def _tail(path: Path, most: int) -> bytes:
     """The last `most` bytes of a file; its first line may be torn."""
-    with open(path, "rb") as file:
+    with confined.opened(path) as file:
         file.seek(max(0, path.stat().st_size - most))
         return file.read(most)
 

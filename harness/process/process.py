@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.process import launcher as launcher_module
+from harness.renderer.builder import cache_folder, state_folder
 from harness.renderer.limits import DEFAULT, Limits
 from harness.system import cuda, opencl
 
@@ -23,6 +24,7 @@ KEPT = (
     opencl.FOLDER,
 )
 
+HIDDEN: set[Path] = set()  # folders that no renderer may read (launcher.py)
 PATIENCE = 10.0  # s, for the measurer's last words
 START = 60.0  # s, for its first: it imports, and asks NVML
 STUCK = 60.0  # s after which a launcher that should have spoken has been stopped, or worse
@@ -120,6 +122,8 @@ class Process:
                     "timeout": timeout,
                     "limits": self.most,
                     "places": [str(place) for place in (folder.parent, cache) if place],
+                    # Counters of instructions, which `env` starts (counting.py), may need the rights of their file.
+                    "hidden": [] if command[0] == "env" else _hidden(),
                 }
             )
         )
@@ -129,7 +133,7 @@ class Process:
         self.stuck = False
         if self.measurer:
             self._word(START)  # ready: its imports must not run beside the renderer
-        self.launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(self.spec)])
+        self.launcher = _start([sys.executable, "-I", "-S", launcher_module.__file__, str(self.spec)], _for_launcher())
 
     def __enter__(self) -> "Process":
         return self
@@ -255,10 +259,28 @@ def end_marked(own: Path) -> None:
                     found = True
 
 
-def _start(command: list[str]) -> subprocess.Popen:
+def hide(folder: Path) -> None:
+    """Keeps renderers that are started from now on from reading files in a folder, where the system can do that."""
+    HIDDEN.add(Path(folder))
+
+
+def _hidden() -> list[str]:
+    """The folders that a renderer may not read: references, the key of their checksums, and what `hide` was told."""
+    with contextlib.suppress(RuntimeError, KeyError):  # a user without a home
+        hide(cache_folder("references"))
+        hide(state_folder())
+    return sorted(str(folder) for folder in HIDDEN if folder.is_dir())
+
+
+def _for_launcher() -> dict[str, str]:
+    """The environment of the launcher, which a renderer can read (/proc): without what leads to the user's caches."""
+    return {name: value for name, value in os.environ.items() if not name.startswith(("HOME", "RAYRACE_", "XDG_"))}
+
+
+def _start(command: list[str], environment: dict[str, str] | None = None) -> subprocess.Popen:
     """Start a helper in a session of its own, so that Ctrl-C reaches the harness alone. No buffers: select sees all."""
     pipe = subprocess.PIPE
-    return subprocess.Popen(command, bufsize=0, stdin=pipe, stdout=pipe, start_new_session=True)
+    return subprocess.Popen(command, bufsize=0, stdin=pipe, stdout=pipe, start_new_session=True, env=environment)
 
 
 def _tell(process: subprocess.Popen, message: dict) -> None:

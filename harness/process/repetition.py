@@ -17,7 +17,7 @@ from harness.renderer.builder import BuildError, Built, fill
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
-from harness.system import ownership
+from harness.system import output, ownership
 
 UNSUPPORTED = 3  # exit status
 BY_OTHERS = "by SIGKILL, perhaps for using too much memory (see dmesg)"
@@ -125,8 +125,8 @@ def start(
             result.status, result.reason, result.array = "failed", outcome.unwatched, None
         if log:
             for path in (stdout, stderr):
-                with open(_unless(gone, path), "rb") as source, open(f"{log}.{path.name}", "wb") as target:
-                    target.write(source.read(limits.output))
+                with open(_unless(gone, path), "rb") as source:
+                    output.data(Path(f"{log}.{path.name}"), source.read(limits.output))
     return result
 
 

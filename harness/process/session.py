@@ -23,7 +23,7 @@ from harness.renderer.job import fingerprint
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
-from harness.system import ownership
+from harness.system import output, ownership
 
 APART = 4  # status of a job of a list that needs a process of its own
 MOST = 6  # processes that are kept, of all renderers
@@ -96,9 +96,9 @@ class Session:
                 why = self.limits.told("output", printed, self.limits.output)
                 result = Result("failed", why, outcome, said)
             for path, first in ((self.stdout, read), (self.stderr, errors)) if log else ():
-                with open(path, "rb") as source, open(f"{log}.{path.name}", "wb") as target:
+                with open(path, "rb") as source:
                     source.seek(first)
-                    target.write(source.read(self.limits.output))
+                    output.data(Path(f"{log}.{path.name}"), source.read(self.limits.output))
         remove(here / "out")
         return result
 

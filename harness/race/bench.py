@@ -20,6 +20,7 @@ from harness.renderer.builder import BuildError
 from harness.renderer.registry import Entry
 from harness.store import record as rows
 from harness.store import store
+from harness.system import output
 
 RAYS = "primary", "reflected", "transmitted", "shadow", "non_finite"
 
@@ -50,6 +51,7 @@ class Bench:
             return self._count(cell, number)
         stem = f"{cell.key}-{number}" if kind == "timed" else f"{cell.key}-{kind}-{number}"
         series = self.store.folder / "series" / f"{stem}.csv"
+        output.clear(series)  # the measurer opens it by its name
         calibrated = self.plan.peaks and kind == "timed" and cell.refused is None
         peaks = self.host.peaks(cell.parameters.threads) if calibrated else None
         started, begun = timestamp(), self.host.clock()

@@ -205,6 +205,8 @@ class Judging:
         kept = self.kept.get(key)
         found = unpack(*kept) if kept else None
         reused = found is not None and good(found)
+        if not reused:
+            self.untimed.close()  # no other renderer runs beside the one that makes it
         try:
             found = found if reused else make()
         finally:

@@ -14,13 +14,14 @@ from harness.machine import environment
 from harness.plan import resume
 from harness.plan.plan import Cell, Plan, Turn
 from harness.plan.predict import Predictor
+from harness.process import process
 from harness.process.repetition import METHODS
 from harness.process.scratch import scratch
 from harness.race import enough, load_pass, stopping
 from harness.race.bench import Bench, timestamp
 from harness.race.host import Host, ThisHost
 from harness.renderer.registry import Entry, usable_cores
-from harness.store import store
+from harness.store import confined, store
 from harness.store.alone import only_one
 from harness.store.record import killed_by_others
 
@@ -59,7 +60,9 @@ def run(
     is edited meanwhile, or if another process is at work on the folder.
     """
     where = host or ThisHost()
-    if not resumed:
+    if resumed:
+        confined.check_to_write(folder)
+    else:
         folder.mkdir(parents=True, exist_ok=True)
     with only_one(folder), where.exclusive():
         heard = tell, begins, kept
@@ -92,6 +95,7 @@ def _run(experiment, plan, known, folder, heard, resumed, budget, host, earlier,
         records = [record for record in records if not killed_by_others(record)]
         kept(records)
     run_store = store.Run(folder)
+    process.hide(run_store.folder / "pictures")  # which has truths, and the pictures of others
     try:
         run_store.describe(**facts)
         with scratch() as caches, host.untimed() as untimed:

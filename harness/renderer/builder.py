@@ -59,6 +59,13 @@ def noexec(folder: Path) -> str:
     return f"{folder} is on a file system that runs no programs (noexec): set {variable} to a folder of another"
 
 
+def state_folder() -> Path:
+    """The user's folder for what rayrace must keep, and no cache of a job is beside."""
+    import platformdirs
+
+    return Path(platformdirs.user_state_dir("rayrace"))
+
+
 def find_compiler(kind: str) -> str | None:
     """The path of a compiler of C++ or C, or of any other program by its name; None if there is none."""
     return next(iter(compiler(kind)), None)

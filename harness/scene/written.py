@@ -5,6 +5,7 @@ from itertools import count
 from pathlib import Path
 
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Object, Operator, Polygon, Scene, Sphere
+from harness.system import output
 
 
 def write(scene: Scene, path: Path) -> list[Path]:
@@ -14,7 +15,7 @@ def write(scene: Scene, path: Path) -> list[Path]:
     written beside `path` as OBJ, placed, under names that no file has.
     """
     meshes = _Meshes(path, Path(scene.file).parent if scene.file else None)
-    path.write_text(_text(scene, meshes), encoding="utf-8")
+    output.text(path, _text(scene, meshes), own=False)
     return [path, *meshes.written]
 
 
@@ -35,7 +36,7 @@ class _Meshes:
         file = next(name for name in names if not os.path.lexists(name))  # nobody named it, so it overwrites nothing
         lines = [f"v {' '.join(map(_number, vertex))}" for vertex in mesh.vertices.tolist()]
         lines += [f"f {a} {b} {c}" for a, b, c in (mesh.triangles + 1).tolist()]
-        file.write_text("\n".join([*lines, ""]), encoding="ascii")
+        output.text(file, "\n".join([*lines, ""]), own=False)
         self.written.append(file)
         return f'MESH "{file.name}" (0,0,0) (0,0,0) 1'
 

@@ -14,6 +14,7 @@ from harness.renderer import events, job
 from harness.renderer.builder import fill
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry, Renderer
+from harness.system import output
 
 
 def find(suffix: str, known: dict[str, Entry]) -> Renderer | None:
@@ -52,7 +53,8 @@ def write(
         file = here / "out" / Path(said.output or "").name
         if not file.is_file():
             raise UserError(f"{out}: {renderer.manifest.name} wrote no file")
-        shutil.move(file, out)
+        with open(file, "rb") as made:
+            output.write(out, lambda target: shutil.copyfileobj(made, target), own=False)
 
 
 def _why(outcome: process.Outcome, said: events.Said, stderr: Path) -> str:

@@ -21,7 +21,7 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.single import single, tiles
 from harness.single.following import Following, Tell
-from harness.system import lock
+from harness.system import lock, output
 
 NOT_JUDGED = "not measured; pictures in tiles are not compared with a reference"
 SHARED = "corners on the edge of two tiles are counted in both (SAM-5)"
@@ -114,7 +114,7 @@ def render(scene, variant, out, image, side, way: Way, timeout, folders, as_json
 def _alone(place: tiles.Folder) -> Iterator[None]:
     """Locks the folder while tiles are submitted and assembled, so that two commands do not do the same work."""
     place.is_begun()
-    place.path.mkdir(exist_ok=True)
+    output.make_folder(place.path)
     with ExitStack() as stack:
         try:
             stack.enter_context(lock.of_file(place.path / "lock"))

@@ -1,5 +1,6 @@
 """Runs one job from the command line: a picture of a scene, or the hits of a list of rays."""
 
+import io
 import json
 import sys
 from dataclasses import replace
@@ -26,6 +27,7 @@ from harness.scene.needs import needs as needs_of
 from harness.single import export
 from harness.statistics import steady
 from harness.store import record
+from harness.system import output
 
 NOT_MEASURED = "not measured; `rayrace run` measures it, with an experiment that has this scene and these options"
 FASTEST = ("cpp-threads", "numba-parallel", "numpy", "python")
@@ -220,8 +222,9 @@ def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
     if out is None:
         rays.write(sys.stdout, result.array)
     else:
-        with open(out, "w", encoding="utf-8", newline="") as file:
-            rays.write(file, result.array)
+        text = io.StringIO(newline="")
+        rays.write(text, result.array)
+        output.text(out, text.getvalue(), own=False)
 
 
 def _region(text: str, width: int, height: int):

@@ -37,10 +37,13 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.single import single
 from harness.store import lines, store
+from harness.system import output
 
 FORMAT = 1
 # Names of all files that rayrace writes there, beside logs/. No other file is ever removed.
-OWN = re.compile(r"((spec|batches)\.json|refused-\d+\.txt|\d+(-.+-\d+)?\.(npy|json))(\.part)?|jobs\.jsonl|lock")
+OWN = re.compile(
+    r"((spec|batches)\.json|refused-\d+\.txt|\d+(-.+-\d+)?\.(npy|json))(\.([0-9a-f]{16}\.)?part)?|jobs\.jsonl|lock"
+)
 BLANK = {"spec.json.part", "lock", "logs"}  # what a folder may contain before it has a spec
 AGAIN = "remove {}, and the same command renders the tile again"
 
@@ -119,15 +122,10 @@ class Folder:
         return {int(name) for name in names if name.isdecimal()}
 
     def keep(self, number: int, array: np.ndarray, facts: dict) -> None:
-        """Stores a tile. Two tasks may render the same one: each writes files of its own, and the last ones stay."""
-        mine = self.path / f"{number}-{socket.gethostname()}-{os.getpid()}"
-        for suffix, write in (
-            (".json", lambda path: store.write_whole(path, json.dumps(facts) + "\n")),
-            (".npy", lambda path: store.save_whole(path, array)),
-        ):
-            part = mine.with_name(mine.name + suffix)
-            write(part)
-            os.replace(part, self.path / f"{number}{suffix}")
+        """Stores a tile. Two tasks may render the same one: the files of the last stay."""
+        told = json.dumps(facts).encode() + b"\n"
+        output.data(self.path / f"{number}.json", told, shared=True, sync=True)
+        output.write(self.path / f"{number}.npy", lambda file: np.save(file, array), shared=True)
 
     def facts(self, number: int) -> dict:
         """The facts of a tile. UserError if they are damaged."""

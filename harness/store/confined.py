@@ -3,14 +3,19 @@
 import contextlib
 import os
 import re
+import stat
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
+from typing import BinaryIO
 
 from harness.errors import UserError
+from harness.system import output
 
+DAMAGED = "it is damaged, or not a run of rayrace"
+COPY = "put a copy in its place: cp FILE COPY && mv COPY FILE"
 NAME = re.compile(r"(pictures|series|logs)/[\w-][\w.,'+-]*")
-FOLDERS = "", "pictures", "series", "logs", "parts", "report"  # report: an older one may be overwritten
+FOLDERS = "", "pictures", "series", "logs", "parts", "jobs", "report"  # report: an older one may be overwritten
 
 
 def files(record: dict) -> Iterator[tuple[dict, str]]:
@@ -31,6 +36,49 @@ def _named(keys: tuple[str, ...]) -> tuple[str, ...]:
 def stray(record: dict) -> str | None:
     """The first file name in a record that no file of a run can have; None if there is none."""
     return next((table[key] for table, key in files(record) if not NAME.fullmatch(table[key])), None)
+
+
+def content(path: Path, most: int) -> bytes:
+    """Returns the bytes of a file. UserError if it is no plain file, or has more than `most` bytes."""
+    with opened(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > most:
+            raise UserError(f"{path}: {size:,} bytes, where rayrace reads {most:,} at most", remedy=DAMAGED)
+        return file.read(size)
+
+
+def opened(path: Path) -> BinaryIO:
+    """Returns a file, open to be read. UserError if it is a pipe or a device, which may never end."""
+    file = open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb")  # noqa: SIM115
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise UserError(f"{path}: not a plain file")
+    return file
+
+
+def check_to_write(folder: Path) -> None:
+    """`check` of a run that will be gone on with: UserError too if a file that is changed in place has a second name,
+    as a change of it would change the other."""
+    check(folder)
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_file(follow_symlinks=False) and not output.has_one_name(entry.stat(follow_symlinks=False)):
+                raise UserError(f"{entry.path}: the file has a second name (a hard link)", remedy=COPY)
+
+
+def check_output(folder: Path) -> None:
+    """UserError if a folder that files are written to has a link, a pipe or a device in it, at any depth."""
+    left = [folder]
+    while left:
+        try:
+            entries = list(os.scandir(left.pop()))
+        except FileNotFoundError:
+            continue
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                left.append(Path(entry.path))
+            elif not entry.is_file(follow_symlinks=False):
+                raise UserError(f"{entry.path}: not a plain file", remedy="remove it; nothing is written through it")
 
 
 def check(folder: Path) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.store import lines
+from harness.system import output
 
 NAME, RESERVE = "jobs.jsonl", ".reserve"
 ROOM = 1 << 18  # bytes of the disk that are reserved, for the lines to be written when it is full
@@ -44,7 +45,7 @@ class Jobs:
 
     def reserve(self) -> None:
         """Reserves room on the disk."""
-        self.path.with_name(RESERVE).write_bytes(bytes(ROOM))
+        output.data(self.path.with_name(RESERVE), bytes(ROOM))
 
     def submitted(self, number: int, name: str, at: str) -> None:
         self.all[name] = Job(number, name, at)

@@ -4,7 +4,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from harness.errors import UserError
-from harness.store import confined, jobs
+from harness.store import confined, jobs, lines
 from harness.store.record import identity, key, killed_by_others, lost
 
 
@@ -62,7 +62,10 @@ def turns(front: dict, batch: dict) -> list[tuple]:
     experiment, pair = front["experiment"], batch["pair"]
 
     def processes(variant: str) -> int:
-        return (experiment["override"].get(variant) or {}).get("processes") or experiment["processes"]
+        count = (experiment["override"].get(variant) or {}).get("processes") or experiment["processes"]
+        if not isinstance(count, int) or not 0 <= count * len(batch["cells"]) <= lines.MOST:
+            raise UserError(f"processes of {variant}: {count!r}, for {len(batch['cells'])} cells: no run has so many")
+        return count
 
     kinds = ("timed", "cold") if experiment["measure"].get("cold") else ("timed",)
     wanted = [(*name, kind) for name in batch["cells"] for kind in kinds] + ([(*pair, "pair")] if pair else [])

@@ -8,11 +8,13 @@ shuffling). Pictures that differ in their last bits are alike in most planes, an
 import errno
 import io
 import lzma
+import os
 import re
 import shutil
 import tarfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 from typing import BinaryIO
 
@@ -20,7 +22,8 @@ import numpy as np
 
 from harness.errors import UserError
 from harness.process.scratch import scratch
-from harness.store import store
+from harness.store import confined, store
+from harness.system import output
 
 SUFFIX, PLANES = ".tar.xz", ".planes"
 MEMBER = re.compile(
@@ -29,11 +32,18 @@ MEMBER = re.compile(
 TRUTHS = ".truth.npy", ".standard_error.npy"
 TEXTS = "run.json", "end.json", "repetitions.jsonl", "jobs.jsonl"  # of a run, or a part of one
 LARGEST = 4 << 30  # bytes when unpacked: a small file of a stranger can unpack to any number of zeros
-RATIO, ANY = 1000, 1 << 28  # a run may unpack to ANY bytes, or RATIO times its size; real ones have a ratio of 20
+RATIO, ANY = 100, 1 << 26  # a run may unpack to ANY bytes, or RATIO times its size; real ones have a ratio of 20
+MEMBERS, OF_ANY, BYTES = (
+    50_000,
+    2000,
+    20,
+)  # files in it, in one of any size, packed bytes of each further one; real: 200
+HEADERS = 1 << 16  # bytes between two files: headers, of which real ones have 512 to 2048
 PIECE = 1 << 20  # bytes, or numbers, in memory at once when unpacking
 WIDEST = 64  # bytes of a number
 NO_ROOM = errno.ENOSPC, errno.EDQUOT, errno.EROFS  # of the folder for temporary files
 REACH = 1 << 26  # bytes: how far back xz looks for repetitions, about ten pictures
+MEMORY = REACH + (1 << 24)  # bytes that xz may take to unpack
 
 
 def is_packed(run: Path) -> bool:
@@ -62,6 +72,8 @@ def pack(folder: Path, file: Path, pictures: bool = True, truths: bool = True) -
     arrays.sort(key=lambda path: (order.get(path.name, len(order)), str(path)))
     others = [path for place in places for part in ("series", "logs") for path in sorted((place / part).glob("*"))]
     others = [path for path in others if path.stat().st_size]
+    if len(texts) + len(others) + len(arrays) > MEMBERS:
+        raise UserError(f"{folder}: more than {MEMBERS:,} files, which a packed run can have", remedy="--no-pictures")
     filters = [{"id": lzma.FILTER_LZMA2, "preset": 6, "dict_size": REACH}]
 
     def write(out) -> None:
@@ -74,7 +86,7 @@ def pack(folder: Path, file: Path, pictures: bool = True, truths: bool = True) -
                 member.size = len(data)
                 tar.addfile(member, io.BytesIO(data))
 
-    store.write_part(file, write, own=False)
+    output.write(file, write, own=False)
 
 
 @contextmanager
@@ -92,26 +104,52 @@ def opened(run: Path) -> Iterator[Path]:
         yield folder
 
 
+class _Unpacked:
+    """Unpacks an xz file piece by piece, as many bytes as `allowed`: ValueError beyond them."""
+
+    def __init__(self, file: BinaryIO):
+        self.file, self.xz = file, lzma.LZMADecompressor(lzma.FORMAT_XZ, MEMORY)
+        self.allowed = 0
+
+    def read(self, size: int) -> bytes:
+        """Returns up to `size` bytes, b"" at the end."""
+        found = b""
+        while not (found or self.xz.eof):
+            data = self.file.read(PIECE) if self.xz.needs_input else b""
+            if self.xz.needs_input and not data:
+                raise EOFError("it ends too early")
+            found = self.xz.decompress(data, size)
+        self.allowed -= len(found)
+        if self.allowed < 0:
+            raise ValueError(f"a header of more than {HEADERS >> 10} kB")
+        return found
+
+
 def _unpack(file: Path, folder: Path) -> None:
-    left = min(LARGEST, max(ANY, RATIO * file.stat().st_size)) if file.exists() else 0
     for part in ("pictures", "series", "logs"):
         (folder / part).mkdir(parents=True)
     try:
-        with lzma.open(file) as packed, tarfile.open(fileobj=packed, mode="r|") as tar:
-            for member in tar:
-                left -= member.size
-                if not member.isreg() or not MEMBER.fullmatch(member.name):
-                    raise UserError(f"{file}: not a packed run: it contains {member.name!r}")
-                if left < 0:
-                    most = f"{LARGEST >> 30} GiB, or {RATIO} times its size"
-                    raise UserError(f"{file}: too large when unpacked: more than {most}")
-                path = folder / member.name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                with open(path, "wb") as file_inside:
-                    shutil.copyfileobj(tar.extractfile(member), file_inside, PIECE)
-                if path.suffix == PLANES:
-                    _numbers(path, path.with_suffix(""))
-                    path.unlink()
+        with confined.opened(file) as source:
+            size = os.fstat(source.fileno()).st_size
+            left, most = min(LARGEST, max(ANY, RATIO * size)), min(MEMBERS, OF_ANY + size // BYTES)
+            stream = _Unpacked(source)
+            stream.allowed = HEADERS + tarfile.RECORDSIZE
+            with tarfile.open(fileobj=stream, mode="r|") as tar:
+                for number in count(1):
+                    stream.allowed = HEADERS + tarfile.RECORDSIZE
+                    if (member := tar.next()) is None:
+                        return
+                    tar.members = []  # it would keep them all
+                    left -= member.size
+                    if not member.isreg() or member.issparse() or not MEMBER.fullmatch(member.name):
+                        raise UserError(f"{file}: not a packed run: it contains {member.name!r}")
+                    if number > most:
+                        raise UserError(f"{file}: more than {most:,} files, too many for {size:,} packed bytes")
+                    if left < 0:
+                        why = f"{LARGEST >> 30} GiB, and more than {ANY >> 20} MiB and {RATIO} times its size"
+                        raise UserError(f"{file}: too large when unpacked: more than {why}")
+                    stream.allowed += member.size
+                    _write(tar, member, folder)
     except OSError as error:
         if error.errno not in NO_ROOM:
             raise _not_packed(file, error) from None
@@ -124,6 +162,17 @@ def _unpack(file: Path, folder: Path) -> None:
 def _not_packed(file: Path, error: Exception) -> UserError:
     remedy = "make one with: rayrace export RUN --format packed -o FILE"
     return UserError(f"{file}: not a packed run: {error}", remedy=remedy)
+
+
+def _write(tar: tarfile.TarFile, member: tarfile.TarInfo, folder: Path) -> None:
+    """Writes a file of a packed run into the temporary folder of it."""
+    path = folder / member.name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path, "wb") as file:
+        shutil.copyfileobj(tar.extractfile(member), file, PIECE)
+    if path.suffix == PLANES:
+        _numbers(path, path.with_suffix(""))
+        path.unlink()
 
 
 def _planes(npy: bytes) -> bytes:

@@ -4,6 +4,7 @@ import json
 
 from harness.process.process import UNWATCHED
 from harness.process.repetition import BY_OTHERS
+from harness.store import clean
 
 # Keys by origin: from the process and its measurer; verdicts on its result; everything else.
 MEASURED = (
@@ -33,8 +34,12 @@ AROUND = (
 
 
 def identity(told: dict) -> tuple[str, str, str]:
-    """The identity of a cell in the experiment: variant, scene, point. told: facts of the cell, or a row."""
-    return told["variant"], told["scene"], json.dumps(told["point"], sort_keys=True)
+    """The identity of a cell in the experiment: variant, scene, point. told: facts of the cell, or a row.
+
+    Names are as they are read back (clean.py).
+    """
+    variant, scene, point = clean.cleaned([told["variant"], told["scene"], told["point"]])
+    return variant, scene, json.dumps(point, sort_keys=True)
 
 
 def key(record: dict) -> tuple:

@@ -14,7 +14,8 @@
     logs/KEY-N.stdout, .stderr; likewise
     .lock               held by the process that writes or follows the run (alone.py)
 
-A run can be a stranger's, so only files in its own folder are read (confined.py).
+A run can be a stranger's, so only files in its own folder are read (confined.py), within limits (lines.py, arrays.py,
+packed.py), and texts pass one gate (clean.py).
 
 A run on a cluster (campaign.py) has more, and its own repetitions.jsonl is empty:
 
@@ -99,20 +100,19 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
 import errno
 import io
 import os
-import secrets
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
-import orjson
 
 from harness.errors import UserError
 from harness.machine import fingerprint
-from harness.store import alone, confined, jobs, lines, merge, schema
+from harness.store import alone, clean, confined, jobs, lines, merge, schema
 from harness.store.record import valid
+from harness.system import output
 
 FORMAT = 1
+LARGEST, HEAVIEST = 1 << 27, 600 << 20  # bytes of run.json, and of memory for its values (clean.py)
 # Keys whose values are mostly equal in all rows of a cell.
 REPEATED = {"used", "versions", "build", "device", "shapes", "scene_bytes", "agreement", "error", "bound", "stability"}
 
@@ -121,12 +121,13 @@ class Run:
     """A run that is being written."""
 
     def __init__(self, folder: Path):
-        self.folder = Path(folder)
+        self.folder = Path(folder).resolve() if Path(folder).is_symlink() else Path(folder)
         for name in ("pictures", "series", "logs"):
-            (self.folder / name).mkdir(parents=True, exist_ok=True)
+            output.make_folder(self.folder / name)
         rows = self.folder / "repetitions.jsonl"
         lines.cut_torn(rows)
-        self._file = open(rows, "a", encoding="utf-8")  # noqa: SIM115
+        self._file = open(output.opened_in_place(rows, lines.APPENDING), "a", encoding="utf-8")  # noqa: SIM115
+        self._rows = rows
         self._cells: dict[str, dict] = {}
         self.host: str | None = None
 
@@ -143,7 +144,7 @@ class Run:
         known = self._cells.get(record.get("cell"), {})
         own = {name: value for name, value in record.items() if name == "cell" or known.get(name, self) != value}
         if os.fstat(self._file.fileno()).st_nlink == 0:  # a write to it would be lost
-            raise FileNotFoundError(errno.ENOENT, "it was deleted during the run", self._file.name)
+            raise FileNotFoundError(errno.ENOENT, "it was deleted during the run", str(self._rows))
         self._file.write(lines.as_json(own) + "\n")
         self._file.flush()
         os.fsync(self._file.fileno())
@@ -160,42 +161,16 @@ def is_blank(folder: Path) -> bool:
     return all(path.is_dir() or path.stat().st_size == 0 or path.suffix == ".part" for path in folder.iterdir())
 
 
-def write_part(path: Path, write: Callable[[BinaryIO], None], own: bool = True) -> None:
-    """Calls `write` to write the file at `path`, which then exists whole or not at all.
-
-    own: True in a folder of rayrace, where PATH.part can only be left by a killed process. In other folders the part
-    gets a name that no file has.
-    """
-    name = f"{path.name}.part" if own else f"{path.name}.{secrets.token_hex(8)}.part"
-    part, mode = path.with_name(name), "wb" if own else "xb"
-    try:
-        try:
-            with open(part, mode) as file:
-                write(file)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(part, path)
-        except FileExistsError:
-            raise
-        except BaseException:
-            part.unlink(missing_ok=True)  # a full disk needs the room
-            raise
-    except OSError as error:
-        error.strerror = error.strerror or str(error)  # an error of a library may have a text alone
-        error.filename = error.filename or str(path)
-        raise
-
-
 def write_whole(path: Path, text: str) -> None:
-    """Writes a text file, which then exists whole or not at all."""
-    write_part(path, lambda file: file.write(text.encode("utf-8")))
+    """Writes a text file of a run, which then exists whole or not at all, and is on the disk when this returns."""
+    output.text(path, text, sync=True)
 
 
 def save_whole(path: Path, array: np.ndarray) -> None:
     """Saves an array as .npy, which then exists whole or not at all."""
     npy = io.BytesIO()  # numpy does not report why it could not write a file
     np.save(npy, array)
-    write_part(path, lambda file: file.write(npy.getbuffer()))
+    output.data(path, npy.getbuffer(), sync=True)
 
 
 def read(folder: Path, hosts: Collection[str] | None = None) -> tuple[dict, list[dict]]:
@@ -264,13 +239,13 @@ def _read(folder: Path, prefix: str = "") -> tuple[dict, list[dict]]:
     confined.check(folder)
     facts, file = facts_of(folder), folder / "repetitions.jsonl"
     try:
-        rows = lines.parsed(file.read_bytes(), file)
+        confined.opened(file).close()
     except OSError as error:
         raise _no_run(folder, error) from None
     host = {"host": next(iter(facts["hosts"]))} if "hosts" in facts else {}
     cells = _by_key(facts)
     records, alike = [], {}
-    for number, row in enumerate(rows, 1):
+    for number, row in enumerate(lines.parsed(file), 1):
         if isinstance(row, dict) and "accuracy" in row:  # its name before version 0.2
             row["agreement"] = row.pop("accuracy")
         schema.row(row, file, number)
@@ -290,7 +265,9 @@ def _read(folder: Path, prefix: str = "") -> tuple[dict, list[dict]]:
 def facts_of(folder: Path) -> dict:
     """run.json of a folder, with `hosts` for its own host. UserError if it is no run."""
     try:
-        facts = orjson.loads((folder / "run.json").read_bytes())
+        text = confined.content(folder / "run.json", LARGEST)
+        clean.refuse_heavy(text, HEAVIEST, folder / "run.json")
+        facts = clean.parsed(text)
     except OSError as error:
         raise _no_run(folder, error) from None
     except ValueError as error:

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from harness.statistics.statistics import RESAMPLES
+from harness.system import output
 from reports.accuracy import accuracy_columns, pareto, pareto_table
 from reports.accuracy.pareto import VISIBLE, Chart
 from reports.paper import markdown, quantity, style, thinning
@@ -273,7 +274,7 @@ def _titled(path: Path, results: Results, chart: Chart) -> None:
         title += str(command.of(results, point.cell))
         mark = f'<g id="method-{number}">'
         text = text.replace(mark, f"{mark}\n    <title>{escape(title, quote=False)}</title>", 1)
-    path.write_text(text, encoding="utf-8")
+    output.text(path, text)
 
 
 def write(results: Results, out: Path) -> str:

@@ -1,10 +1,10 @@
 """Compares the pictures of one cell in two runs."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
+from harness.store import arrays
 from reports.run.results import Cell, Results
 from reports.run.stored import STEP
 
@@ -49,10 +49,13 @@ def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Difference | 
     if record_a["picture"]["sha256"] == record_b["picture"]["sha256"]:
         return Difference(same=True)
     try:
-        ours, theirs = _read(a, record_a["picture"]["file"]), _read(b, record_b["picture"]["file"])
+        ours, theirs = (
+            arrays.load(run.folder / (kept := record["picture"])["file"], kept["sha256"])
+            for run, record in ((a, record_a), (b, record_b))
+        )
         if ours.shape != theirs.shape:
             return Difference(same=False, changed=True, unavailable=f"their shapes are {ours.shape} and {theirs.shape}")
-        masks = [_read(run, file) for run, one in ((a, record_a), (b, record_b)) if (file := _mask(one))]
+        masks = [arrays.load(run.folder / file) for run, one in ((a, record_a), (b, record_b)) if (file := _mask(one))]
     except (OSError, ValueError) as error:
         return Difference(same=False, changed=True, unavailable=str(error))
     off = np.abs(ours.astype(np.float64) - theirs)
@@ -73,7 +76,3 @@ def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Difference | 
 
 def _mask(record: dict) -> str | None:
     return (record["agreement"] or {}).get("mask_file")
-
-
-def _read(results: Results, name: str) -> np.ndarray:
-    return np.load(Path(results.folder) / name, allow_pickle=False)

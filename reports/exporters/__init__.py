@@ -10,6 +10,7 @@ from pathlib import Path
 
 from harness.errors import UserError
 from harness.store import packed, store
+from harness.system import output
 from reports.exporters import budget, github, hyperfine, parquet, pyperf
 from reports.run import naming, results
 
@@ -84,4 +85,4 @@ def _put(text: str, out: Path | None) -> None:
     if out is None:
         print(text, end="")
     else:
-        store.write_whole(out, text)
+        output.text(out, text, own=False)

@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 
 from harness.errors import UserError
-from harness.store import store
+from harness.system import output
 from reports.run import repetition
 from reports.run.results import Results
 
@@ -29,7 +29,7 @@ def write(results: Results, out: Path) -> None:
     rows = [_row(record, is_out) for record, is_out in zip(results.records, outlying, strict=True)]
     columns = {name: _column(pyarrow, [row.get(name) for row in rows]) for name in _names(rows)}
     about = {"rayrace export": "a row for each repetition", "rayrace run.json": json.dumps(results.facts)}
-    store.write_part(out, lambda file: parquet.write_table(pyarrow.table(columns, metadata=about), file))
+    output.write(out, lambda file: parquet.write_table(pyarrow.table(columns, metadata=about), file), own=False)
 
 
 def _row(record: dict, is_out: bool) -> dict:

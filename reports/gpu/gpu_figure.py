@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import pandas as pd
 
 from reports.paper import markdown, style, timeline
-from reports.run import gpu, naming
+from reports.run import gpu, naming, stored
 from reports.run.results import Cell, Missing, Results
 
 TITLE = "GPU use (the study's figure 4.3)"
@@ -27,7 +27,7 @@ def curve(results: Results, record: dict, column: str) -> pd.DataFrame | Missing
         return Missing("the CUDA simulator uses no GPU")
     if not record["series"]:
         return Missing("no series was stored")
-    table = pd.read_csv(results.folder / record["series"])
+    table = stored.series(results.folder / record["series"])
     if column in table:
         table = table[["t", column]].astype(float).dropna()
         if len(table):

@@ -9,6 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from harness.errors import UserError
+from harness.system import output
 from reports.page import chart, comparer, glance, sections, series, sweep_chart
 from reports.page.card import Card
 from reports.page.embedded import Embedded
@@ -72,7 +73,7 @@ def _write(shown: dict, told: list[tuple[str, str]], path: Path, images: dict[st
         )
 
     room = LIMIT - TAGS - len(made(Embedded(0)).encode())
-    path.write_text(made(Embedded(room, inline=True)), encoding="utf-8")
+    output.text(path, made(Embedded(room, inline=True)))
     return path
 
 

@@ -1,10 +1,12 @@
 """Makes the card of a run: what a page of several runs shows of each."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 from harness.errors import UserError
+from harness.store import clean, confined
+from harness.system import output
 from reports.page import glance
 from reports.page.embedded import Embedded
 from reports.run.results import Results
@@ -12,6 +14,7 @@ from reports.times import headline
 
 FILE = ".rayrace-card"  # in the folder of a report
 ROOM = 60_000  # bytes of a picture
+LONGEST = 1 << 20  # bytes of a card
 
 
 @dataclass(frozen=True)
@@ -52,13 +55,18 @@ def of(results: Results) -> Card:
 def write(results: Results, folder: Path) -> Card:
     """Writes the card of a run into the folder of its report, and returns it."""
     made = of(results)
-    (folder / FILE).write_text(json.dumps(asdict(made)), encoding="utf-8")
+    output.text(folder / FILE, json.dumps(asdict(made)))
     return made
 
 
 def read(folder: Path) -> Card:
     """Reads the card in the folder of a report. UserError if there is none."""
     try:
-        return Card(**json.loads((folder / FILE).read_text("utf-8")))
+        card = Card(**clean.parsed(confined.content(folder / FILE, LONGEST)))
+        if not all(type(getattr(card, field.name)) is field.type for field in fields(Card)):
+            raise ValueError("a value of another type")
+        if not (card.picture == "" or card.picture.startswith("data:image/")):
+            raise ValueError("its picture is elsewhere")
+        return card
     except (OSError, ValueError, TypeError) as error:
         raise UserError(f"{folder / FILE}: not a card of a report: {error}") from None

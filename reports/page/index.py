@@ -11,6 +11,7 @@ from pathlib import Path
 import reports
 from harness.errors import UserError
 from harness.store import packed
+from harness.system import output
 from reports import page
 from reports.page import card, several
 from reports.page.card import Card
@@ -34,6 +35,7 @@ def make(folder: Path, out: Path, pool: bool = False, say: Callable[[str], None]
         remedy = "name a folder that `rayrace run` wrote, a packed run (.tar.xz), or a folder of such"
         raise UserError(f"{folder}: neither a run nor a folder of runs", remedy=remedy)
     several.may_write(out)
+    several.begin(out)
     links: list[tuple[Card, str]] = []
     places = [out / name for name in names(folder, found)]
     with several.workers(len(found)) as writing:
@@ -99,10 +101,10 @@ def _refresh(run: Path, out: Path, pool: bool) -> bool:
     mark, now = out / FRESH, fingerprint(run, pool)
     if mark.exists() and mark.read_text("utf-8") == now and _with_cards(out):
         return False
-    several.may_write(out)
-    mark.write_text("", "utf-8")  # of a report that is being made
+    if mark.exists():
+        output.text(mark, "")  # of a report that is being made
     several.make([run], out, pool)
-    mark.write_text(now, "utf-8")
+    output.text(mark, now)
     return True
 
 
@@ -115,7 +117,8 @@ def fingerprint(run: Path, pool: bool = False) -> str:
     """Returns a hash of what a report is made from: the rows of a run, the names of its other files, and rayrace."""
     found = hashlib.sha256(f"{_code()} {pool}".encode())
     if packed.is_packed(run):
-        found.update(run.read_bytes())
+        with open(run, "rb") as file:
+            found.update(hashlib.file_digest(file, "sha256").digest())
         return found.hexdigest()
     for path in sorted(run.rglob("*")):
         inside = path.relative_to(run)
@@ -123,7 +126,8 @@ def fingerprint(run: Path, pool: bool = False) -> str:
             continue
         found.update(f"{inside.as_posix()} {path.stat().st_size}\n".encode())
         if path.name in TEXTS:
-            found.update(path.read_bytes())
+            with open(path, "rb") as file:
+                found.update(hashlib.file_digest(file, "sha256").digest())
     return found.hexdigest()
 
 

@@ -1,6 +1,7 @@
 """Writes the section on provenance: command, commit, versions, and the state of the machine."""
 
 import json
+import re
 import shlex
 from pathlib import Path
 
@@ -55,7 +56,7 @@ def _ended(facts: dict) -> str:
     """Returns the end of the run and the state of the machine then, to which the run contributes."""
     if "ended" not in facts:
         return "unavailable: the run was interrupted, or is of an older version"
-    load, pressure = facts["ended"]["load"], str(facts["ended"]["pressure"]).splitlines()[0]
+    load, pressure = facts["ended"]["load"], str(facts["ended"]["pressure"]).partition("\n")[0]
     loads = load if isinstance(load, str) else ", ".join(f"{value:.2f}" for value in load)
     return f"{facts['ended']['at']}; load {loads}; waiting for a core: {pressure}"
 
@@ -139,7 +140,9 @@ def disturbances(environment: dict) -> list[str]:
         found.append(f"load {load[0]:.2f} on {cores} cores when the run began: other programs were running")
     if pressure.startswith("unavailable"):
         found.append(f"waiting for a core: {pressure}")
-    elif float(pressure.split("avg10=")[1].split()[0]) >= 1:
+    elif not (share := re.search(r"\bavg10=(\d+(?:\.\d+)?)(?!\S)", pressure)):
+        found.append("waiting for a core: unavailable: the file of the system has no avg10")
+    elif float(share[1]) >= 1:
         found.append(f"programs waited for a core when the run began: {pressure.splitlines()[0]}")
     governor, turbo = environment["governor"], environment["turbo"]
     if governor != "performance":

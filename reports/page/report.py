@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from harness.errors import UserError
+from harness.system import output
 from reports import page
 from reports.accuracy import (
     accuracy_table,
@@ -18,7 +19,7 @@ from reports.accuracy import (
 from reports.compare import versions
 from reports.gpu import blocks_figure, gpu_figure, gpu_table, launch_figure, scene_memory_table
 from reports.page import doubts, glance, provenance, summary
-from reports.paper import markdown
+from reports.paper import markdown, table
 from reports.pictures import fault_figure, gallery_figure, pictures_figure
 from reports.run import results
 from reports.scaling import complexity, hierarchy, limits, needs, roofline_figure, speedup, sweep_figure
@@ -66,15 +67,15 @@ def write(run: Path, out: Path) -> Path:
 
 def write_loaded(loaded: results.Results, out: Path) -> list[tuple[str, str]]:
     """Writes the report of a loaded run; returns its sections, each (name, Markdown)."""
-    out.mkdir(parents=True, exist_ok=True)
-    loaded.repetitions.to_csv(out / "repetitions.csv", index=False, na_rep="NaN", lineterminator="\n")
+    output.make_folder(out)
+    table.write_frame(out / "repetitions.csv", loaded.repetitions)
     parts = STABILITY if loaded.facts.get("stability") else PARTS
     names = {part: part.__name__.rpartition(".")[2] for part in (*parts, provenance)}
     sections = [(name, text) for part, name in names.items() if (text := _section(part, name, loaded, out))]
     sections = _without_the_unavailable(sections)
     title = f"# {markdown.escape(loaded.facts['title'])}"
     text = "\n\n".join([title, *(text for _, text in sections)]) + "\n"
-    (out / "report.md").write_text(text, encoding="utf-8")
+    output.text(out / "report.md", text)
     page.write(loaded, sections, out)
     return sections
 

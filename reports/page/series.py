@@ -1,11 +1,10 @@
 """Prepares the interactive series of processes: processor, memory and GPU over their lives, with their phases."""
 
 import numpy as np
-import pandas as pd
 
 from reports.page.embedded import Embedded
 from reports.paper import style, timeline
-from reports.run import naming
+from reports.run import naming, stored
 from reports.run.results import Cell, Results
 from reports.times import cpu_figure
 
@@ -48,7 +47,7 @@ def _process(results: Results, cell: Cell) -> dict | None:
     path, wall = results.folder / record["series"], record["wall_s"]
     t, percent = cpu_figure.rates(path, wall / FINEST)
     curves = {"CPU use (% of one core)": _curve((t[1:] + t[:-1]) / 2, percent)} if len(percent) else {}
-    table = pd.read_csv(path)
+    table = stored.series(path)
     for kind, (column, scale) in LEVELS.items():
         known = table[["t", column]].dropna() if column in table else table[:0]
         if len(known):

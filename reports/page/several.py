@@ -11,8 +11,8 @@ from pathlib import Path
 
 from harness.errors import UserError
 from harness.statistics.statistics import Floor
-from harness.store import likeness, packed, store
-from harness.system import trouble
+from harness.store import confined, likeness, packed, store
+from harness.system import output, trouble
 from reports import page
 from reports.compare import hosts, side_by_side
 from reports.compare.hosts import Member
@@ -35,6 +35,7 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
     with ExitStack() as stack:
         folders = [stack.enter_context(packed.opened(run)) for run in runs]
         loaded = [run for folder in folders for run in _by_host(folder, pool)]
+        begin(out)  # nothing is written before all runs were checked
         if len(loaded) == 1:
             report.write_loaded(loaded[0][1], out)
             card.write(loaded[0][1], out)
@@ -55,7 +56,7 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
             ("study_again", study_again.write(members, texts)),
         ]
         parts = [(name, text) for name, text in parts if text]
-        (out / "report.md").write_text("\n\n".join([f"# {TITLE}", *(text for _, text in parts)]) + "\n", "utf-8")
+        output.text(out / "report.md", "\n\n".join([f"# {TITLE}", *(text for _, text in parts)]) + "\n")
         return page.write_several(TITLE, _lead(members), parts, cards, out / page.NAME)
 
 
@@ -71,7 +72,9 @@ def _report(one: tuple[results.Results, Path]) -> tuple[list[str], Card]:
 
 
 def may_write(out: Path) -> None:
-    """Marks the folder of a report, whose files may be overwritten. UserError if it holds other files."""
+    """UserError if the folder of a report holds other files, or a link, or is one; nothing is written."""
+    if out.is_symlink():
+        raise UserError(f"{out}: a link; nothing is written through it", remedy="name the folder itself with -o")
     mark, page_file = out / MARK, out / page.NAME
     try:
         if out.exists() and not mark.exists() and any(out.iterdir()):
@@ -81,8 +84,13 @@ def may_write(out: Path) -> None:
     except (FileNotFoundError, IsADirectoryError):
         why = f"{out}: holds files that do not belong to a report"
         raise UserError(why, remedy="give -o an empty folder or a new one") from None
-    out.mkdir(parents=True, exist_ok=True)
-    mark.write_text("This folder is a report of rayrace: `rayrace report` overwrites the files in it.\n", "utf-8")
+    confined.check_output(out)
+
+
+def begin(out: Path) -> None:
+    """Makes and marks the folder of a report, whose files may be overwritten."""
+    output.make_folder(out)
+    output.text(out / MARK, "This folder is a report of rayrace: `rayrace report` overwrites the files in it.\n")
 
 
 def _by_host(folder: Path, pool: bool) -> list[tuple[str, results.Results]]:
@@ -128,6 +136,7 @@ def check(runs: list[Path], old: Path, pool: bool = False) -> list[str]:
     if not (old / "report.md").exists():
         asked = " ".join(map(str, runs))
         raise UserError(f"{old}: holds no report", remedy=f"make one with: rayrace report {asked} -o {old}")
+    confined.check_output(old)
     with tempfile.TemporaryDirectory() as made:
         make(runs, Path(made), pool)
         return drawn.differences(old, Path(made))

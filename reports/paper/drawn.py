@@ -9,7 +9,12 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from harness.errors import UserError
+from harness.store import clean, confined
+from harness.system import output
+
 COMMAND = "rayrace report RUN"
+LONGEST = 1 << 20  # bytes of the facts of a figure
 PACKAGES = ("rayrace", "matplotlib", "numpy", "scipy")
 
 
@@ -51,7 +56,7 @@ def describe(figure: Figure, path: Path) -> None:
     """Writes `path`.json beside a drawing: the hash of its data, the command that makes it again, the versions used."""
     versions = {name: version(name) for name in PACKAGES}
     facts = {"data_sha256": fingerprint(figure), "command": COMMAND, "versions": versions}
-    path.with_suffix(".json").write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
+    output.text(path.with_suffix(".json"), json.dumps(facts, indent=1) + "\n")
 
 
 def differences(old: Path, new: Path) -> list[str]:
@@ -69,12 +74,20 @@ def differences(old: Path, new: Path) -> list[str]:
 def _hashes(folder: Path) -> dict[str, str]:
     found = {}
     for path in folder.rglob("*.json"):
-        found[path.relative_to(folder).with_suffix("").as_posix()] = json.loads(path.read_text("utf-8"))["data_sha256"]
+        found[path.relative_to(folder).with_suffix("").as_posix()] = _hash(path)
     for path in folder.rglob("*.csv"):
         with open(path, newline="", encoding="utf-8") as file:
             rows = [[_number(text) for text in row] for row in csv.reader(file)]
         found[path.relative_to(folder).as_posix()] = hashlib.sha256(json.dumps(rows).encode()).hexdigest()
     return found
+
+
+def _hash(path: Path) -> str:
+    """Returns the hash in a file that `describe` wrote; UserError if it is none."""
+    try:
+        return clean.parsed(confined.content(path, LONGEST))["data_sha256"]
+    except (ValueError, TypeError, KeyError) as error:
+        raise UserError(f"{path}: not of a figure of a report: {error!r}") from None
 
 
 def _number(text: str) -> str:

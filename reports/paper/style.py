@@ -18,6 +18,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
+from harness.system import output
 from reports.paper import drawn, markdown
 from reports.run.method import SUPERSCRIPT
 from reports.run.stored import STEP
@@ -186,11 +187,22 @@ def across(axes, text: str) -> None:
 
 def save(figure: Figure, path: Path) -> None:
     """Writes `path`.png, .svg and .pdf, without dates, and `path`.json with the hash of the data; closes the figure."""
-    figure.savefig(path.with_suffix(".png"), metadata={"Software": None})
+    save_as(figure, path.with_suffix(".png"), own=True, metadata={"Software": None})
     # The others have the same layout, which takes longer than drawing; `savefig` would draw them twice.
     figure.set_layout_engine("none")
-    FigureCanvasSVG(figure).print_svg(path.with_suffix(".svg"), metadata={"Date": None, "Creator": None})
+    nothing = {"Date": None, "Creator": None}
+    output.write(
+        path.with_suffix(".svg"), lambda file: FigureCanvasSVG(figure).print_svg(file, metadata=nothing), sync=False
+    )
     none = {"CreationDate": None, "Creator": None, "Producer": None}
-    FigureCanvasPdf(figure).print_pdf(path.with_suffix(".pdf"), metadata=none)
+    output.write(
+        path.with_suffix(".pdf"), lambda file: FigureCanvasPdf(figure).print_pdf(file, metadata=none), sync=False
+    )
     drawn.describe(figure, path)
     plt.close(figure)
+
+
+def save_as(figure: Figure, path: Path, own: bool = False, **options) -> None:
+    """Writes a figure to `path`, whose suffix matplotlib knows. own: in a folder of rayrace (output.py)."""
+    form = path.suffix.removeprefix(".")
+    output.write(path, lambda file: figure.savefig(file, format=form, **options), own, sync=False)

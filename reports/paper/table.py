@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from harness.statistics.statistics import Estimate
+from harness.system import output
 from reports.paper import markdown, quantity, thinning
 from reports.run import naming, study
 from reports.run.method import PLAIN
@@ -16,6 +17,7 @@ CSV_HEADER = ("scene", "point", "variant", "status", "quantity", "unit", "value"
 
 AGAINST = "error_against"  # name of the column that is shown where an error is not from the truth of the scene
 MOST = 200  # rows of a table for people
+FORMULA = ("=", "+", "-", "@", "\t", "\r")  # begin what a spreadsheet takes for a formula
 OWN_UNIT = {"s": quantity.seconds, "byte": quantity.size}  # formats of values by their unit
 NOT_THE_STUDYS = "The study's numbers: unavailable, it has another scene or other variables."
 
@@ -142,8 +144,20 @@ def write_csv(cells: list[Cell], columns: list[Column], path: Path) -> None:
 
 def write_lines(path: Path, header: Iterable[str], lines: Iterable[Iterable]) -> None:
     """Writes a CSV file, numbers in full, NaN for None."""
-    frame = pd.DataFrame(list(lines), columns=list(header), dtype=object)
-    frame.to_csv(path, index=False, na_rep="NaN", lineterminator="\n")
+    write_frame(path, pd.DataFrame(list(lines), columns=list(header), dtype=object))
+
+
+def write_frame(path: Path, frame: pd.DataFrame, own: bool = True) -> None:
+    """Writes a table as CSV, numbers in full, NaN for what is unknown. own: in a folder of rayrace (output.py)."""
+    cells = frame.rename(columns=inert)
+    texts = cells.select_dtypes(exclude=["number", "bool"]).columns
+    cells[texts] = cells[texts].map(inert)
+    output.text(path, cells.to_csv(index=False, na_rep="NaN", lineterminator="\n"), own=own)
+
+
+def inert(cell):
+    """Returns a cell of a CSV file: a text that a spreadsheet would compute as a formula begins with an apostrophe."""
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(FORMULA) else cell
 
 
 def write_latex(header: list[str], rows: list[list[str]], path: Path) -> None:
@@ -151,7 +165,7 @@ def write_latex(header: list[str], rows: list[list[str]], path: Path) -> None:
     pifont."""
     frame = pd.DataFrame(rows, columns=header)
     text = frame.to_latex(index=False, escape=True, column_format="l" * len(header))
-    path.write_text(text.replace("✓", r"\ding{51}").replace("✗", r"\ding{55}"), encoding="utf-8")
+    output.text(path, text.replace("✓", r"\ding{51}").replace("✗", r"\ding{55}"))
 
 
 def _fields(value: Value) -> tuple:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from harness.statistics.fit import Coefficient
-from reports.paper import markdown, quantity, style
+from reports.paper import markdown, quantity, style, table
 from reports.run.cell import Missing
 from reports.run.results import Results
 from reports.scaling import complexity_figure
@@ -39,8 +39,8 @@ def write(results: Results, out: Path) -> str:
         return ""
     parts = [f"## {TITLE}"]
     if fits:
-        _points(found, fits).to_csv(out / "complexity.csv", index=False, na_rep="NaN", lineterminator="\n")
-        _coefficients(fits).to_csv(out / "complexity-fits.csv", index=False, na_rep="NaN", lineterminator="\n")
+        table.write_frame(out / "complexity.csv", _points(found, fits))
+        table.write_frame(out / "complexity-fits.csv", _coefficients(fits))
     for number, one in enumerate(found):
         parts.append(f"### {markdown.escape(one.label)}")
         if one.lacking:

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pandas as pd
 
 from reports.paper import markdown, style, thinning, timeline
-from reports.run import naming
+from reports.run import naming, stored
 from reports.run.results import Cell, Missing, Results
 
 CAPTION = (
@@ -29,7 +28,7 @@ def rates(series: Path, apart: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
 
     apart: samples nearer to each other than this, s, are merged.
     """
-    table = pd.read_csv(series, usecols=["t", "cpu_s"], dtype=float).dropna()
+    table = stored.series(series, usecols=["t", "cpu_s"], dtype=float).dropna()
     t, cpu = table["t"].to_numpy(), table["cpu_s"].to_numpy()
     kept = []
     for n in range(len(t)):

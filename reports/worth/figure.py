@@ -23,7 +23,7 @@ def write(path: Path, rows: list[dict], rmse: float) -> None:
     first; those without a picture are left out. rmse: of the full model."""
     with style.styled():
         figure = draw([one for one in rows if "unavailable" not in one], rmse)
-        figure.savefig(path)
+        style.save_as(figure, path)
         plt.close(figure)
 
 

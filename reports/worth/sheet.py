@@ -28,7 +28,7 @@ def write(path: Path, full: np.ndarray, found: list[tuple[str, str, np.ndarray]]
     """
     with style.styled():
         figure = draw(full, found)
-        figure.savefig(path)
+        style.save_as(figure, path)
         plt.close(figure)
 
 

@@ -173,11 +173,11 @@ def test_a_full_cache_and_a_clock_that_was_wrong(tmp_path, monkeypatch, injected
 
 
 def test_a_disk_that_is_full_keeps_nothing(tmp_path, monkeypatch, injected):
-    def full(file, **arrays):
-        file.write_bytes(b"PK half of it")
-        raise OSError("13 requested and 5 written")
+    def full(_):
+        raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(np, "savez", full)
+    monkeypatch.setattr(os, "fsync", full)
+    monkeypatch.setattr(os, "rename", full)
     Kept(tmp_path).put("k", FACTS, {"a": np.zeros(3)})
     assert list(tmp_path.iterdir()) == []
     injected("full disk")

