@@ -5,6 +5,7 @@ import re
 import tomllib
 
 import pytest
+from compilers import compiler
 from pages import DOCS, blocks
 
 from harness.store import packed, store
@@ -15,6 +16,8 @@ from reports.run import results
 @pytest.mark.parametrize(("language", "file"), [("c", "flat.c"), ("python", "flat.py")])
 def test_the_smallest_renderer(language, file, tmp_path, rayrace):
     """The page on adding a renderer, word for word: its files, and its commands with these files."""
+    if language == "c":
+        compiler("c")
     manifest = blocks("adding-a-renderer.md", "toml")[["python", "c"].index(language)]
     (program,) = blocks("adding-a-renderer.md", language)
     name = tomllib.loads(manifest)["variant"][0]["name"]

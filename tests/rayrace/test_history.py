@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from compilers import compiler
 from pages import blocks
 from repositories import git
 
@@ -26,6 +27,7 @@ NONE = Missing("it was not measured")
 @pytest.fixture
 def tree(tmp_path):
     """A repository with a renderer in C, called mine."""
+    compiler("c")
     mine = tmp_path / "tree" / "mine"
     mine.mkdir(parents=True)
     manifest = blocks("adding-a-renderer.md", "toml")[1]

@@ -35,6 +35,7 @@ def host(tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(module, "driver", driver)
     (tmp_path / "made").mkdir()
     monkeypatch.setattr(compiler, "compile_source", cuda_on_host.compile_source(tmp_path / "made", compiling))
+    monkeypatch.setattr(compiler, "version", lambda: "unavailable: the kernel is compiled for the processor")
     monkeypatch.setattr(run, "sessions", {})
 
     def render(source, variant="cuda-cpp", rays=None, **parameters):

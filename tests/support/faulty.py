@@ -21,6 +21,8 @@ import sys
 import time
 from pathlib import Path
 
+from compilers import compiler
+
 PROGRAM = Path(sys.executable).with_name("rayrace")
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 ALWAYS = "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.truncate", "subprocess.Popen", "shutil.copyfile"
@@ -47,6 +49,7 @@ FLAT = Path(__file__).parents[1] / "harness" / "c_renderer"
 
 def tiny(place, more="", processes=2):
     """An experiment of two variants that take no time: its file, and the words that name their renderer."""
+    compiler("c")
     place.mkdir(parents=True, exist_ok=True)
     (place / "scene.txt").write_text(SCENE)
     folder = place / "flat"
@@ -64,7 +67,7 @@ def wrong_clock(place, seconds=0):
     """The environment of a process whose wall clock is wrong by what is written in the file at WRONG_CLOCK."""
     library = place / "wrong_clock.so"
     source = Path(__file__).with_name("wrong_clock.c")
-    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-w", source, "-o", library, "-ldl"], check=True)
+    subprocess.run([compiler("c"), "-shared", "-fPIC", "-O1", "-w", source, "-o", library, "-ldl"], check=True)
     (place / "wrong").write_text(f"{seconds}\n")
     return {"LD_PRELOAD": str(library), "WRONG_CLOCK": str(place / "wrong")}
 

@@ -49,3 +49,8 @@ class Sittings:
         if report.when == "teardown" and report.passed and report.nodeid in self.calls and self.path:
             with open(self.path, "a") as file:
                 file.write(report.nodeid + "\n")
+
+    def pytest_sessionfinish(self, session, exitstatus):
+        """Makes it no fault that all tests had passed before."""
+        if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED and self.passed:
+            session.exitstatus = pytest.ExitCode.OK

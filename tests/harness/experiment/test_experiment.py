@@ -161,10 +161,16 @@ def test_launch_experiments_in_the_simulator(file, rayrace, rows, known, tmp_pat
     words += "--out", tmp_path / "run"
     rayrace(*words, cwd=REPOSITORY, env=dict([variable.split("=")]), timeout=1200, code=0)
     found = [row for each in rows(tmp_path / "run").values() for row in each]
-    for name in ("numba-cuda", *([] if known["opencl"].unavailable else ["opencl"])):
+
+    def judge(name):
         mine = [row for row in found if row["variant"].startswith(name)]
         assert any(row["status"] == "ok" for row in mine) and not any(row["status"] == "unavailable" for row in mine)
         assert name == "opencl" or all(row["unranked"] for row in mine)
+
+    judge("numba-cuda")
+    if known["opencl"].unavailable:
+        pytest.skip(f"numba-cuda passed; {known['opencl'].unavailable}")
+    judge("opencl")
 
 
 LADDER = BASE + (

@@ -5,6 +5,7 @@ import stat
 import sys
 
 import pytest
+from compilers import needs_compiler
 from fixtures import SPHERE_SCENE, a_copy
 from mock_host import Behaviour, Mock, planned
 
@@ -51,6 +52,7 @@ def counts(entry, cache, **parameters):
 
 
 @needs_valgrind
+@needs_compiler("c++")
 def test_counts_of_cpp_repeat_and_a_hundredth_more_work_is_seen(known, tmp_path, monkeypatch):
     monkeypatch.setattr(counters, "perf", lambda: counters.NO_PERF)
     first, second = (counts(known["cpp"], tmp_path / "cache") for _ in range(2))

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from compilers import needs_compiler
 from feature_scenes import features
 from fixtures import a_copy
 
@@ -32,6 +33,7 @@ def spheres(number):
     return "".join(f"SPHERE (9{n}.3,{n}.7,-{n}.1) 1.1 (0.5,0.4,0.3) 0 1 (0,0,0) 1 1\n" for n in range(number))
 
 
+@needs_compiler("c++")
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 @pytest.mark.parametrize("vector", ["off", "on"])
 def test_a_missed_sphere_takes_what_its_formula_has(known, tmp_path, precision, vector):
@@ -45,6 +47,7 @@ def test_a_renderer_without_such_a_build_has_none(known, tmp_path):
     assert counted(known["python"], STAGE + spheres(1), tmp_path) is None
 
 
+@needs_compiler("c++")
 def test_a_build_that_fails_or_says_nothing_has_a_reason(known, tmp_path):
     broken = a_copy(known, "cpp", tmp_path / "broken", "counted.hpp", "struct Operations {", "struct {")
     found = counted(broken, STAGE + spheres(1), tmp_path)
@@ -55,6 +58,7 @@ def test_a_build_that_fails_or_says_nothing_has_a_reason(known, tmp_path):
 
 
 @pytest.mark.slow
+@needs_compiler("c++")
 def test_pictures_of_all_features_have_the_same_bytes(known, tmp_path):
     told = known["cpp"].renderer.manifest
     for name, (source, more) in features(tmp_path).items():

@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+from compilers import compiler
 from pages import blocks
 
 from harness.single import callgrind, profile
@@ -32,6 +33,8 @@ def ask(tmp_path, rayrace):
     """Profiles a renderer of the page on adding one, with work put into its frames; JSON."""
 
     def ask(language, file, before, after, code, *more):
+        if language == "c":
+            compiler("c")
         manifest = blocks("adding-a-renderer.md", "toml")[["python", "c"].index(language)]
         (program,) = blocks("adding-a-renderer.md", language)
         assert program.count(before) == 1

@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+from compilers import needs_compiler
 
 from harness.errors import UserError
 from harness.system import counters
@@ -83,6 +84,7 @@ def test_a_file_that_is_none(tmp_path, text, why):
 
 
 @pytest.mark.slow
+@needs_compiler("c++")
 def test_a_run_is_held_to_it(experiment, rayrace, tmp_path):
     """What a run took is its budget; a run that takes ten times as much is over it."""
     if isinstance(why := counters.find(), str):
