@@ -17,7 +17,11 @@ from harness.judge.truth import Truth
 from harness.machine import environment
 from harness.picture import picture
 from harness.process import repetition
+from harness.process.scratch import scratch
 from harness.process.session import Sessions
+from harness.race import turns
+from harness.race.audit import LEAST_FRAME, Audit, Task
+from harness.race.host import ThisHost
 from harness.renderer import registry
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
@@ -26,21 +30,28 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.single import single, trial, within
 from harness.store import record
+from rayrace.terminal import show_reasons
+from reports.paper import quantity
 
 SEEN = ("width", "height", "region", "shadows", "lens_radius", "focal_distance", "arithmetic")  # what is in a picture
 FAR = 2.0  # times the limit: from such a miss on, tiles are no longer trusted
 MEASURING = 0.4  # of the time that is left is for measuring methods, the rest for the picture and its truth
 COMPILED = 10.0  # s that a picture must take for a program that is compiled for it alone
+PROCESSES = 5  # that time a method which is told at the end: the least that an interval needs
+TIMING = 4.0  # s that the processes beside the one that made the picture may take; else there is no interval
+BRIEF, FRAMES = 0.1, 5  # s of a frame of which a process renders so many more
+START = 0.3  # s that a process takes to begin and end, about
 
 
 @dataclass(frozen=True)
 class Made:
-    """A picture that was made: its method, Result, facts for JSON, and `error` of a record."""
+    """A picture that was made: its method, Result, facts for JSON, `error` of a record, and its times."""
 
     method: trial.Method
     result: repetition.Result
     facts: dict
     error: dict
+    times: turns.Times
 
     @property
     def most(self) -> float:
@@ -59,7 +70,7 @@ def render(scene, variant, out, asked, most, against, seconds, given, frames, ti
     from rayrace.run import results_folder
     from reports.accuracy import advice
 
-    began, limit = time.monotonic(), error_limit("--max-error", most)
+    limit = error_limit("--max-error", most)
     if against not in ("scene", "centres"):
         raise UserError(f"--against {against}: expected scene or centres")
     picture.check_suffix(out)
@@ -81,23 +92,28 @@ def render(scene, variant, out, asked, most, against, seconds, given, frames, ti
         variant=variant,
         here={name: here[name] for name in ("host", "cpu")},
     )
-    with Sessions() as sessions:
+    host = ThisHost()
+    with host.exclusive(), Sessions() as sessions, scratch() as folder:
+        began = time.monotonic()  # it may have waited for another measurement to end
         test = trial.Trial(
             arrays, lambda job: needs_of(read, job), parameters, known, limit, against, sessions.run,
             began + (seconds or timeout), None if asked.threads == "default" else asked.threads,
         )  # fmt: skip
-        front = Front(test, variant, fixed, out, frames, advice.find(results_folder(), wanted))
+        known_methods = advice.find(results_folder(), wanted)
+        front = Front(test, variant, fixed, out, frames, known_methods, Audit(host), folder)
         wrong = front.work()
+        front.time()
     front.tell(wrong, warnings(read), time.monotonic() - began, as_json)
     if wrong:
         raise SystemExit(1)
 
 
 class Front:
-    """The pictures of one command. found: what a run has measured, the quickest first."""
+    """The pictures of one command. found: what a run has measured, the quickest first. folder: for series."""
 
-    def __init__(self, test: trial.Trial, variant: str, fixed: frozenset[str], out, frames: int, found: list):
-        self.test, self.variant, self.fixed, self.out, self.frames = test, variant, fixed, out, frames
+    def __init__(self, test: trial.Trial, variant: str, fixed, out, frames: int, found: list, audit, folder):
+        self.test, self.variant, self.fixed, self.out = test, variant, fixed, out
+        self.frames, self.audit, self.folder = frames, audit, folder
         self.found, self.search, self.made, self.said = found, None, [], []
         self.whole: Truth | None = None
 
@@ -170,20 +186,33 @@ class Front:
             raise trial.TimeUp
         alone = "kernel" in self.fixed or method.seconds > COMPILED
         kernel = test.asked.kernel if alone else method.parameters.kernel
-        job = replace(method.parameters, kernel=kernel, frames=self.frames, threads=test.threads or entry.threads())
+        frames = max(self.frames, FRAMES if method.seconds < BRIEF else 1)  # without a second one there is no time
+        job = replace(method.parameters, kernel=kernel, threads=test.threads or entry.threads())
+        job = replace(job, frames=frames, least_frame=LEAST_FRAME)
         before = self.best
-        result, facts = single.make(entry, test.arrays, job, test.needs_of(job), self.out, test.left)
-        self.made.append(Made(method, result, facts, {"unavailable": "not known in time"}))
+        scene = fingerprint(test.arrays)
+        task = Task(entry, test.arrays, job, test.needs_of(job), scene, fingerprint({}, scene, job), test.left)
+        times = turns.Times(task)
+        result = times.repeat(self.audit, self.folder / f"{len(self.made)}.csv")
+        facts = single.save(entry, test.arrays, job, result, self.out)
+        self.made.append(Made(method, result, facts, {"unavailable": "not known in time"}, times))
         if broken := judge.broken(result):
             raise trial.CannotTell(f"its picture is broken: {broken}")
         bounds = [test.asked.bounds()]
-        if self.whole is None:
-            side = self.search.side if self.search else 4
-            self.whole, _ = test.truth(bounds, side, trial.LATER)
+        if self.whole is None or not test.is_clear(result.array, self.whole):
+            side = self.search.side_for(test.limit / trial.FIRST) if self.search else 4
+            self.whole, _ = test.truth(bounds, side, trial.LATER, of=result.array)
         told = {"truth": self.whole.maker, "against": test.against, **self.whole.facts()}
-        self.made[-1] = Made(method, result, facts, {**told, **test.error(result.array, self.whole, bounds)})
+        error = {**told, **test.error(result.array, self.whole, bounds)}
+        self.made[-1] = replace(self.made[-1], error=error)
         if before and self.best is before:
             picture.save(self.out, before.result.array, test.asked.arithmetic)
+
+    def time(self) -> None:
+        """Times the methods of the pictures that were made in further processes, in turn, if that takes little."""
+        expected = sum(made.result.outcome.wall_s + START for made in self.made) * (PROCESSES - 1)
+        if expected <= min(TIMING, self.test.left):
+            turns.more([made.times for made in self.made], PROCESSES - 1, self.audit)
 
     def _missed(self) -> str:
         """By how much the best picture misses, and what is in the way."""
@@ -213,13 +242,14 @@ class Front:
         tried = {
             method.name: method.record() for method in (self.search.tried.values() if self.search else ()) if method
         }
-        pictures = [{**made.method.record(), "error": made.error} for made in self.made]
+        pictures = [{**made.method.record(), "error": made.error, "time": made.times.record()} for made in self.made]
         if as_json:
             expected = best and {"rmse": best.method.rmse, "standard_error": best.method.standard_error}
             facts = best.facts if best else {"picture": None}
             told = {"method": best and best.method.name, "expected": expected}
             told["job"] = best and best.method.parameters.values()
             told["error"] = best.error if best else {"unavailable": wrong}
+            told["time"] = best.times.record() if best else {"unavailable": wrong}
             told |= {"tried": list(tried.values()), "pictures": pictures, "seconds": seconds, "said": self.said}
             print(json.dumps({**facts, **told, "warnings": single.warn(warned)}))
         else:
@@ -227,13 +257,21 @@ class Front:
                 print(line)
             for made in self.made:
                 m = made.method
-                print(f"{m.name}: RMSE {m.rmse:.2g} ± {m.standard_error:.1g} expected, {m.seconds:.3g} s a frame")
-                print(f"{made.facts['picture']}: {record.error_of(made.error)}" + _truth(made.error))
+                print(f"{m.name}: RMSE {m.rmse:.2g} ± {m.standard_error:.1g} expected, about {m.seconds:.2g} s a frame")
+                took = f"; {_time(made.times)}" if made is not best else ""
+                print(f"{made.facts['picture']}: {record.error_of(made.error)}{_truth(made.error)}{took}")
             if best:
-                single.tell(best.facts, best.method.parameters)
+                single.tell(best.facts, best.method.parameters, _time(best.times))
+            show_reasons([row for made in self.made for row in made.times.records])
             single.warn(warned)
         if wrong:
             print(f"error: {wrong}", file=sys.stderr)
+
+
+def _time(times: turns.Times) -> str:
+    """The time of a frame for people, with its interval, or why there is none."""
+    broken = times.broken
+    return f"time of a frame unavailable: {broken}" if broken else f"{quantity.seconds(times.seconds)} a frame"
 
 
 def _truth(error: dict) -> str:

@@ -79,6 +79,8 @@ def needs(
     from harness.picture import picture
     from harness.process import repetition
     from harness.process.session import Sessions
+    from harness.race.audit import LEAST_FRAME, Audit
+    from harness.race.host import ThisHost
     from harness.reduction import leave_out
     from harness.renderer import registry
     from harness.renderer.builder import cache_folder
@@ -107,29 +109,31 @@ def needs(
         lens_radius=lens_radius, focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
         seed=seed, vector=vector, cutoff=cutoff, precision=precision,
     )  # fmt: skip
-    job, known = image.parameters(1, FRAMES), registry.entries(tuple(renderer or ()))
+    job, known = image.parameters(1, FRAMES, LEAST_FRAME), registry.entries(tuple(renderer or ()))
     entry = single.pick(variant, known, job, needs_of(read, job))
     if why := entry.unavailable or repetition.unsupported(entry, job, needs_of(read, job)):
         raise UserError(f"{entry.name} cannot render this scene: {why}")
     job = replace(job, threads=entry.threads())
     full = worth.Model(read, job)
-    with Sessions() as sessions:
+    host, found, best, times = ThisHost(), None, None, []
+    with host.exclusive(), Sessions() as sessions:
         true = worth.truth_of(full, known, Kept(cache_folder("references")), sessions.run)
-        listed = leave_out.leave_outs(read, job)
+        listed, way = leave_out.leave_outs(read, job), worth.Way(entry, sessions.run, timeout, Audit(host), processes)
         if limit:
-            worth.shoot_full(full, entry, sessions.run, timeout)
+            worth.shoot_full(full, way)
             smallest.check(full, true, limit)
-        study = worth.measure(full, true, entry, sessions.run, processes, timeout, listed)
-        found = best = None
+        study = worth.measure(full, true, way, listed)
+        times += study.times
         if limit:
-            search = smallest.Search(study, listed, limit, entry, sessions.run, timeout)
-            found = search.greedy(processes)
+            search = smallest.Search(study, listed, limit, way)
+            found = search.greedy()
+            times += found.times
             if exhaustive:
-                best = _exhaustive(search, found, processes)
+                best = _exhaustive(search, found, times)
     single.warn(warnings(read))
     worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
     told = _smallest(found, best, limit, reduced, entry.name) if found else {}
-    _tell(study, worths, entry.name, told, as_json)
+    _tell(study, worths, entry.name, told, times, as_json)
     if out:
         from reports.worth import figure
 
@@ -143,14 +147,16 @@ def needs(
         raise typer.Exit(1)
 
 
-def _exhaustive(search, greedy, processes: int) -> dict:
-    """What is told of a harness.single.smallest.Best, for JSON; {unavailable: reason} if there is none."""
+def _exhaustive(search, greedy, times: list) -> dict:
+    """What is told of a harness.single.smallest.Best, for JSON; {unavailable: reason} if there is none. times: to which
+    those that it was timed by are added."""
     from harness.errors import UserError
 
     try:
-        best = search.exhaustive(greedy, processes)
+        best = search.exhaustive(greedy)
     except UserError as why:
         return {"unavailable": str(why)}
+    times += best.times
     ratio = {"ratio": best.over.value, "low": best.over.low, "high": best.over.high, "verdict": best.verdict}
     left = [one.name for one in best.left]
     found = {"models": best.tried, "within": best.within, "left_out": left, "error": best.error}
@@ -179,27 +185,31 @@ def _smallest(found, best, limit: float, path: Path, name: str) -> dict:
     return told
 
 
-def _tell(study, worths: list, name: str, told_smallest: dict, as_json: bool) -> None:
-    """Prints a harness.single.worth.Study, its worths in the order given, and the smallest model, {} if none is asked
-    for."""
+def _tell(study, worths: list, name: str, told_smallest: dict, times: list, as_json: bool) -> None:
+    """Prints a harness.single.worth.Study, its worths in the order given, the smallest model, {} if none is asked for,
+    and why the times (of harness.race.turns) are doubtful, as a run does."""
     from rich.markup import escape
     from rich.table import Table
 
-    from harness.statistics import statistics
     from harness.store import record
-    from rayrace.terminal import console
+    from rayrace.terminal import console, show_reasons
+    from reports.paper import quantity
 
     full = study.full
-    seconds = statistics.median(full.seconds)
+    seconds, doubts = full.times.seconds, list(dict.fromkeys(doubt for one in times for doubt in one.doubts))
     if as_json:
         told = {"seconds": seconds.value, "low": seconds.low, "high": seconds.high, "error": study.error}
+        told |= {"processes": seconds.processes, "doubts": full.times.doubts}
         facts = {"truth": study.truth.maker, **study.truth.facts(), "noise_floor": study.floor.value}
+        facts["doubts"] = doubts
         rows = [one.record() for one in worths]
         facts |= {"without": rows} | ({"smallest": told_smallest} if told_smallest else {})
         print(json.dumps({"renderer": name, "job": full.job.values(), "full": told, **facts}, indent=1))
         return
     error = {"truth": study.truth.maker, "against": "scene", **study.truth.facts(), **study.error}
-    print(f"{name}, {full.job.width} x {full.job.height}: {seconds.value:.3g} s a frame; {record.error_of(error)}")
+    print(
+        f"{name}, {full.job.width} x {full.job.height}: {quantity.seconds(seconds)} a frame; {record.error_of(error)}"
+    )
     table = Table(title="Without it", title_justify="left")
     table.add_column("left out", overflow="fold")
     for head in (
@@ -220,6 +230,7 @@ def _tell(study, worths: list, name: str, told_smallest: dict, as_json: bool) ->
         print(f"noise floor unavailable: {study.floor.reason}", file=sys.stderr)
     if told_smallest:
         _tell_smallest(told_smallest, study.error["rmse"])
+    show_reasons([record for one in times for record in one.records])
 
 
 def _tell_smallest(told: dict, before: float) -> None:

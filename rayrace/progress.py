@@ -16,6 +16,7 @@ from rich.live import Live
 from rich.markup import escape
 from rich.text import Text
 
+from harness.statistics import steady
 from harness.store import record as rows
 from rayrace.terminal import spell, verdict
 from reports.paper import quantity
@@ -39,9 +40,9 @@ class Standings:
         self.times: dict[str, list[float]] = {}
 
     def add(self, cell, record: dict) -> None:
-        """Counts a repetition. Its time is the median of its later frames."""
+        """Counts a repetition."""
         if cell.key in self.names and record["status"] == "ok" and record["pass"] == "timed" and not record["unranked"]:
-            insort(self.times.setdefault(cell.key, []), statistics.median(record["frames_s"][1:]))
+            insort(self.times.setdefault(cell.key, []), steady.find(record["frames_s"]).seconds)
 
     def __str__(self) -> str:
         """Returns "cpp 117 ms, numba 1.02 ×": the fastest first, the others as ratios to it; "" of fewer than two."""
@@ -159,11 +160,12 @@ def line(cell, record: dict, done: int, total: int, left_s: float | None) -> str
     if record["stability"]:
         return f"{place}: {record['stability']['failures']} of {record['stability']['count']} answers are wrong"
     frames = record["frames_s"]
-    steady = f"{quantity.seconds(statistics.median(frames[1:]))} a frame" if len(frames) > 1 else "no steady frame"
+    seconds = steady.find(frames).seconds
+    time = "no steady frame" if seconds is None else f"{quantity.seconds(seconds)} a frame"
     told = f"{rows.error_of(record['error'])}, {rows.agreement_of(record['agreement'])}"
     unranked = ", unranked" if record["unranked"] else ""
     turn = {"load": ", load pass", "pair": ", for the noise floor", "cold": ", cold"}.get(record["pass"], "")
-    return f"{place}{turn}: first {quantity.seconds(frames[0])}, {steady}, {told}{unranked}"
+    return f"{place}{turn}: first {quantity.seconds(frames[0])}, {time}, {told}{unranked}"
 
 
 def _counted(counts: dict) -> str:

@@ -121,6 +121,11 @@ def show_summary(records: list[dict]) -> None:
     """How many repetitions ended how, with a reason for each kind of failure."""
     counts = Counter(verdict(record) + (" (unranked)" if record["unranked"] else "") for record in records)
     print(", ".join(f"{count} {status}" for status, count in sorted(counts.items(), key=_ok_first)) or "nothing to run")
+    show_reasons(records)
+
+
+def show_reasons(records: list[dict]) -> None:
+    """Why repetitions failed, take no part in comparisons, or are doubtful: each reason once for a variant."""
     seen, cells = {}, {}
     for record in records:
         cells.setdefault((record["cell"], record["pass"]), []).append(record["warnings"])

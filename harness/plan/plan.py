@@ -153,11 +153,18 @@ class Plan:
             members += [(cell, "timed"), *((cell, kind) for kind, wanted in more if wanted)]
         if how == "sequential":
             return [Turn(cell, number, kind) for cell, kind in members for number in range(cell.processes)] + last
-        rng, turns = random.Random(seed), []
-        for number in range(max((cell.processes for cell in self.cells), default=0)):
-            members = members[::-1] if number % 2 else rng.sample(members, len(members))
-            turns += [Turn(cell, number, kind) for cell, kind in members if number < cell.processes]
+        turns, most = [], max((cell.processes for cell in self.cells), default=0)
+        for number, shuffled in enumerate(rounds(members, most, seed)):
+            turns += [Turn(cell, number, kind) for cell, kind in shuffled if number < cell.processes]
         return turns + last
+
+
+def rounds(members: list, count: int, seed: int) -> Iterator[list]:
+    """Yields the members of each round in their order: shuffled, and in the next round in reverse (Plan.order)."""
+    rng = random.Random(seed)
+    for number in range(count):
+        members = members[::-1] if number % 2 else rng.sample(members, len(members))
+        yield members
 
 
 def make(

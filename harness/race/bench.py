@@ -2,6 +2,7 @@
 
 import hashlib
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ from harness.judge import judge
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
 from harness.process.session import Sessions
-from harness.race import contradiction, counting, energy_use, gpu_use, operations, row
+from harness.race import counting, energy_use, gpu_use, operations, row
+from harness.race.audit import Audit, Task
 from harness.race.host import Host
 from harness.race.judging import Judging
 from harness.renderer import events, job
@@ -18,7 +20,6 @@ from harness.renderer.builder import BuildError
 from harness.renderer.registry import Entry
 from harness.store import record as rows
 from harness.store import store
-from harness.system import ownership, trouble
 
 RAYS = "primary", "reflected", "transmitted", "shadow", "non_finite"
 
@@ -38,10 +39,10 @@ class Bench:
     ):
         """untimed: of host.untimed(), runs what is put under stress and the pictures that others are judged by."""
         self.plan, self.store = plan, run_store
-        self.caches, self.interval, self.host, self.untimed = caches, interval, host, untimed
+        self.caches, self.host, self.untimed = caches, host, untimed
         self.judging = Judging(plan, known, run_store.folder, caches, host, untimed)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
-        self.blanks = contradiction.Blanks()
+        self.audit = Audit(host, interval)
 
     def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
         """Run one repetition of a cell, for one of the passes of a run; its record (store.py)."""
@@ -53,21 +54,16 @@ class Bench:
         peaks = self.host.peaks(cell.parameters.threads) if calibrated else None
         started, begun = timestamp(), self.host.clock()
         build = self._build(cell)  # what other programs do meanwhile disturbs nothing
-        looked, before = self.host.clock(), self.host.look()
         arrays = self.plan.arrays[cell.scene_version]
         # Cells under stress are many, and how long they compile is not asked.
         cache = self.caches / (f"{cell.entry.name}.stress" if cell.stressed else cell.key)
-        compiled = _has_files(cache)
-        job_of_cell = cell.entry, arrays, cell.parameters, cell.needs
-        held = {"timeout": cell.timeout, "limits": cell.limits, "cache": None if kind == "cold" else cache}
-        held["log"] = self.store.folder / "logs" / stem
+        parts = cell.entry, arrays, cell.parameters, cell.needs, cell.scene_version, cell.key
+        run = self.untimed.run if cell.stressed else None
         if cell.without and cell.without.unavailable:
-            result = repetition.Result(*cell.without.unavailable.split(": ", 1))
-        elif cell.stressed:
-            result = self.untimed.run(*job_of_cell, **held)
-        else:
-            result = self.host.run(*job_of_cell, **held, series=series, interval=self.interval)
-        disturbed, seconds = trouble.between(before, self.host.look()), self.host.clock() - looked
+            run = partial(_refuse, *cell.without.unavailable.split(": ", 1))
+        log = self.store.folder / "logs" / stem
+        made = self.audit.measure(Task(*parts, cell.timeout, cell.limits), series, cache, log, kind == "cold", run)
+        result = made.result
         record = {
             "host": self.store.host,
             **cell.facts(),
@@ -79,8 +75,7 @@ class Bench:
             "unranked": row.STRESSED if cell.stressed else row.unranked(cell.entry, result.said),
             "pass": kind,
             "peaks": peaks,
-            **row.measured(result, series),
-            "disturbed": disturbed,
+            **made.record,
             "gpu": _gpu(cell.entry, result, series),
             "energy": _energy(result, series),
             "build": build,
@@ -91,8 +86,6 @@ class Bench:
             "stability": None,
             "truth_s": None,
         }
-        if record["wall_s"] is not None:
-            record["warnings"] += trouble.doubts(disturbed, seconds, cell.parameters.threads)
         if cell.stressed and result.array is not None:  # one that is no valid answer too: it is counted, and fails
             record["stability"] = cell.stressed.record(result, cell.parameters)
             if cell.parameters.kind == "image":
@@ -111,12 +104,7 @@ class Bench:
                 result.status, result.reason = "wrong picture", wrong
         record["status"], record["reason"] = result.status, result.reason
         if result.status == "ok" and not cell.stressed:
-            warm = kind != "cold" and _has_files(cache) == compiled
-            contradicted = self._contradiction(cell, result, series, cache, warm, disturbed)
-            if contradicted and record["unranked"]:
-                record["warnings"].append(contradicted)
-            else:
-                record["unranked"] = record["unranked"] or contradicted
+            record["unranked"] = self.audit.unranked(made, record["unranked"])
         record["took_s"] = self.host.clock() - begun
         return record
 
@@ -137,18 +125,6 @@ class Bench:
             "operations": operations.count(cell, arrays, self.host, cache),
             "took_s": self.host.clock() - begun,
         }
-
-    def _contradiction(
-        self, cell: Cell, result: repetition.Result, series: Path, cache: Path, warm: bool, disturbed: dict
-    ) -> str | None:
-        """None, or what its marks contradict. warm: the process found its compiled code in `cache`, if it keeps any."""
-
-        def run(parameters):
-            arrays, more = self.plan.arrays[cell.scene_version], {"timeout": cell.timeout, "limits": cell.limits}
-            return self.host.run(cell.entry, arrays, parameters, cell.needs, cache=cache, **more)
-
-        blanks, key = self.blanks if warm else None, (cell.entry.name, cell.scene_version)
-        return contradiction.found(result, series, cell.entry, cell.parameters, blanks, run, key, disturbed)
 
     def _build(self, cell: Cell) -> dict | None:
         try:
@@ -177,8 +153,9 @@ class Bench:
         return {"file": name, "sha256": digest}
 
 
-def _has_files(cache: Path) -> bool:
-    return cache.is_dir() and any(path.name != ownership.MARKER for path in cache.iterdir())
+def _refuse(status: str, reason: str, *_, **__) -> repetition.Result:
+    """The Result of what nobody need try."""
+    return repetition.Result(status, reason)
 
 
 def _energy(result: repetition.Result, series: Path) -> dict | None:

@@ -114,12 +114,13 @@ def _longest(frames: list[dict]) -> float:
 
 def _search(said: events.Said, least_frame: float) -> float:
     """Seconds that the search for the number of renders of a batch may have taken between the first two frames."""
-    if not said.frames[1:]:
+    first, *later = said.frames
+    if not later:
         return 0.0
-    first, second, *_ = said.frames
+    second = later[0]
     if second["renders"] == 1 and _seconds([first]) >= COLD * least_frame:  # it was long enough
         return 0.0
-    return min(max(0.0, second["start"] - first["end"]), SEARCH * _longest(said.frames[1:]) + PAUSES)
+    return min(max(0.0, second["start"] - first["end"]), SEARCH * _longest(later) + PAUSES)
 
 
 def _cpu_within(rows: list[dict], start: float, end: float) -> float:

@@ -16,6 +16,7 @@ from harness.process.scratch import scratch
 from harness.race.host import Host
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry, Renderer
+from harness.statistics.steady import rough
 from harness.system import counters
 from harness.system.counters import Tool
 
@@ -50,8 +51,7 @@ def count(cell: Cell, arrays: dict, host: Host, cache: Path) -> tuple[str, str, 
     plain = run(1, [])  # compiles what later jobs find in the cache, and tells how long a frame takes
     if plain.status != "ok":
         return "unavailable", f"before it was counted: {plain.status}: {plain.reason}", None
-    last = plain.said.frames[-1]
-    step = math.ceil(min(MOST, LEAST / max(last["end"] - last["start"], LEAST / MOST)))
+    step = math.ceil(min(MOST, LEAST / max(rough(plain.said.frames_s), LEAST / MOST)))
     jobs = []
     for number in range(JOBS):
         with scratch() as here:

@@ -9,7 +9,6 @@ look in place of two, they cover it with 93.7 %.
 import math
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from statistics import median
 
 from harness.plan.plan import Cell, Plan
 from harness.statistics import statistics, steady
@@ -67,9 +66,9 @@ def _times(records: Iterable[dict]) -> tuple[dict[str, dict[int, float]], dict[s
             continue
         key, frames = record["cell"], record["frames_s"] or []
         done[key] = done.get(key, 0) + 1
-        kept = frames[steady.find(frames).start :]
-        if record["status"] == "ok" and not record["unranked"] and kept:
-            times.setdefault(key, {})[record["repetition"]] = median(kept)
+        seconds = steady.find(frames).seconds
+        if record["status"] == "ok" and not record["unranked"] and seconds is not None:
+            times.setdefault(key, {})[record["repetition"]] = seconds
     return times, done
 
 

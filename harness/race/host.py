@@ -66,12 +66,12 @@ def host_lock() -> FileLock:
 
 
 def _who(lock: Path) -> str:
-    """The process that holds the lock of measuring, and the folder of its run."""
+    """The process that holds the lock of measuring, and the folder of its run, or its command if it has none."""
     found = holder.find(lock)
     if found is None:
         return "process unavailable (the system does not tell)"
     folders = [file.parent for file in found.files if file.name == alone.NAME]
-    return f"process {found.pid}, {folders[0] if folders else 'folder unavailable'}"
+    return f"process {found.pid}, {folders[0] if folders else holder.command(found.pid)}"
 
 
 class ThisHost:

@@ -10,6 +10,7 @@ import statistics
 
 from harness.plan.plan import Cell, Plan
 from harness.race.row import is_processor
+from harness.statistics import steady
 from harness.system.nvml import AVAILABLE
 
 MOST_FRAMES = 10**5  # each is a line of output
@@ -39,15 +40,14 @@ def _render_s(row: dict) -> float:
     return sum(end - start for name, start, end in row["phases"] if name == "render")
 
 
-def _frames(row: dict) -> list[float]:
-    """Seconds of its later frames, the whole batch where one is; of the first, where there is no other."""
+def _batch(row: dict) -> float:
+    """About how long a frame takes (s), the whole batch where it is one."""
     renders = row.get("frame_renders") or [1] * len(row["frames_s"])
-    frames = [seconds * count for seconds, count in zip(row["frames_s"], renders, strict=True)]
-    return frames[1:] or frames
+    return steady.rough([seconds * count for seconds, count in zip(row["frames_s"], renders, strict=True)])
 
 
 def _longer(cell: Cell, good: list[dict], seconds: float) -> Cell:
-    frame = statistics.median(frame for row in good for frame in _frames(row))
+    frame = statistics.median(map(_batch, good))
     frames = math.ceil(min(MOST_FRAMES, seconds / frame)) if frame else MOST_FRAMES
     return dataclasses.replace(
         cell,

@@ -57,7 +57,7 @@ def measured(result: repetition.Result, series: Path) -> dict:
     record |= {
         "wall_s": outcome.wall_s,
         "phases": phases,
-        "frames_s": [(frame["end"] - frame["start"]) / frame["renders"] for frame in said.frames],
+        "frames_s": said.frames_s,
         "frame_renders": [frame["renders"] for frame in said.frames],
         "frame_parts": [frame["parts"] for frame in said.frames],
         "cpu": cpu(outcome, series) if outcome.alone else None,

@@ -50,6 +50,11 @@ class Said:
     end: int | None = None  # status of a job of a list
     faults: list[str] = field(default_factory=list)
 
+    @property
+    def frames_s(self) -> list[float]:
+        """Durations of the frames in order, s; divided by its renders, where a frame is a batch."""
+        return [(frame["end"] - frame["start"]) / frame["renders"] for frame in self.frames]
+
 
 def read(path: Path) -> Said:
     """Read the lines in the file at `path`. Never raises for what is in them."""

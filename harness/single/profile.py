@@ -17,6 +17,7 @@ from harness.race.counting import smaller, special, under
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.single import callgrind
+from harness.statistics import steady
 from harness.system import counters
 
 SAMPLES_S = 6.0  # s that the frames take of which samples are taken
@@ -104,8 +105,7 @@ def _sampled(run: Callable, version: str) -> Profile | str:
     plain = run(1, [])
     if plain.status != "ok":
         return f"before it was sampled: {plain.status}: {plain.reason}"
-    last = plain.said.frames[-1]
-    frames = int(max(1, min(MOST, SAMPLES_S / max(last["end"] - last["start"], SAMPLES_S / MOST))))
+    frames = int(max(1, min(MOST, SAMPLES_S / max(steady.rough(plain.said.frames_s), SAMPLES_S / MOST))))
     jobs = []
     for count in (1, 1 + frames):
         with scratch() as here:

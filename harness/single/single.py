@@ -3,7 +3,6 @@
 import json
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from pydantic import ValidationError
@@ -15,6 +14,7 @@ from harness.judge.cache import Kept
 from harness.picture import picture
 from harness.process import repetition
 from harness.race import row
+from harness.race.turns import kernels
 from harness.renderer import registry
 from harness.renderer.builder import cache_folder
 from harness.renderer.job import fingerprint
@@ -24,6 +24,7 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.scene.needs import shapes
 from harness.single import export
+from harness.statistics import steady
 from harness.store import record
 
 NOT_MEASURED = "not measured; `rayrace run` measures it, with an experiment that has this scene and these options"
@@ -116,16 +117,22 @@ def _error(known, arrays, parameters: Parameters, result: repetition.Result) -> 
 def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Result, dict]:
     """Renders a picture and saves it at `out`. Returns the Result, and facts for JSON. SystemExit(1) if it fails."""
     result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
+    return result, save(entry, arrays, parameters, result, out)
+
+
+def save(entry, arrays, parameters, result: repetition.Result, out) -> dict:
+    """Saves the picture of a Result at `out`. Returns facts for JSON. SystemExit(1) if it has none."""
     _stop_unless_ok(entry, result)
     if out.suffix == ".png" and not np.isfinite(result.array).all():
         raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
     picture.save(out, result.array, parameters.arithmetic)
-    return result, {
+    return {
         "picture": str(out),
         "renderer": entry.name,
         "width": result.array.shape[1],
         "height": result.array.shape[0],
-        "frames_s": [frame["end"] - frame["start"] for frame in result.said.frames],
+        "frames_s": result.said.frames_s,
+        "rough_seconds": steady.rough(result.said.frames_s),
         "wall_s": result.outcome.wall_s,
         "rays": result.said.rays,
         "bound": cut_off(arrays, parameters, result),
@@ -149,11 +156,13 @@ def cut_off(arrays, parameters: Parameters, result: repetition.Result) -> dict |
     return {"max": float(bounds.max()), "mean": float(bounds.mean())}
 
 
-def tell(facts: dict, parameters: Parameters) -> None:
-    """Prints the facts of a picture for people."""
+def tell(facts: dict, parameters: Parameters, time: str = "") -> None:
+    """Prints the facts of a picture for people. time: what was measured of a frame; "": a rough time is told."""
+    took = f"{facts['wall_s']:.3g} s in all"
+    took = f"{time}, {took}" if time else f"about {facts['rough_seconds']:.2g} s a frame, {took} (rough times)"
     print(
         f"{facts['picture']}: {facts['width']} x {facts['height']}, {facts['renderer']}, {parameters.precision}: "
-        f"{min(facts['frames_s']):.4g} s a frame, {facts['wall_s']:.3g} s in all, {traced(facts['rays'])}"
+        f"{took}, {traced(facts['rays'])}"
     )
     tell_doubts(facts)
 
@@ -206,11 +215,6 @@ def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
     else:
         with open(out, "w", encoding="utf-8", newline="") as file:
             rays.write(file, result.array)
-
-
-def kernels(entry: registry.Entry) -> Path:
-    """The folder in which a renderer keeps compiled code between commands. Measured runs have folders of their own."""
-    return cache_folder("kernels") / entry.renderer.manifest.name
 
 
 def _region(text: str, width: int, height: int):

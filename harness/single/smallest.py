@@ -4,16 +4,16 @@ Effects do not add up, so nothing is forecast: the search goes through what is h
 the error first, and keeps what the whole can still do without. Where there are few combinations all can be tried.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
 
 from harness.errors import UserError
 from harness.judge import judge
 from harness.judge.truth import Truth
+from harness.race import turns
+from harness.race.turns import Times
 from harness.reduction.leave_out import LeaveOut, apply
-from harness.renderer.registry import Entry
-from harness.single.worth import Model, Study, Worth, interleaved
+from harness.single.worth import Model, Study, Way, Worth, must_have, take
 from harness.statistics import statistics
 
 MOST = 10  # leave-outs that change the picture, of which all combinations are tried
@@ -25,7 +25,8 @@ class Smallest:
     """The smallest model that was found. left: what it is without, in the order of the list.
 
     error: judge.errors against the truth of the full scene. time: ratio of frames, reduced over full; faster: its
-    statistics.verdict. memory: ratio of median peaks, or None. rendered: the models that the search has rendered.
+    statistics.verdict; times: that they are from. memory: ratio of median peaks, or None. rendered: the models that the
+    search has rendered.
     """
 
     model: Model
@@ -35,14 +36,15 @@ class Smallest:
     faster: str
     memory: float | None
     rendered: int
+    times: list[Times]
 
 
 @dataclass(frozen=True)
 class Best:
-    """The quickest of all combinations that are within the limit, by a process each, and then timed as well as others.
+    """The quickest of all combinations that are within the limit, about, by a process each, and then timed as others.
 
     tried: different models; within: those within the limit, the greedy search's among them. over: time of the greedy
-    search's, over this one's, and verdict of it.
+    search's, over this one's, and verdict of it; times: that they are from.
     """
 
     left: list[LeaveOut]
@@ -51,6 +53,7 @@ class Best:
     within: int
     over: statistics.Estimate
     verdict: str
+    times: list[Times]
 
 
 def most(error: dict, true: Truth) -> float:
@@ -83,11 +86,10 @@ def harmless(study: Study, listed: list[LeaveOut], limit: float) -> list[LeaveOu
 
 
 class Search:
-    """Combinations of leave-outs of a study, rendered. run: as Sessions.run; timeout: s, of each job."""
+    """Combinations of leave-outs of a study, rendered."""
 
-    def __init__(self, study: Study, listed: list[LeaveOut], limit: float, entry: Entry, run: Callable, timeout: float):
-        self.study, self.listed, self.limit = study, listed, limit
-        self.entry, self.run, self.timeout = entry, run, timeout
+    def __init__(self, study: Study, listed: list[LeaveOut], limit: float, way: Way):
+        self.study, self.listed, self.limit, self.way = study, listed, limit, way
         self.candidates = harmless(study, listed, limit)
         full = study.full
         self.models = {(full.scene, full.job): (full, study.error)}
@@ -97,7 +99,7 @@ class Search:
         scene, job = apply(left, self.study.full.scene, self.study.full.job)
         if (scene, job) not in self.models:
             model, error = Model(scene, job), None
-            model.shoot(self.entry, self.run, self.timeout)
+            model.shoot(self.way.entry, self.way.run, self.way.timeout)
             if not model.broken:
                 error = judge.errors(model.picture, self.study.truth.picture, self.study.truth.standard_error, None)
                 model.picture = None
@@ -105,7 +107,7 @@ class Search:
         model, error = self.models[scene, job]
         return (model, error) if error and most(error, self.study.truth) <= self.limit else None
 
-    def greedy(self, rounds: int) -> Smallest:
+    def greedy(self) -> Smallest:
         """Leaves out one more after another as long as the whole is within the limit, and times the result."""
         left: list[LeaveOut] = []
         found, error = self.study.full, self.study.error
@@ -120,13 +122,13 @@ class Search:
                 left = fewer
         rendered = len(self.models) - 1
         full, model, again = (Model(one.scene, one.job) for one in (self.study.full, found, self.study.full))
-        interleaved([full, model, again], self.entry, rounds, self.timeout)
-        ratio = statistics.ratio(model.seconds, full.seconds, paired=True)
-        faster = statistics.verdict(ratio, statistics.noise_floor(full.seconds, again.seconds).value)
-        memory = model.memory_over(full)
-        return Smallest(model, left, error, ratio, faster, memory, rendered)
+        times = take([full, model, again], self.way)
+        must_have(self.way, full, model, again)
+        ratio = turns.ratio(model.times, full.times)
+        faster = statistics.verdict(ratio, turns.floor(full.times, again.times).value)
+        return Smallest(model, left, error, ratio, faster, model.memory_over(full), rendered, times)
 
-    def exhaustive(self, greedy: Smallest, rounds: int) -> Best:
+    def exhaustive(self, greedy: Smallest) -> Best:
         """Renders and times all combinations of what changes the picture, always without what changes no pixel, and
         compares the quickest with the greedy search's. UserError if they are too many."""
         pairs = zip(self.listed, self.study.worths, strict=True)
@@ -143,13 +145,16 @@ class Search:
                 model, error = made
                 found.setdefault((model.scene, model.job), (model, error, left))
         found.setdefault((greedy.model.scene, greedy.model.job), (greedy.model, greedy.error, greedy.left))
-        for model, _, _ in found.values():
-            if not model.seconds:
-                model.repeat(self.entry, self.timeout)
-        timed = [one for one in found.values() if not one[0].broken]
-        best, error, left = min(timed, key=lambda one: min(one[0].seconds))
+        rough = [Model(model.scene, model.job) for model, _, _ in found.values()]
+        take(rough, self.way, processes=1)
+        timed = zip(rough, found.values(), strict=True)
+        timed = [(model.times.seconds.value, one) for model, one in timed if not model.broken]
+        if not timed:
+            raise UserError("no combination could be timed")
+        _, (best, error, left) = min(timed, key=lambda pair: pair[0])
         mine, theirs, again = (Model(one.scene, one.job) for one in (greedy.model, best, greedy.model))
-        interleaved([mine, theirs, again], self.entry, rounds, self.timeout)
-        over = statistics.ratio(mine.seconds, theirs.seconds, paired=True)
-        verdict = statistics.verdict(over, statistics.noise_floor(mine.seconds, again.seconds).value)
-        return Best(left, error, len(tried), len(found), over, verdict)
+        times = take([mine, theirs, again], self.way)
+        must_have(self.way, mine, theirs, again)
+        over = turns.ratio(mine.times, theirs.times)
+        verdict = statistics.verdict(over, turns.floor(mine.times, again.times).value)
+        return Best(left, error, len(tried), len(found), over, verdict, times)

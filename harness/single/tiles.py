@@ -265,7 +265,7 @@ def _render(place: Folder, number: int, timeout: float) -> None:
         raise UserError(f"{entry.name} was edited during rendering: {', '.join(changed)}")
     facts = {
         "dtype": str(result.array.dtype),
-        "render_s": sum(frame["end"] - frame["start"] for frame in result.said.frames),
+        "render_s": sum(result.said.frames_s),
         "wall_s": result.outcome.wall_s,
         "rays": result.said.rays,
         "bound": single.cut_off(ready.arrays, parameters, result),

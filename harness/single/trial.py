@@ -10,14 +10,17 @@ import numpy as np
 from harness.experiment.experiment import Reference as Wanted
 from harness.judge import judge, truth
 from harness.judge.truth import Truth
+from harness.race.turns import kernels
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
-from harness.single import single
+from harness.statistics import steady
 
 ACROSS = 4  # tiles in a row, and in a column
+SMALL = 4  # times the pixels of all tiles: of a picture with fewer the whole takes no longer, as it is one job
 SIDES = 16, 64  # pixels of a tile's side, least and most
 SHARE = 16  # a tile's side is so small a part of the picture's
 KNOWN = 4  # the truth is known to this part of the error that is asked for
+CLEAR, FIRST = 4, 2  # standard errors by which a verdict is clear; with that the truth need be known to this part alone
 LATER = 2**16  # from which seed of the family on the truth of the whole picture has its own
 MOST = 64  # samples of a side of a pixel in one picture of a truth
 
@@ -36,7 +39,8 @@ class TimeUp(Exception):
 class Method:
     """A way to make a picture.
 
-    rmse: its error, linear RGB, and the standard error of that. seconds: of a frame of the whole picture.
+    rmse: its error, linear RGB, and the standard error of that. seconds: of a frame of the whole picture, roughly: what
+    a search compares methods by. What is told as a result is timed anew (harness/race/turns.py).
     """
 
     entry: Entry
@@ -51,7 +55,8 @@ class Method:
         p = self.parameters
         side = f"{p.samples} x {p.samples}"
         sampler = {"one": "one sample", "adaptive": f"adaptive to 1/{2**p.adaptive_depth} pixel"}
-        words = [self.entry.name, p.precision, "in lanes" * (p.vector == "on")]
+        lanes = {"on": "in lanes", "auto": "in lanes where that is quicker"}
+        words = [self.entry.name, p.precision, lanes.get(p.vector, "")]
         words.append(sampler.get(p.sampler, f"{p.sampler} {side}"))
         words.append(f"threshold {p.adaptive_threshold:g}" * (p.sampler == "adaptive"))
         for number, what in (p.feelers, "feeler"), (p.glossy_rays, "glossy ray"):
@@ -61,7 +66,7 @@ class Method:
 
     def record(self) -> dict:
         """For JSON."""
-        facts = {"rmse": self.rmse, "rmse_standard_error": self.standard_error, "seconds": self.seconds}
+        facts = {"rmse": self.rmse, "rmse_standard_error": self.standard_error, "rough_seconds": self.seconds}
         return {"method": self.name, **facts}
 
 
@@ -70,7 +75,7 @@ def tiles(bounds: Bounds, seed: int) -> list[Bounds]:
     x0, y0, x1, y1 = bounds
     width, height = x1 - x0, y1 - y0
     side = int(np.clip(np.sqrt(width * height) / SHARE, *SIDES))
-    if width * height <= 2 * (ACROSS * side) ** 2 or min(width, height) < ACROSS * side:
+    if width * height <= SMALL * (ACROSS * side) ** 2 or min(width, height) < ACROSS * side:
         return [bounds]
     rng, found = np.random.default_rng(seed), []
     for row in range(ACROSS):
@@ -108,8 +113,8 @@ class Trial:
         return self.end - time.monotonic()
 
     def shoot(self, entry: Entry, parameters: Parameters, places: list[Bounds], frames: int = 1):
-        """The picture of all places, one below the other, the time of a frame of the whole picture, s, and its rays
-        (None: not counted). None if it cannot be made. TimeUp.
+        """The picture of all places, one below the other, the rough time of a frame of the whole picture, s, and its
+        rays (None: not counted). None if it cannot be made. TimeUp.
         """
         arrays, seconds, pixels, rays = [], 0.0, 0, 0
         threads = self.threads or entry.threads()
@@ -117,7 +122,7 @@ class Trial:
             asked = replace(parameters, region=place, frames=frames, threads=threads)
             if self.left <= 0:
                 raise TimeUp
-            cache = single.kernels(entry)
+            cache = kernels(entry)
             result = self.run(entry, self.arrays, asked, self.needs_of(asked), timeout=self.left, cache=cache)
             self.shots += 1
             if result.status == "timeout":
@@ -127,16 +132,20 @@ class Trial:
                 self.why[entry.name] = why
                 return None
             arrays.append(result.array)
-            seconds += min(frame["end"] - frame["start"] for frame in result.said.frames)
+            seconds += steady.rough(result.said.frames_s)
             counted = result.said.rays or {}
             rays += sum(counted.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
             pixels += result.array.shape[0] * result.array.shape[1]
         height, width, _ = self.asked.shape()
         return np.concatenate(arrays), seconds * width * height / pixels, rays or None
 
-    def truth(self, places: list[Bounds], side: int, first: int, share: float = KNOWN) -> tuple[Truth, int]:
+    def truth(
+        self, places: list[Bounds], side: int, first: int, share: float = KNOWN, of: np.ndarray | None = None
+    ) -> tuple[Truth, int]:
         """The truth of places, its uncertainty at most limit / share, and the samples of a side of a pixel in each of
         its pictures, at first `side`. first: number in the family of the first of its seeds. CannotTell, TimeUp.
+
+        of: a picture of the places. Then an uncertainty of limit / FIRST is enough if that picture's verdict is clear.
         """
         target = self.limit / share
         wanted = Wanted(against=self.against)
@@ -145,8 +154,11 @@ class Trial:
         if maker is None:
             raise CannotTell("no renderer here can make its truth")
 
+        # In lanes its pictures are the same but for rounding (VEC-1), and take a fraction of the time.
+        lanes = {"vector": "auto"} if "auto" in maker.methods.get("vector", ()) else {}
+
         def picture(parameters: Parameters) -> np.ndarray:
-            shot = self.shoot(maker, general(maker, parameters), places, frames=0)
+            shot = self.shoot(maker, general(maker, replace(parameters, **lanes)), places, frames=0)
             if shot is None:
                 raise CannotTell(f"{maker.name} could not make the truth: {self.why[maker.name]}")
             return shot[0]
@@ -160,7 +172,8 @@ class Trial:
         facts = {"depth": deep.depth, "cutoff": deep.cutoff, "change": change}
         if len(told.seeds) == 1:
             return Truth(maker.name, picture(deep), told.samples, (0,), None, **facts), side
-        room = np.sqrt(target**2 - change**2)
+        goals = [] if of is None or change > self.limit / FIRST else [self.limit / FIRST]
+        room, *goals = (np.sqrt(goal**2 - change**2) for goal in (*goals, target))
         family = (truth.FAMILY * number % 2**32 for number in count(first))
         seeds = (seed for seed in family if seed != self.asked.seed)
         side = side if deep.sampler == "jittered" else 1
@@ -171,7 +184,12 @@ class Trial:
                 noise = float(np.sqrt(np.mean(error**2)))
                 if noise <= room:
                     samples = number * truth.samples(deep)
-                    return Truth(maker.name, centre, samples, tuple(taken), error, **facts), side
+                    found = Truth(maker.name, centre, samples, tuple(taken), error, **facts)
+                    if not goals or self.is_clear(of, found):
+                        return found, side
+                    room = goals.pop()
+                    if noise <= room:
+                        return found, side
                 # More pictures err less with the root of their number; the same samples in a larger one by more.
                 each, more = (time.monotonic() - began) / number, 1.1 * number * (noise / room) ** 2
                 larger = min((noise / room) ** (2 / 3) * 1.1, MOST / side) if deep.sampler == "jittered" else 1.0
@@ -180,6 +198,14 @@ class Trial:
                 self._must_have(each * (more - number), noise, target)
             self._must_have(each * truth.PICTURES * (noise / room) ** (4 / 3), noise, target)
             side = int(np.ceil(side * larger))
+
+    def is_clear(self, array: np.ndarray, found: Truth) -> bool:
+        """Whether a truth of a picture's places tells if its error is within the limit: it is known as well as asked
+        for, or the error is so far from the limit that it does not matter."""
+        if (found.uncertainty or 0.0) <= 1.001 * self.limit / KNOWN:  # rounding
+            return True
+        told = judge.errors(array, found.picture, found.standard_error, None)
+        return abs(told["rmse"] - self.limit) > CLEAR * told["rmse_standard_error"] + (found.change or 0.0)
 
     def _must_have(self, seconds: float, noise: float, target: float) -> None:
         if seconds > self.left:

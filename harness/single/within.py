@@ -5,6 +5,8 @@ the lanes; what its samples miss, against the truth of the tiles. The squares ad
 and number of samples. The quickest that should hold is then measured itself, and corrects the forecast of its family.
 """
 
+import contextlib
+import threading
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -13,6 +15,7 @@ import numpy as np
 from harness.errors import UserError
 from harness.judge import truth
 from harness.process import repetition
+from harness.renderer.builder import BuildError
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.single.single import FASTEST
@@ -48,12 +51,13 @@ FIRST = 2, 4  # of them the first two to measure
 ADAPTIVE = ((2, 0.1), (2, 0.03), (3, 0.1), (3, 0.03), (3, 0.01), (4, 0.01))  # depth, threshold
 DEPTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 CUTOFFS = tuple(2.0**-power for power in (4, 6, 8, 10))
-ARITHMETIC = tuple({"precision": p, "vector": v} for v in ("off", "on") for p in ("float64", "float32"))
+PRECISIONS = "float64", "float32"
+VECTORS = "auto", "off"  # the first that a renderer has: `auto` is the quicker of `on` and `off` (VEC-4)
 SURE = 2  # standard errors that a method must be within the limit
-MOST = 10  # methods of a forecast that are measured for one choice
+MOST, ENOUGH = 10, 5  # methods of a forecast that are measured for one choice; if one of the first ones holds
 PAYS = 0.9  # of the time of the best so far a method must take less, to be measured
 MANY = 1000  # pixels
-BRIEF = 0.5  # s of a frame of tiles that is timed twice
+BRIEF = 0.1  # s of a frame that is timed twice
 WORTH = 1.0  # s that a picture must take for a program of its own in lanes, which takes some ten times less
 LONG = 5.0  # s that a picture must take for other variants to be measured
 DEFAULT = Parameters()
@@ -121,16 +125,24 @@ class Search:
         self.asked = trial.asked
         self.places = [self.asked.bounds()] if whole else tiles(self.asked.bounds(), self.asked.seed)
         self.miss = 1.0  # how much larger errors are in the whole picture than in the tiles
+        building = self._build_ahead()
         # The noise of this truth is taken off; what it leaves uncertain is in the margin of a method, and is little
         # where there are many pixels.
         many = np.prod(self.asked.shape()[:2]) >= MANY
         self.truth, self.side = trial.truth(self.places, 4, 2**15 if whole else 1, 1.0 if many else KNOWN)
+        if building:
+            building.join()  # what is timed from here on has the cores to itself
         self.deep = {"depth": self.truth.depth, "cutoff": self.truth.cutoff}
         self.entry, self.base = self._base(variant)
         self.hard = self._hard()
         self.families: list[Family] = []
         self.paths = self.arithmetic = [Part({}, 0.0, 1.0)]
         self.ready, self.shallow = False, self.truth.depth
+
+    def side_for(self, uncertainty: float) -> int:
+        """Samples of a side of a pixel in each picture of a truth that is to be known so well, by that of the tiles."""
+        known = self.truth.uncertainty or 0.0
+        return int(np.ceil(self.side * max(1.0, known / uncertainty) ** (2 / 3)))
 
     def free(self, **changes) -> dict | None:
         """`changes` without those of parameters that are the user's; None if one of these is another there."""
@@ -143,7 +155,7 @@ class Search:
         once, one for this job alone would take longer than most pictures, but for those of one sample in lanes (VEC-1).
         """
         made = replace(self.asked, **{**self.base, **changes})
-        alone = "kernel" in self.fixed or (made.vector == "on" and made.sampler == "one" and seconds > WORTH)
+        alone = "kernel" in self.fixed or (made.vector != "off" and made.sampler == "one" and seconds > WORTH)
         return made if alone else general(self.entry, made)
 
     def measure(self, parameters: Parameters, entry: Entry | None = None, seconds: float = 0.0) -> Method | None:
@@ -175,9 +187,10 @@ class Search:
         for name in [variant] if variant else [name for name in FASTEST if name in known]:
             entry = known[name]
             samplers = self._samplers() or [{"sampler": "jittered", "samples": FIRST[1]}]  # to measure the rest with
-            for arithmetic, sampler, optics, cutoff in product(
-                ARITHMETIC, samplers, self._optics(), (self.truth.cutoff, 0.0)
+            for vector, precision, sampler, optics, cutoff in product(
+                VECTORS, PRECISIONS, samplers, self._optics(), (self.truth.cutoff, 0.0)
             ):
+                arithmetic = {"precision": precision, "vector": vector}
                 changes = {**self.own({**self.deep, "cutoff": cutoff, **arithmetic, **optics}), **sampler}
                 made = general(entry, replace(self.asked, **changes))
                 why = entry.unavailable or repetition.unsupported(entry, made, self.trial.needs_of(made))
@@ -185,6 +198,23 @@ class Search:
                     return entry, changes
                 reasons.append(f"{name}: {why}")
         raise UserError("no renderer can do this job: " + "; ".join(dict.fromkeys(reasons)))
+
+    def _build_ahead(self) -> threading.Thread | None:
+        """Begins to build the program of float32, on another core than the one that builds that of the truth."""
+        names = [self.variant] if self.variant else [name for name in FASTEST if name in self.trial.known]
+        entry = next((self.trial.known[name] for name in names if not self.trial.known[name].unavailable), None)
+        if entry is None or not entry.renderer.manifest.build or "precision" in self.fixed:
+            return None
+        vectors = [vector for vector in VECTORS if vector in entry.methods.get("vector", ("off",))]
+        job = general(entry, replace(self.asked, precision=PRECISIONS[1], **self.own({"vector": vectors[0]})))
+
+        def build() -> None:
+            with contextlib.suppress(BuildError, OSError):  # who needs it tries again, and tells
+                entry.renderer.build(job, self.trial.needs_of(job))
+
+        building = threading.Thread(target=build, daemon=True)
+        building.start()
+        return building
 
     def _hard(self) -> np.ndarray | None:
         """Where samples of the whole picture differ from each other, as trial.error takes it."""
@@ -240,7 +270,7 @@ class Search:
     def _part(self, **changes) -> Part | None:
         """What these changes of the base do to it."""
         few = {} if self.base["sampler"] == "one" or "samples" in self.fixed else {"samples": FIRST[0]}
-        few = {} if {"precision", "vector"} & changes.keys() else few
+        few = {} if "precision" in changes else few
         plain = self.job(**few)
         if not (before := self.measure(plain)):
             return None
@@ -249,7 +279,7 @@ class Search:
             return None
         (one, rays), (other, fewer) = (self.pictures[replace(job, kernel=DEFAULT.kernel)] for job in (plain, made))
         # Times of tiles are noisy, and where the arithmetic is the same the rays take them.
-        same = rays and fewer and not {"precision", "vector"} & changes.keys()
+        same = rays and fewer and "precision" not in changes
         ratio = fewer / rays if same else after.seconds / before.seconds
         return Part(changes, float(np.sqrt(np.mean((other.astype(np.float64) - one) ** 2))), ratio)
 
@@ -301,9 +331,9 @@ class Search:
 
     def _arithmetic(self) -> list[Part]:
         found = [Part({}, 0.0, 1.0)]
-        for changes in ARITHMETIC:
-            if self.free(**changes) is not None and any(self.base[name] != value for name, value in changes.items()):
-                part = self._part(**changes)
+        for precision in PRECISIONS:
+            if precision != self.base["precision"] and self.free(precision=precision) is not None:
+                part = self._part(precision=precision)
                 found += [part] * bool(part)
         return self._paying(found)
 
@@ -315,6 +345,7 @@ class Search:
         if paths["depth"] > max(DEPTHS[:6]) and "depth" not in self.fixed:
             return  # a tree of rays that nothing cuts off
         own = {"adaptive_depth", "adaptive_threshold"} & self.fixed
+        quickest = min(part.ratio for part in self.arithmetic)
         asked = self.asked.adaptive_depth, self.asked.adaptive_threshold
         optics = self._optics()
         for one in (
@@ -326,8 +357,13 @@ class Search:
                 if self.free(**changes) is None or not (method := self.measure(self.job(**changes))):
                     continue
                 self.families.append(Family(changes, (1,), {1: method}, whole=True))
-                if self.holds(method, self.trial.limit):
-                    break
+                if self.holds(method, self.trial.limit) or method.seconds * quickest > self._least():
+                    break  # the next ones take longer, and there is a better method, or one should be
+
+    def _least(self) -> float:
+        """Seconds of the quickest method that should hold; infinite if none should."""
+        limit, change = self.trial.limit, self.truth.change or 0.0
+        return next((time for time, error, *_ in self.forecasts() if error * self.miss + change <= limit), np.inf)
 
     def forecasts(self) -> list[tuple[float, float, Family, float, Parameters]]:
         """(seconds, RMSE with its margin, family, RMSE, changes) of every method, the quickest first."""
@@ -358,8 +394,10 @@ class Search:
             self._adaptive()
             self.ready = True
         limit = self.trial.limit
-        for _ in range(MOST):
+        for number in range(MOST):
             best = self.best
+            if best and number >= ENOUGH:
+                break
             for seconds, error, *told in self.forecasts():
                 if best and seconds > PAYS * best.seconds:
                     return self._others(best)
@@ -391,16 +429,17 @@ class Search:
         return None
 
     def _others(self, best: Method) -> Method:
-        """The quickest variant for a method, of those that measure it in less time than the picture takes."""
+        """The quickest variant for a method, of those that measure it together in less time than the picture takes."""
         known = self.trial.known
         others = [name for name in truth.MAKERS if name in known and known[name].renderer is not best.entry.renderer]
         return best if self.variant or best.seconds < LONG else self._quickest(best, others)
 
     def _quickest(self, best: Method, others: list[str]) -> Method:
         end, job = self.trial.end, replace(best.parameters, kernel=self.asked.kernel)
+        last = min(end, end - self.trial.left + best.seconds)  # all of them together
         for name in others:
             entry = self.trial.known[name]
-            self.trial.end = min(end, end - self.trial.left + best.seconds)
+            self.trial.end = last
             try:
                 method = None if entry.unavailable else self.measure(general(entry, job), entry, best.seconds)
             except TimeUp:

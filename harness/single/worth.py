@@ -1,7 +1,7 @@
 """Measures what each leave-out is worth: the error that it makes and the time and memory that it saves.
 
 Errors are distances from the truth of the full scene (ERR-1). Full and reduced pictures have the same seed, hence the
-same samples wherever both draw them, and their times come from fresh processes in interleaved rounds.
+same samples wherever both draw them, and their times are measured as those of a run (harness/race/turns.py).
 """
 
 from collections.abc import Callable
@@ -15,9 +15,10 @@ from harness.judge import judge, truth
 from harness.judge.cache import Kept
 from harness.judge.truth import Truth
 from harness.picture.perception import perceive
-from harness.process import repetition
 from harness.process.repetition import Result
-from harness.race import row
+from harness.race import turns
+from harness.race.audit import Audit, Task
+from harness.race.turns import Times, kernels
 from harness.reduction.leave_out import LeaveOut, apply
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import Parameters
@@ -25,7 +26,6 @@ from harness.renderer.registry import Entry
 from harness.scene.flatten import flatten
 from harness.scene.model import Scene
 from harness.scene.needs import needs
-from harness.single.single import kernels
 from harness.single.trial import general
 from harness.statistics import change, statistics
 from harness.statistics.change import Change
@@ -33,18 +33,14 @@ from harness.statistics.change import Change
 
 @dataclass
 class Model:
-    """A scene and its job, full or reduced, with what was measured of it.
-
-    seconds: of a steady frame, one for each repetition; peaks: bytes, likewise. broken: "" or why it has no picture or
-    time.
-    """
+    """A scene and its job, full or reduced, with what was measured of it: its times, and why it has no picture or time
+    (broken, else "")."""
 
     scene: Scene
     job: Parameters
     broken: str = ""
     picture: np.ndarray | None = None
-    seconds: list[float] = field(default_factory=list)
-    peaks: list[float] = field(default_factory=list)
+    times: Times | None = None
 
     def __post_init__(self):
         self.arrays, self.needs = flatten(self.scene), needs(self.scene, self.job)
@@ -64,22 +60,10 @@ class Model:
         self.broken = _broken(result)
         self.picture = None if self.broken else result.array.astype(np.float64)
 
-    def repeat(self, entry: Entry, timeout: float) -> None:
-        """Times it once more, in a fresh process, unless it has no picture."""
-        if self.broken:
-            return
-        result = repetition.run(entry, self.arrays, self.job, self.needs, timeout, cache=kernels(entry))
-        self.broken = _broken(result)
-        if self.broken:
-            return
-        self.seconds.append(float(np.median([frame["end"] - frame["start"] for frame in result.said.frames[1:]])))
-        peak = row.memory(result.said, result.outcome)["peak_bytes"]
-        if peak is not None:
-            self.peaks.append(peak)
-
     def memory_over(self, full: "Model") -> float | None:
         """Ratio of the median peaks; None if the system does not tell."""
-        return float(np.median(self.peaks) / np.median(full.peaks)) if self.peaks and full.peaks else None
+        mine, its = self.times.peaks, full.times.peaks
+        return float(np.median(mine) / np.median(its)) if mine and its else None
 
 
 def _broken(result: Result) -> str:
@@ -94,7 +78,8 @@ class Worth:
 
     error: judge.errors of the reduced picture. flip: between the two pictures. time: ratio of frames, reduced over
     full; faster: statistics.verdict of it. memory: ratio of median peaks; None if the system does not tell.
-    unavailable: "" or why there is nothing of this. picture: the reduced one.
+    doubts: about the time, in the words of a run. unavailable: "" or why there is nothing of this. picture: the reduced
+    one.
     """
 
     name: str
@@ -106,6 +91,7 @@ class Worth:
     time: statistics.Estimate | None = None
     faster: str = ""
     memory: float | None = None
+    doubts: list[str] = field(default_factory=list)
     picture: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     @property
@@ -121,6 +107,7 @@ class Worth:
         if self.unavailable:
             return {**told, "unavailable": self.unavailable}
         time = {"ratio": self.time.value, "low": self.time.low, "high": self.time.high, "verdict": self.faster}
+        time |= {"doubts": self.doubts}
         memory = {"unavailable": "the peak is not known"} if self.memory is None else self.memory
         changes = {"pixels": self.change.pixels, "largest": self.change.largest, "flip": self.flip}
         squared = {"mean_squared_error_added": self.change.added, "standard_error": self.change.doubt}
@@ -129,13 +116,16 @@ class Worth:
 
 @dataclass(frozen=True)
 class Study:
-    """The full model, its error from its truth, the noise floor of the times, and the worth of each leave-out."""
+    """The full model, its error from its truth, the noise floor of the times, and the worth of each leave-out.
+
+    times: of all models, the full one twice."""
 
     full: Model
     truth: Truth
     error: dict
     floor: statistics.Floor
     worths: list[Worth]
+    times: list[Times]
 
 
 def truth_of(full: Model, known: dict[str, Entry], kept: Kept, run: Callable) -> Truth:
@@ -157,48 +147,71 @@ def truth_of(full: Model, known: dict[str, Entry], kept: Kept, run: Callable) ->
     return made
 
 
-def measure(
-    full: Model, true: Truth, entry: Entry, run: Callable, rounds: int, timeout: float, listed: list[LeaveOut]
-) -> Study:
-    """What each of the `listed` leave-outs of the full model is worth. run: as Sessions.run, for pictures; times are of
-    fresh processes. UserError if the full model has no picture.
+@dataclass(frozen=True, eq=False)
+class Way:
+    """Who renders, and how pictures and times are made. run: as Sessions.run, for pictures; timeout: s, of each job;
+    audit: times processes, so many of each model. Host.exclusive is held."""
 
-    In each round the full model runs twice, first and last, as the noise floor asks; every other round is reversed.
+    entry: Entry
+    run: Callable
+    timeout: float
+    audit: Audit
+    processes: int
+
+
+def measure(full: Model, true: Truth, way: Way, listed: list[LeaveOut]) -> Study:
+    """What each of the `listed` leave-outs of the full model is worth. UserError if the full model has no picture.
+
+    In each round the full model runs twice, as the noise floor asks.
     """
     again = Model(full.scene, full.job)
     reduced = [Model(*apply([one], full.scene, full.job), one.unavailable) for one in listed]
-    shoot_full(full, entry, run, timeout)
+    shoot_full(full, way)
     for model in reduced:
-        model.shoot(entry, run, timeout)
-    interleaved([full, *reduced, again], entry, rounds, timeout)
-    floor = statistics.noise_floor(full.seconds, again.seconds)
+        model.shoot(way.entry, way.run, way.timeout)
+    times = take([full, *reduced, again], way)
+    must_have(way, full, again)
+    floor = turns.floor(full.times, again.times)
     error = judge.errors(full.picture, true.picture, true.standard_error, None)
     worths = [_worth(one, model, full, true, floor) for one, model in zip(listed, reduced, strict=True)]
-    return Study(full, true, error, floor, worths)
+    return Study(full, true, error, floor, worths, times)
 
 
-def shoot_full(full: Model, entry: Entry, run: Callable, timeout: float) -> None:
+def shoot_full(full: Model, way: Way) -> None:
     """Renders the picture of the full model, unless it has one. UserError if it cannot be."""
     if full.picture is None:
-        full.shoot(entry, run, timeout)
+        full.shoot(way.entry, way.run, way.timeout)
     if full.broken:
-        raise UserError(f"{entry.name} has no picture of the full scene: {full.broken}")
+        raise UserError(f"{way.entry.name} has no picture of the full scene: {full.broken}")
 
 
-def interleaved(models: list[Model], entry: Entry, rounds: int, timeout: float) -> None:
-    """Times the models in turn, every other round reversed. UserError if the first or the last, which must be there,
-    breaks."""
-    for number in range(rounds):
-        for model in models if number % 2 == 0 else reversed(models):
-            model.repeat(entry, timeout)
-        if broken := models[0].broken or models[-1].broken:
-            raise UserError(f"{entry.name} has no picture of the full scene: {broken}")
+def take(models: list[Model], way: Way, processes: int | None = None) -> list[Times]:
+    """Times the models that have a picture, in turn (turns.py), and returns their times. processes: in place of the
+    way's."""
+    whole = [model for model in models if not model.broken]
+    tasks = []
+    for model in whole:
+        scene, name = fingerprint(model.arrays), fingerprint(model.arrays, model.job)
+        tasks.append(Task(way.entry, model.arrays, model.job, model.needs, scene, name, way.timeout))
+    found = turns.take(tasks, processes or way.processes, way.audit)
+    for model, times in zip(whole, found, strict=True):
+        model.times, model.broken = times, times.broken
+    return found
+
+
+def must_have(way: Way, *models: Model) -> None:
+    """UserError if one of these models, which must be there, has no time."""
+    if broken := next((model.broken for model in models if model.broken), ""):
+        raise UserError(f"{way.entry.name} has no time of a frame to compare with: {broken}")
 
 
 def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statistics.Floor) -> Worth:
     if model.broken:
         return Worth(one.name, one.proof, model.broken)
-    ratio = statistics.ratio(model.seconds, full.seconds, paired=True)
+    try:
+        ratio = turns.ratio(model.times, full.times)
+    except UserError as error:
+        return Worth(one.name, one.proof, str(error))
     return Worth(
         one.name,
         one.proof,
@@ -208,5 +221,6 @@ def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statist
         time=ratio,
         faster=statistics.verdict(ratio, floor.value),
         memory=model.memory_over(full),
+        doubts=model.times.doubts,
         picture=model.picture,
     )

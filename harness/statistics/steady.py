@@ -1,4 +1,5 @@
-"""Separates warm-up from steady state in the frames of one process, and tells whether a cell has a steady state.
+"""The time of a frame, by one rule for all that rayrace tells: `find(frames_s).seconds` of a process, the median of its
+steady frames. Separates warm-up from steady state, and tells whether a cell has a steady state.
 
 Frame 0 is never steady, as it may include one-time work. Fewer than 10 later frames are too few to judge: all of them
 count as steady, and the state is "assumed". Otherwise:
@@ -24,7 +25,7 @@ processes of one program differ in their states, as here: so one process decides
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from statistics import median
 
 from harness.statistics import statistics
@@ -44,7 +45,8 @@ class Steady:
 
     first: the first one, None if there is none. state: "steady", "assumed" or "none". note: "", or why there is none.
     warm_up: number of frames before the level was reached, with frame 0; None if unknown. change: the time of a late
-    frame over that of an early one; None of too few frames.
+    frame over that of an early one; None of too few frames. frames: those that count, s; without a steady state all but
+    frame 0.
     """
 
     first: int | None
@@ -52,11 +54,17 @@ class Steady:
     note: str = ""
     warm_up: int | None = None
     change: float | None = None
+    frames: tuple[float, ...] = field(default=(), compare=False, repr=False)
 
     @property
     def start(self) -> int:
         """The first frame that counts; without a steady state that is frame 1."""
         return 1 if self.first is None else self.first
+
+    @property
+    def seconds(self) -> float | None:
+        """The time of a frame of this process, s: the median of the frames that count; None if there is none."""
+        return median(self.frames) if self.frames else None
 
 
 def find(frames_s: Sequence[float]) -> Steady:
@@ -65,7 +73,7 @@ def find(frames_s: Sequence[float]) -> Steady:
     if later < 1:
         return Steady(None, "none", NO_FRAMES)
     if later < LEAST:
-        return Steady(1, "assumed")
+        return Steady(1, "assumed", frames=tuple(frames_s[1:]))
     settled = frames_s[-((later + 1) // 2) :]
     level = median(settled)
     width = max(WIDTH * _scale(settled, level), LEAST_WIDTH * level)
@@ -82,8 +90,17 @@ def find(frames_s: Sequence[float]) -> Steady:
     change = _ratio(after, before)
     error = math.hypot(_error(early, before), _error(late, after))
     if _matters(change) and (is_long or abs(after - before) > ERRORS * error):
-        return Steady(None, "none", f"{NO_STATE}: its frames became {_told(change)}", change=change)
-    return Steady(first, "steady", warm_up=warm_up, change=change)
+        note = f"{NO_STATE}: its frames became {_told(change)}"
+        return Steady(None, "none", note, change=change, frames=tuple(frames_s[1:]))
+    return Steady(first, "steady", warm_up=warm_up, change=change, frames=tuple(frames_s[first:]))
+
+
+def rough(frames_s: Sequence[float]) -> float:
+    """Returns about how long a frame takes (s), of one process that nothing audits: of `find`, or where it has no later
+    frame of its first, which may include one-time work. Never a result: whoever prints it calls it rough.
+    """
+    seconds = find(frames_s).seconds
+    return frames_s[0] if seconds is None else seconds
 
 
 def together(changes: Sequence[float], notes: Sequence[str]) -> str:

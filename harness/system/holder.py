@@ -1,8 +1,13 @@
 """Finds the process that holds a lock on a file, in the kernel's table of locks."""
 
 import os
+import shlex
 from pathlib import Path
 from typing import NamedTuple
+
+from harness.errors import printable
+
+SHOWN = 200  # characters of a command
 
 
 class Holder(NamedTuple):
@@ -40,6 +45,22 @@ def find(lock: Path) -> Holder | None:
         if any(_is(link, wanted) for link in links):  # the device of the table is not that of `stat` everywhere (btrfs)
             return Holder(int(words[4]), tuple(Path(name) for link in links if (name := _name(link))))
     return None
+
+
+def command(pid: int) -> str:
+    """Returns the command of a process, from the word `rayrace` on; "command unavailable" if the system does not tell.
+
+    Of a long one the first words.
+    """
+    try:
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")[:-1]
+    except OSError:
+        words = []
+    names = [Path(word).name for word in words]
+    if "rayrace" in names:
+        words = ["rayrace", *words[names.index("rayrace") + 1 :]]
+    shown = printable(shlex.join(words))
+    return (shown if len(shown) <= SHOWN else f"{shown[:SHOWN]} ..") or "command unavailable"
 
 
 def _is(link: str, wanted: os.stat_result) -> bool:

@@ -68,8 +68,8 @@ def _about(results: Results, name: str, cell: Cell) -> dict:
 
 def _run(record: dict) -> dict:
     """Returns one process."""
-    frames = record["frames_s"]
-    first = steady.find(frames).start
+    frames, found = record["frames_s"], steady.find(record["frames_s"])
+    first = found.start
     loops = record.get("frame_renders") or [1] * len(frames)
     peak = (record["memory"] or {}).get("peak_bytes")
     known = _known(
@@ -81,7 +81,7 @@ def _run(record: dict) -> dict:
     return {
         "metadata": known,
         "warmups": list(zip(loops[:first], frames[:first], strict=True)),
-        "values": frames[first:],
+        "values": list(found.frames),
     }
 
 

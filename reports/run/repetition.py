@@ -49,8 +49,7 @@ def row(record: dict) -> dict:
     """
     frames = record["frames_s"] or []
     found = steady.find(frames)
-    kept = frames[found.start :]
-    steady_s = median(kept) if kept else None
+    kept, steady_s = found.frames, found.seconds
     rays = record["rays"] and sum(record["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
     compile_s, upload_s = (_phase(record, name) for name in ("compile", "upload"))
     methods = (record["used"] or {}).get("methods") or {}

@@ -89,8 +89,7 @@ def _seconds(results: Results, point: Point) -> list[float]:
     """Returns the steady frames of all repetitions, s."""
     frames = []
     for number in point.cell.timed:
-        every = results.records[number]["frames_s"] or []
-        frames += every[steady.find(every).start :]
+        frames += steady.find(results.records[number]["frames_s"] or []).frames
     return frames
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+import tempfile
 from dataclasses import replace
 
 import numpy as np
@@ -96,9 +97,15 @@ def test_it_tells_what_it_measured_and_keeps_it(ask, known, tmp_path):
     got = judge.errors(np.load(tmp_path / "p.npy"), *right, None)
     assert got["rmse"] <= 1 / 64
     assert abs(got["rmse"] - found["error"]["rmse"]) <= 0.1 / 64
-    assert found["error"]["against"] == "scene" and found["error"]["uncertainty"] <= 1 / 256
+    uncertainty, doubt = found["error"]["uncertainty"], found["error"]["rmse_standard_error"]
+    is_clear = abs(found["error"]["rmse"] - 1 / 64) > trial.CLEAR * doubt
+    assert found["error"]["against"] == "scene" and uncertainty <= (1 / 128 if is_clear else 1 / 256)
     assert found["expected"]["rmse"] + 2 * found["expected"]["standard_error"] <= 1 / 64
-    assert len(found["tried"]) > 3 and {"method", "rmse", "rmse_standard_error", "seconds"} == found["tried"][0].keys()
+    assert len(found["tried"]) > 3
+    assert {"method", "rmse", "rmse_standard_error", "rough_seconds"} == found["tried"][0].keys()
+    time = found["time"]
+    assert time["processes"] in (1, 5) and (time["low"] is None) == (time["processes"] == 1) and time["seconds"] > 0
+    assert found["pictures"][-1]["time"] == time and isinstance(time["doubts"], list)
     assert re.fullmatch(r"measured \d+ methods on the whole picture in .* s \(\d+ jobs\)", found["said"][0])
     assert found["seconds"] > 0
 
@@ -109,7 +116,8 @@ def test_of_all_programs_the_quickest_that_holds_is_taken(ask):
     tried = [one["method"] for one in found["tried"]]
     assert any("in lanes" in name for name in tried) and any("float32" in name for name in tried)
     good = [one for one in found["tried"] if one["rmse"] + 2 * one["rmse_standard_error"] <= 1 / 32]
-    assert found["method"] == min(good, key=lambda one: one["seconds"])["method"] and found["error"]["rmse"] <= 1 / 32
+    quickest = min(good, key=lambda one: one["rough_seconds"])
+    assert found["method"] == quickest["method"] and found["error"]["rmse"] <= 1 / 32
 
 
 def test_the_centres_of_pixels_have_a_truth_without_samples(ask):
@@ -194,6 +202,7 @@ def test_a_measurement_that_lies_is_found(rayrace, tmp_path, monkeypatch, capsys
         found = right(self, *told)
         return {**found, "rmse": found["rmse"] / 4} if len(told) == 4 else found
 
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # with the lock of measuring
     monkeypatch.setattr(trial.Trial, "error", error)
     monkeypatch.setattr(trial.Trial, "shoot", timed_by_rays)
     monkeypatch.chdir(tmp_path)

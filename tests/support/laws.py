@@ -31,6 +31,7 @@ class Laws:
         manifest = SimpleNamespace(
             name=name,
             external=False,
+            build=None,
             features=(*NEEDS, "supersampling", "region", "cutoff"),
             methods={"precision": ("float64", "float32")},
         )
@@ -59,7 +60,7 @@ class Laws:
         seconds = n**2 * (0.5 if job.precision == "float32" else 1.0) * array.size / (job.width * job.height * 3)
         rays = {"primary": n**2 * array.size, "reflected": n**2 * array.size * min(job.depth, 8)}
         said = Said()
-        said.frames, said.rays = [{"start": 0.0, "end": seconds}], rays
+        said.frames, said.rays = [{"start": 0.0, "end": seconds, "renders": 1}], rays
         return Result("ok", "", None, said, array)
 
 

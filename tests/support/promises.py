@@ -14,6 +14,7 @@ import hashlib
 import itertools
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -38,6 +39,7 @@ from harness.scene.model import Scene  # noqa: E402
 from harness.scene.needs import needs as needs_of  # noqa: E402
 from harness.single import single  # noqa: E402
 from harness.single.trial import Method, general  # noqa: E402
+from harness.statistics import steady  # noqa: E402
 
 LIMITS = ("1/32", "1/64", "1/128", "1/255", "1/512")
 SIZES = ((64, 64), (80, 60), (104, 80), (128, 96))
@@ -71,7 +73,7 @@ class Subject:
         result = self.run(entry, self.arrays, made, needs_of(self.scene, made), cache=single.kernels(entry))
         if result.status != "ok":
             return None
-        return result.array, min(frame["end"] - frame["start"] for frame in result.said.frames)
+        return result.array, steady.rough(result.said.frames_s)
 
     def truth(self, name: str, depth: int, cutoff: float) -> tuple[np.ndarray, np.ndarray]:
         """The mean of pictures by a variant, and its standard error."""
@@ -138,9 +140,11 @@ def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only:
         words = [sys.executable, "-m", "rayrace", "render", file.resolve(), "--max-error", limit, *subject.options()]
         words += ["-o", out, "--json", "--max-seconds", seconds]
         path = {**os.environ, "PYTHONPATH": str(ROOT)}
-        began = time.monotonic()
+        began, used = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run(list(map(str, words)), cwd=folder, capture_output=True, text=True, env=path)
         row["seconds"] = time.monotonic() - began
+        now = resource.getrusage(resource.RUSAGE_CHILDREN)
+        row["cpu"] = now.ru_utime + now.ru_stime - used.ru_utime - used.ru_stime
         if done.returncode:
             return {**row, "told": done.stderr.strip().splitlines()[-1].removeprefix("error: ")}
         told, array = json.loads(done.stdout), np.load(out)
@@ -162,17 +166,17 @@ def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only:
 def table(rows: list[dict]) -> str:
     """The rows and their sum, as Markdown."""
     lines = [
-        "| scene | limit | pixels | method | error ÷ limit | time ÷ best | s in all |",
-        "|---|---|---|---|---|---|---|",
+        "| scene | limit | pixels | method | error ÷ limit | time ÷ best | s in all | of the processor |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
-        head = f"| {row['scene']} | {row['limit']} | {row['size']} "
+        head, took = f"| {row['scene']} | {row['limit']} | {row['size']} ", f"{row['seconds']:.0f} | {row['cpu']:.0f}"
         if "told" in row:
-            lines.append(f"{head}| {row['told']} | | | {row['seconds']:.0f} |")
+            lines.append(f"{head}| {row['told']} | | | {took} |")
         else:
             share = f"{row['rmse']:.2f} ± {row['doubt']:.2f}"
             ratio = f"{max(row['ratio'], 1):.2f}" if "ratio" in row else ""
-            lines.append(f"{head}| {row['method']} | {share} | {ratio} | {row['seconds']:.0f} |")
+            lines.append(f"{head}| {row['method']} | {share} | {ratio} | {took} |")
     made = [row for row in rows if "told" not in row]
     kept = sum(row["rmse"] <= 1 for row in made)
     ratios = [max(row["ratio"], 1.0) for row in made if "ratio" in row]  # noise apart, none is quicker than the best

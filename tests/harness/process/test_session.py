@@ -43,6 +43,11 @@ def main(arguments):
         time.sleep(1000)
     if job.depth == 5 and len(seen) > 1:
         raise worker.Apart("depth 5 first")
+    place = next(word.partition("=")[2] for word in arguments if word.startswith("--job="))
+    if job.depth == 7:
+        open(place + "/lights.npy", "ab").write(b"more")
+    if open(place + "/lights.npy", "rb").read().endswith(b"more") and job.depth != 7:
+        raise OSError("lights of another job")
     if job.depth == 6:
         print("x" * 100_000, file=sys.stderr)
     with worker.phase("load"):
@@ -93,6 +98,20 @@ def number_of(result):
 
 def test_jobs_share_a_process(sessions, listed):
     assert [number_of(do(sessions, listed, 0)) for _ in range(3)] == [1, 2, 3]
+
+
+def test_jobs_of_one_scene_share_its_files_and_others_have_their_own(sessions, listed):
+    """But for what a job has changed, which the next one does not see."""
+    other = flatten(text.read("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nAMBIENT (1,1,1)\n", "other"))
+    number_of(do(sessions, listed, 0))
+    (kept,) = sessions.kept.values()
+    first = kept.place
+    number_of(do(sessions, listed, 0))
+    assert kept.place == first
+    assert number_of(sessions.run(listed, other, SMALL, ())) == 3 and kept.place != first and not first.exists()
+    failed = do(sessions, listed, 7)
+    assert failed.status == "failed" and "changed its job: lights.npy" in failed.reason
+    assert number_of(do(sessions, listed, 0)) == 5
 
 
 def test_a_refused_job_leaves_the_next_ones(sessions, listed):

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from harness.system import holder
+
 GOOD = ("bad-nothing", "bad-obedient", "bad-blind", "bad-random")
 
 
@@ -107,15 +109,23 @@ with alone.only_one(folder), host.ThisHost().exclusive():
 """
 
 
+JOB = "-r", "python", "--width", "4", "--height", "4"
+WAITING = {
+    "run": ("run", "e.toml", "--out", "run"),
+    "needs": ("needs", "scene.txt", *JOB, "--processes", "1"),
+    "max-error": ("render", "scene.txt", "--max-error", "0.5", *JOB),
+}
+
+
 @pytest.fixture
 def start_waiting(environment, tmp_path):
-    """Starts a process that measures, in a folder, and a `rayrace run` that waits for it.
+    """Starts a process that measures, in a folder, and another command of rayrace, which waits for it.
 
     Returns both, and the line that the latter says.
     """
     begun = []
 
-    def start(measuring):
+    def start(measuring, command="run"):
         (tmp_path / "scene.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\n")
         (tmp_path / "e.toml").write_text('title = "t"\nscenes = ["scene.txt"]\nrenderers = ["python"]\nprocesses = 1\n'
                                          "[image]\nwidth = 4\nheight = 4\n")  # fmt: skip
@@ -123,8 +133,10 @@ def start_waiting(environment, tmp_path):
         holder = subprocess.Popen([sys.executable, "-c", HOLDER, measuring], env=environment, **pipes)
         begun.append(holder)
         assert holder.stdout.readline() == "held\n"
-        words = [Path(sys.executable).with_name("rayrace"), "run", tmp_path / "e.toml", "--out", tmp_path / "run"]
-        waiting = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, text=True, preexec_fn=hear_ctrl_c)
+        words = [Path(sys.executable).with_name("rayrace"), *WAITING[command]]
+        waiting = subprocess.Popen(
+            words, env=environment, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=hear_ctrl_c
+        )
         begun.append(waiting)
         return holder, waiting, waiting.stderr.readline()
 
@@ -134,15 +146,44 @@ def start_waiting(environment, tmp_path):
         process.communicate()
 
 
-def test_the_lock_of_measuring(start_waiting, tmp_path):
-    """While one rayrace measures, another one waits, and says for which."""
-    holder, waiting, said = start_waiting(tmp_path / "a folder")
+@pytest.mark.parametrize("command", WAITING)
+def test_the_lock_of_measuring(start_waiting, tmp_path, command):
+    """While one rayrace measures, another one that times anything waits, and says for which."""
+    holder, waiting, said = start_waiting(tmp_path / "a folder", command)
     who = f"process {holder.pid}, {tmp_path / 'a folder'}"
     assert said == f"another rayrace is measuring on this machine, {who}; waiting for it to end\n"
-    assert not (tmp_path / "run" / "run.json").exists()
+    assert not (tmp_path / "run" / "run.json").exists() and not (tmp_path / "picture.png").exists()
     holder.communicate()
-    waiting.communicate(timeout=120)
+    waiting.communicate(timeout=300)
     assert waiting.returncode == 0
+
+
+def test_a_command_that_measures_without_a_run_is_named(environment, tmp_path):
+    """Of two commands at once the second waits for the first, and says which that is."""
+    (tmp_path / "scene.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\n")
+    long, begun = ("needs", "scene.txt", *JOB, "--processes", "1000"), []
+
+    def start(*words):
+        command = [Path(sys.executable).with_name("rayrace"), *words]
+        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+        begun.append(subprocess.Popen(command, env=environment, cwd=tmp_path, text=True, **pipes))
+        return begun[-1]
+
+    lock = Path(environment["TMPDIR"]) / "rayrace-measuring.lock"
+    try:
+        first = start(*long)
+        wait_until(lambda: (found := holder.find(lock)) and found.pid == first.pid, 300)
+        second = start(*WAITING["max-error"])
+        who = f"process {first.pid}, rayrace {shlex.join(long)}"
+        said = second.stderr.readline()
+        assert said == f"another rayrace is measuring on this machine, {who}; waiting for it to end\n"
+        assert second.poll() is None
+        first.kill()
+        second.communicate(timeout=300)
+        assert second.returncode == 0
+    finally:
+        for process in begun:
+            process.kill()
 
 
 def test_ctrl_c_while_waiting_claims_no_run(start_waiting, tmp_path):

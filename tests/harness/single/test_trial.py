@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from laws import Laws, trial
 
-from harness.judge import truth
+from harness.judge import judge, truth
 from harness.judge.truth import Truth
 from harness.single.trial import ACROSS, CannotTell, TimeUp, tiles
 
@@ -38,6 +38,22 @@ def test_the_truth_is_known_to_a_quarter_of_the_limit(limit):
     assert asked.asked.seed not in found.seeds and found.samples == side**2 * len(found.seeds)
     other, _ = asked.truth([asked.asked.bounds()], 4, 2**16)
     assert not set(found.seeds) & set(other.seeds)
+
+
+@pytest.mark.parametrize(("share", "is_clear"), [(0.5, True), (0.9, True), (1.0, False), (1.1, True), (3.0, True)])
+def test_a_clear_verdict_takes_a_truth_of_half_the_limit(share, is_clear):
+    """Of a picture that is as far off as the limit the truth is known to a quarter of it, as before."""
+    limit, seed = 0.01, 5
+    asked = trial(Laws(0.1), limit)
+    noise = np.random.default_rng(seed).normal(0, share * limit, asked.asked.shape())
+    picture = 0.5 + noise * share * limit / np.sqrt(np.mean(noise**2))
+    found, _ = asked.truth([asked.asked.bounds()], 4, 1, of=picture)
+    assert found.uncertainty <= (limit / 2 if is_clear else limit / 4)
+    assert asked.is_clear(picture, found)
+    told = judge.errors(picture, found.picture, found.standard_error, None)
+    assert told["rmse"] == pytest.approx(share * limit, abs=4 * told["rmse_standard_error"])
+    if share in (0.5, 3.0):
+        assert found.uncertainty > limit / 4  # it has not gone on
 
 
 def test_a_truth_that_cannot_be_known_in_time():

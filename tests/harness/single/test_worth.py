@@ -13,6 +13,8 @@ from harness.judge import judge
 from harness.judge.cache import Kept
 from harness.process import repetition
 from harness.process.session import Sessions
+from harness.race.audit import Audit
+from harness.race.host import ThisHost
 from harness.reduction.leave_out import apply, leave_outs
 from harness.renderer.parameters import Parameters
 from harness.scene import load
@@ -45,6 +47,11 @@ END
 """
 
 
+def way(known, sessions):
+    """Pictures and times by numpy, each timed by one process."""
+    return worth.Way(known["numpy"], sessions.run, 60.0, Audit(ThisHost()), 1)
+
+
 def names(scene, **job):
     return [one.name for one in leave_outs(scene, Parameters(**job))]
 
@@ -65,7 +72,7 @@ def study(known, full, listed):
     """The known scene in pictures by numpy, which has nothing to compile, each timed once."""
     with Sessions() as sessions:
         true = worth.truth_of(full, known, Kept(None), sessions.run)
-        return worth.measure(full, true, known["numpy"], sessions.run, 1, 60.0, listed)
+        return worth.measure(full, true, way(known, sessions), listed)
 
 
 def test_what_nothing_needs_is_found_and_no_more(study):
@@ -111,12 +118,12 @@ def test_pictures_share_one_program_where_it_is_built_first(full, known):
 def search(known, study, listed):
     with Sessions() as sessions:
         limit = 1.1 * smallest.most(study.error, study.truth)
-        yield smallest.Search(study, listed, limit, known["numpy"], sessions.run, 60.0)
+        yield smallest.Search(study, listed, limit, way(known, sessions))
 
 
 def test_the_smallest_model_is_within_the_limit_by_another_renderer(search, known, tmp_path):
     """The scene is written, read back, and rendered by a renderer that took no part in the search."""
-    found = search.greedy(1)
+    found = search.greedy()
     without = {one.name for one in found.left}
     assert {"light 2", "light 3", "the sphere of line 8"} <= without
     assert not {"light 1", "the polygon of line 6", "the sphere of line 7"} & without
@@ -132,8 +139,8 @@ def test_the_smallest_model_is_within_the_limit_by_another_renderer(search, know
 
 
 def test_all_combinations_are_tried_and_none_is_missed(search):
-    greedy = search.greedy(1)
-    best = search.exhaustive(greedy, 1)
+    greedy = search.greedy()
+    best = search.exhaustive(greedy)
     changing = [one for one in search.candidates if one in greedy.left or one in best.left]
     assert 1 <= best.within <= best.tried <= 2**smallest.MOST and changing
     assert smallest.most(best.error, search.study.truth) <= search.limit and best.over.value > 0
@@ -147,7 +154,7 @@ def test_a_limit_below_the_error_of_the_full_model(study):
 def test_too_many_combinations(search, monkeypatch):
     monkeypatch.setattr(smallest, "MOST", 0)
     with pytest.raises(UserError, match="changes are harmless alone, all combinations of which are too many"):
-        search.exhaustive(None, 1)
+        search.exhaustive(None)
 
 
 def test_leave_outs_apply_and_change_what_they_name():
@@ -293,7 +300,7 @@ def test_known_answers_of_glass_gloss_and_a_mirror_of_one_pixel(known):
     listed = [one for one in leave_outs(scene, job) if one.name in (unbent, clear, mirror, gloss)]
     with Sessions() as sessions:
         true = worth.truth_of(full, known, Kept(None), sessions.run)
-        study = worth.measure(full, true, known["numpy"], sessions.run, 1, 60.0, listed)
+        study = worth.measure(full, true, way(known, sessions), listed)
     found = {one.name: one for one in study.worths}
     assert found[unbent].proof and found[unbent].change.pixels == 0 and found[clear].verdict == "error grows"
     assert found[mirror].change.pixels == 1 / (24 * 18) and found[mirror].change.largest > 0.01

@@ -1,5 +1,8 @@
 """Warm-up and steady state of made-up frames, over many seeds: the seeds of wrong answers are in the failure."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -166,6 +169,39 @@ def test_a_warm_up_ends_before_8_frames_half_of_which_are_in_the_band(following,
     warm = [3.0, 1.0, *(1.0 if sign == "|" else 1.5 for sign in following)]
     found = steady.find([*warm, *[1.5] * 4, *[1.0] * 60])
     assert found.state == "steady" and (found.warm_up == 1) == starts, found
+
+
+def test_the_time_of_a_process_is_the_median_of_its_steady_frames():
+    warm = [9.0] + [3.0] * 4 + [1.0, 1.1, 1.2, 1.0, 1.1, 1.2, 1.1, 1.0, 1.2, 1.1, 1.0]
+    found = steady.find(warm)
+    assert found.start == 5 and list(found.frames) == warm[5:] and found.seconds == 1.1
+    assert steady.find([9.0, 1.0, 2.0, 4.0]).seconds == steady.rough([9.0, 1.0, 2.0, 4.0]) == 2.0
+    growing = [1.0 + 0.1 * n for n in range(40)]
+    assert steady.find(growing).first is None and list(steady.find(growing).frames) == growing[1:]
+
+
+def test_a_rough_time_may_be_that_of_the_only_frame():
+    assert steady.find([9.0]).seconds is None and steady.rough([9.0]) == 9.0
+    assert steady.find([9.0, 0.0]).seconds == steady.rough([9.0, 0.0]) == 0.0
+
+
+# What works out a time of a frame: frames without the first, and the middle or the least of frames.
+OF_FRAMES = re.compile(r"""frames(_s)?(["'\]]*)\[1:\]|\b(min|median|mean)\([\[(]*(\w+[.\[]["']?)?frame""")
+
+
+def test_the_rule_stands_in_one_place():
+    rules = 'median([frame["end"] - frame["start"]', 'row["frames_s"][1:]', "min(facts['frames_s'])", "said.frames[1:]"
+    for rule in rules:
+        assert OF_FRAMES.search(rule), rule
+    root = Path(steady.__file__).parents[2]
+    files = [path for name in ("harness", "reports", "rayrace") for path in (root / name).rglob("*.py")]
+    found = {
+        f"{path.relative_to(root)}: {line.strip()}"
+        for path in files
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if OF_FRAMES.search(line)
+    }
+    assert {line.partition(":")[0] for line in found} == {"harness/statistics/steady.py"}, sorted(found)
 
 
 @pytest.mark.parametrize("frames_s", [[], [1.0]])
