@@ -54,7 +54,7 @@ def decoded(content: bytes, path: Path) -> str:
     zero = content.find(b"\0")
     if zero >= 0:
         # Letters of English in UTF-16 have a NUL each, before or behind them.
-        half = content[:1000].count(0) >= 0.3 * len(content[:1000])
+        half = 0.3 <= content[:1000].count(0) / len(content[:1000]) <= 0.6
         what = "it seems to be in UTF-16, without a byte order mark" if half else "it has a NUL byte here"
         raise UserError(f"not a text file (UTF-8): {what}", file=path, **_place(content, zero), remedy=UTF8)
     content = content.removeprefix(b"\xef\xbb\xbf")

@@ -36,7 +36,7 @@ GOOD = {
     "lines of Windows": (HEAD + ROW).replace("\n", "\r\n"),
     "empty lines": HEAD + "\n\n" + ROW + "\n",
     "denormals": HEAD + "0,0,0,5e-324,0,5e-324\n",
-    "the largest": HEAD + "1e308,0,0,1.7e308,-1.7e308,1e308\n",
+    "the largest": HEAD + "1e30,0,0,1.7e308,-1.7e308,1e308\n",
     "no end": HEAD + ROW.strip(),
 }
 BAD = {

@@ -10,6 +10,7 @@ later, by their number.
 """
 
 import re
+from itertools import compress
 
 import numpy as np
 
@@ -35,14 +36,15 @@ _WORDS = 4, 5, 7, 8, 9  # of the line of a vertex: v x y z, with w, with a colou
 def read(content: bytes) -> tuple[np.ndarray, Faces]:
     """Vertices (V, 3) and faces of an OBJ file. Fault, with its line, for what cannot be read right."""
     lines, numbers = _statements(content)
-    for i, line in enumerate(lines):
-        if line[:2] not in (b"v ", b"f ") and line[:3] not in (b"vn ", b"vt ", b""):
-            lines[i] = _plain(line, numbers[i])
-    is_point, is_face = (np.array([line[:2] == word for line in lines], bool) for word in (b"v ", b"f "))
+    heads = np.array(lines, "S2")  # two letters of each
+    for i in np.flatnonzero((heads != b"v ") & (heads != b"f ")).tolist():
+        lines[i] = _plain(lines[i], numbers[i])
+        heads[i] = lines[i][:2]
+    is_point, is_face = heads == b"v ", heads == b"f "
     numbers = np.array(numbers, np.int64)
-    vertices = _vertices([line for line in lines if line[:2] == b"v "], numbers[is_point])
+    vertices = _vertices(list(compress(lines, is_point.tolist())), numbers[is_point])
     before = np.cumsum(is_point)[is_face]
-    return vertices, _faces([line for line in lines if line[:2] == b"f "], numbers[is_face], before)
+    return vertices, _faces(list(compress(lines, is_face.tolist())), numbers[is_face], before)
 
 
 def _statements(content: bytes) -> tuple[list[bytes], list[int] | range]:

@@ -58,7 +58,8 @@ def read(content: bytes) -> tuple[np.ndarray, Faces]:
             if any(each.count for each in axes):
                 raise Fault("x, y and z of a vertex must be numbers, not lists", "", AGAIN)
             columns, _ = body.read(element, axes)
-            vertices = np.stack([np.asarray(values, np.float64) for values, _ in columns], axis=1)
+            with np.errstate(invalid="ignore"):  # of a signalling NaN; the vertex is refused if a face has it
+                vertices = np.stack([np.asarray(values, np.float64) for values, _ in columns], axis=1)
         elif element.name in ("face", "tristrips") and element.rows:
             corners = element.find(*CORNERS)
             if not corners.count or corners.kind[0] == "f":

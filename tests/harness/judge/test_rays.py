@@ -10,8 +10,8 @@ HEADER = "ox,oy,oz,dx,dy,dz\n"
 
 
 def test_read(write):
-    file = write("rays.csv", "\ufeff" + HEADER.replace(",", ", ") + "0,1,2,0,-0.75,0.5\r\n\n-1e300, .5 ,+3,0.5,0,0\n")
-    assert np.array_equal(rays.read(file), [[0, 1, 2, 0, -0.75, 0.5], [-1e300, 0.5, 3, 0.5, 0, 0]])
+    file = write("rays.csv", "\ufeff" + HEADER.replace(",", ", ") + "0,1,2,0,-0.75,0.5\r\n\n-1e30, .5 ,+3,0.5,0,0\n")
+    assert np.array_equal(rays.read(file), [[0, 1, 2, 0, -0.75, 0.5], [-1e30, 0.5, 3, 0.5, 0, 0]])
 
 
 def test_directions_of_any_length_keep_their_digits(write):
@@ -31,6 +31,7 @@ def test_only_a_header_is_no_rays(write):
     [
         ("", ":1: expected the header ox,oy,oz,dx,dy,dz"),
         ("0,0,0,0,0,1\n", ":1: expected the header"),
+        (HEADER + "0,0,-2e30,0,0,1\n", ":2: the origin is farther than 1e+30 from (0,0,0)"),
         ("dx,dy,dz,ox,oy,oz\n", ":1: expected the header"),
         (HEADER + "0,0,0,0,1\n", ":2: expected 6 numbers, found 5"),
         (HEADER + "0,0,0,0,0,1\n0,0,0,0,0,1,\n", ":3: expected 6 numbers, found 7"),
