@@ -35,7 +35,7 @@ def load(path: Path, sha256: str | None = None) -> np.ndarray:
         if size > LARGEST:
             raise ValueError(f"an array of {size:,} bytes, where rayrace reads {LARGEST:,} at most")
         found = np.frombuffer(file.read(size), dtype).reshape(shape, order="F" if fortran else "C")
-    if sha256 and SHA256.fullmatch(sha256):
-        if hashlib.sha256(np.ascontiguousarray(found).tobytes()).hexdigest() != sha256:
-            raise ValueError(OTHER)
+    is_known = sha256 and SHA256.fullmatch(sha256)
+    if is_known and hashlib.sha256(np.ascontiguousarray(found).tobytes()).hexdigest() != sha256:
+        raise ValueError(OTHER)
     return found
