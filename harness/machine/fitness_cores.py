@@ -76,7 +76,7 @@ def pressure(value: str) -> Finding:
         return unknown(what, value)
     averages = dict(re.findall(r"\b(avg10|avg300)=(\d+(?:\.\d+)?)(?!\S)", value.partition("\n")[0]))
     if len(averages) < 2:
-        return unknown(what, f"{UNAVAILABLE}: /proc/pressure/cpu has no avg10 and avg300")
+        return unknown(what, f"{UNAVAILABLE}/proc/pressure/cpu has no avg10 and avg300")
     found = f"{averages['avg10']} % of the last 10 s, {averages['avg300']} % of the last 5 min"
     return judged(float(averages["avg10"]) < 1, what, found, "something else wants the cores: see other load")
 

@@ -209,7 +209,7 @@ def test_nothing_that_is_read_can_run():
                 if called in LOADS:
                     assert told.get("allow_pickle") is False, f"{where}: say allow_pickle=False"
                     loads += 1
-    assert loads >= 3
+    assert loads >= 2
 
 
 def test_an_array_of_objects_is_not_loaded(run):
