@@ -161,30 +161,30 @@ def test_the_lock_of_measuring(start_waiting, tmp_path, command):
 def test_a_command_that_measures_without_a_run_is_named(environment, tmp_path):
     """Of two commands at once the second waits for the first, and says which that is."""
     (tmp_path / "scene.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\n")
-    program = Path(sys.executable).with_name("rayrace")
+    long, begun = ("needs", "scene.txt", *JOB, "--processes", "1000"), []
 
-    def start(command, *more):
-        words = [program, *WAITING[command], *more]
-        return subprocess.Popen(words, env=environment, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                text=True)  # fmt: skip
+    def start(*words):
+        command = [Path(sys.executable).with_name("rayrace"), *words]
+        pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+        begun.append(subprocess.Popen(command, env=environment, cwd=tmp_path, text=True, **pipes))
+        return begun[-1]
 
-    first = start("max-error")
+    lock = f"@rayrace-measuring{environment['RAYRACE_LOCK']}"
     try:
-        wait_until(lambda: f"@rayrace-measuring{environment['RAYRACE_LOCK']}" in Path("/proc/net/unix").read_text())
-        second = start("needs")
-        try:
-            said = second.stderr.readline()
-            user = pwd.getpwuid(os.getuid()).pw_name
-            named = f"process {first.pid} of {user}, rayrace render scene.txt --max-error 0.5 "
-            assert said.startswith(f"another rayrace is measuring on this machine, {named}"), said
-            assert said.endswith("; waiting for it to end\n")
-            first.communicate(timeout=300)
-            second.communicate(timeout=300)
-        finally:
-            second.kill()
-    finally:
+        first = start(*long)
+        wait_until(lambda: lock in Path("/proc/net/unix").read_text(), 300)
+        second = start(*WAITING["max-error"])
+        user = pwd.getpwuid(os.getuid()).pw_name
+        who = f"process {first.pid} of {user}, rayrace {shlex.join(long)}"
+        said = second.stderr.readline()
+        assert said == f"another rayrace is measuring on this machine, {who}; waiting for it to end\n"
+        assert second.poll() is None
         first.kill()
-    assert first.returncode == second.returncode == 0
+        second.communicate(timeout=300)
+        assert second.returncode == 0
+    finally:
+        for process in begun:
+            process.kill()
 
 
 def test_ctrl_c_while_waiting_claims_no_run(start_waiting, tmp_path):
