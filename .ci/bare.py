@@ -4,6 +4,7 @@ python3 .ci/bare.py FOLDER PACKAGE...
 """
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -32,6 +33,8 @@ def programs(names: set[str]) -> set[str]:
 
 
 def main(folder: Path, *names: str) -> None:
+    if not shutil.which("dpkg-query"):
+        sys.exit("no dpkg-query here: .ci/run needs Debian, or a system like it, to tell which programs a package has")
     folder.mkdir()
     kept = programs(packages(list(names)))
     for place in os.environ["PATH"].split(os.pathsep):

@@ -2,6 +2,7 @@
 
 import os
 import time
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -150,6 +151,25 @@ def left_to_the_night(item, variant, product, firsts):
     if variant == "numba-cuda" and file not in SIMULATED:
         return SIMULATES
     return None
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Prints how many cases were drawn, from which seed, and how many faults injected: properties of tests that passed.
+
+    A property: its kind, how many there were, and the seed if they are drawn.
+    """
+    for name, what in (("hostile", "hostile cases"), ("scene", "random scenes"), ("fault", "faults injected")):
+        counts, drawn = Counter(), set()
+        for report in terminalreporter.getreports("passed"):
+            if report.when == "call":
+                for key, value in report.user_properties:
+                    if key == name:
+                        counts[value[0]] += value[1]
+                        drawn.update(value[2:])
+        if counts:
+            parts = ", ".join(f"{kind}: {count}" for kind, count in sorted(counts.items()))
+            seed = f", seed {', '.join(map(str, drawn))}" if drawn else ""
+            terminalreporter.write_line(f"{what}: {sum(counts.values())}{seed}: {parts}")
 
 
 @pytest.fixture(scope="session", autouse=True)

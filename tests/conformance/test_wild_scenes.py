@@ -4,8 +4,10 @@ The scenes differ from commit to commit (seeds.py). A scene with a disagreement 
 """
 
 import itertools
+import math
 import os
 import shlex
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,6 +26,7 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs
 
 COUNT, BY_NIGHT = 60, 2000
+BUDGET, LEAST = 150.0, 10  # s by day for the scenes of an accel, of which so many are tried in any case
 BATCH = 10  # scenes of a test of devices
 PARTS = {"none": 0, "bvh": 1}  # accel (each is a kernel of Numba), and the number of its scenes modulo 2
 MAKER = "cpp"
@@ -133,12 +136,15 @@ def has_threads(number, accel):
     return number % SHARE == 0 if number >= COUNT else accel == "bvh" and number % SHARE < 2
 
 
-def try_scenes(bench, court, numbers, accel, test, folder=KEPT):
-    faults, judged = [], 0
+def try_scenes(bench, court, numbers, accel, test, folder=KEPT, budget=math.inf):
+    """Returns how many of the scenes were rendered by all and judged: those for which the budget (s) has time."""
+    faults, judged, scenes, end = [], 0, 0, time.monotonic() + budget
     only = os.environ.get(SCENE)
     print(f"seed {seeds.seed()}: scenes {numbers[0]} to {numbers[-1]}, accel {accel}")
     for number in numbers if only is None else {int(only)} & set(numbers):
-        wild = drawn(number)
+        if scenes >= LEAST and time.monotonic() > end:
+            break
+        wild, scenes = drawn(number), scenes + 1
         checks = [(name, methods, disagreement, (court, name, methods)) for name, methods in JUDGED]
         if has_threads(number, accel):
             checks += [(name, methods, differs_by_threads, (name, methods, twin)) for name, methods, twin in THREADED]
@@ -157,13 +163,16 @@ def try_scenes(bench, court, numbers, accel, test, folder=KEPT):
                 faults.append(f"scene {number}: {variant} {methods}: {wrong}")
     assert not faults, f"{len(faults)} of {judged}\n" + "\n".join(faults)
     assert judged
+    return scenes
 
 
 @pytest.mark.whole
 @pytest.mark.slow
 @pytest.mark.parametrize("accel", PARTS)
-def test_all_renderers_agree(bench, court, request, accel):
-    try_scenes(bench, court, range(PARTS[accel], COUNT, 2), accel, request.node.nodeid)
+def test_all_renderers_agree(bench, court, request, accel, record_property):
+    numbers = range(PARTS[accel], COUNT, 2)
+    scenes = try_scenes(bench, court, numbers, accel, request.node.nodeid, budget=BUDGET)
+    record_property("scene", (f"accel {accel}", scenes, seeds.seed()))
 
 
 @pytest.mark.nightly("2,000 scenes: CI has 60")

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import seeds
+from compilers import compiler, needs_compiler
 from wild_scenes import draw
 
 from harness.judge import judge, truth
@@ -57,7 +58,9 @@ def ask(rayrace, tmp_path):
     """Ask for a picture of a scene within an error: its JSON and what it said, if it ended with `code`."""
 
     def ask(scene, error, *more, code=0, size=(24, 22), plain=True):
-        more += PLAIN * plain
+        if plain:
+            compiler("c++")
+            more += PLAIN
         (tmp_path / "scene.txt").write_text(scene)
         words = "--width", size[0], "--height", size[1], "-o", "p.npy", "--json", *more
         done = rayrace("render", "scene.txt", "--max-error", error, *words, cwd=tmp_path, code=code)
@@ -187,6 +190,7 @@ def test_a_run_that_measured_this_very_picture_is_taken(rayrace, ask, tmp_path):
     assert other["tried"] and "measured" in other["said"][0]
 
 
+@needs_compiler("c++")
 def test_a_measurement_that_lies_is_found(rayrace, tmp_path, monkeypatch, capsys):
     """It says a quarter of each error; the picture misses, and the next method is chosen by what it missed.
 

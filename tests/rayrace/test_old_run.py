@@ -19,7 +19,8 @@ STORED = Path(__file__).with_name("old_run.tar.xz")
 def old(tmp_path):
     """Folder of the experiment and of `run`."""
     with tarfile.open(STORED) as packed:
-        packed.extractall(tmp_path, filter="data")
+        filters = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # Python 3.11.2 of Debian 12 has none
+        packed.extractall(tmp_path, **filters)
     return tmp_path
 
 

@@ -133,7 +133,7 @@ def fuzz(kind, try_one, tell):
             error.add_note(f'it is random.Random("{SEED} {kind} {number}")')
             raise
         done += 1
-    tell("hostile", (kind, done))
+    tell("hostile", (kind, done, SEED))
 
 
 def mutated(random, valid, pieces=()):
