@@ -30,6 +30,7 @@ SHARE = 0.05  # of the time that they may take, where there is much to look at
 BLOCK = 4096  # bytes that a file takes at least, an empty one too
 MEMORY = "/dev/shm"  # a file system in memory, which all may write to
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024
+REALTIME_COARSE = 5  # clock_gettime(2)
 PR_SET_CHILD_SUBREAPER, PR_SET_NO_NEW_PRIVS = 36, 38
 LANDLOCK, READ_FILE = 444, 1 << 2  # the first of three system calls, the same everywhere; a right of theirs
 MOST_BESIDE = 5000  # files and folders that the system is told of
@@ -202,45 +203,45 @@ class MemoryFiles:
     """The files that a family keeps in memory: of memfd_create(2), and in MEMORY.
 
     Their pages are in the memory of no process, unless it maps them. Those in MEMORY stay when they are closed. A file
-    there is the family's if it was not there before, and one of it had it open when somebody looked.
+    there is the family's if one of it had it open when somebody looked, and it was made or changed since this began.
     """
 
     def __init__(self):
-        self.before, self.own = set(there()), set()
+        self.began, self.paths = now_of_files(), {}
 
     def size(self, pids):
         """Bytes of the files of these processes."""
-        found = {file: size for file, size in opened(pids).items() if file not in self.before}
-        self.own |= found.keys()
-        if self.own:
-            found |= {file: size for file, size in there().items() if file in self.own}
+        found = {}
+        for file, (path, told) in opened(pids).items():
+            if path.startswith(MEMORY):
+                if told.st_ctime_ns < self.began:
+                    continue
+                self.paths[file] = path
+            found[file] = told.st_blocks * 512
+        for file in self.paths.keys() - found.keys():
+            with contextlib.suppress(OSError):
+                told = os.stat(self.paths[file], follow_symlinks=False)
+                if (told.st_dev, told.st_ino) == file:
+                    found[file] = told.st_blocks * 512
         return sum(found.values())
 
 
-def there():
-    """{(device, inode): bytes} of the files in MEMORY."""
-    found, folders = {}, [MEMORY]
-    while folders:
-        with contextlib.suppress(OSError), os.scandir(folders.pop()) as entries:
-            for entry in entries:
-                with contextlib.suppress(OSError):
-                    told = entry.stat(follow_symlinks=False)
-                    found[told.st_dev, told.st_ino] = told.st_blocks * 512
-                    if entry.is_dir(follow_symlinks=False):
-                        folders.append(entry.path)
-    return found
+def now_of_files():
+    """The time that a file would have which changes now, ns: on Linux that of the last tick of the kernel."""
+    return time.clock_gettime_ns(REALTIME_COARSE) if sys.platform == "linux" else time.time_ns()
 
 
 def opened(pids):
-    """{(device, inode): bytes} of the files in memory that processes have open."""
+    """{(device, inode): (path, stat)} of the files in memory that processes have open."""
     found = {}
     for pid in pids:
         for number in numbers(f"/proc/{pid}/fd"):
-            path = f"/proc/{pid}/fd/{number}"
+            name = f"/proc/{pid}/fd/{number}"
             with contextlib.suppress(OSError):
-                if os.readlink(path).startswith(("/memfd:", f"{MEMORY}/")):
-                    told = os.stat(path)
-                    found[told.st_dev, told.st_ino] = told.st_blocks * 512
+                path = os.readlink(name)
+                if path.startswith(("/memfd:", f"{MEMORY}/")):
+                    told = os.stat(name)
+                    found[told.st_dev, told.st_ino] = path, told
     return found
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import secrets
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import psutil
 import pytest
 
 from harness.process.family import Family
+from harness.process.launcher import MemoryFiles
 from harness.process.process import Outcome
 from harness.race import row
 from harness.renderer import builder, events
@@ -167,6 +169,29 @@ def test_files_in_memory_count(kind):
     finally:
         os.killpg(root.pid, signal.SIGKILL)
         root.communicate()
+
+
+@pytest.mark.skipif(not os.access("/dev/shm", os.W_OK), reason="no /dev/shm here")
+@pytest.mark.parametrize(("kind", "most"), [("open", 50), ("closed", 50), ("removed", 0), ("of others", 0)])
+def test_files_in_dev_shm_count_where_the_family_made_them(kind, most):
+    """While they are there, closed or not; not what was there before and did not change."""
+    path = Path(f"/dev/shm/rayrace-test-{secrets.token_hex(8)}")
+    if kind == "of others":
+        path.write_bytes(b"x" * 50 * MB)
+        time.sleep(0.05)  # a file has the time of the last tick
+    try:
+        files = MemoryFiles()
+        with open(path, "rb" if kind == "of others" else "wb") as file:
+            if kind != "of others":
+                file.write(b"x" * 50 * MB)
+                file.flush()
+            opened = files.size([os.getpid()])
+        if kind == "removed":
+            path.unlink()
+        found = opened if kind in ("open", "of others") else files.size([os.getpid()])
+        assert most * MB <= found < (most + 1) * MB
+    finally:
+        path.unlink(missing_ok=True)
 
 
 def test_below_the_floor_there_are_two_bounds(families):
