@@ -19,7 +19,6 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.process import process
 from harness.renderer.builder import state_folder
 from harness.system import output
 
@@ -37,7 +36,6 @@ class Kept:
         if folder is not None:
             with contextlib.suppress(OSError):
                 folder.mkdir(parents=True, exist_ok=True)
-            process.hide(folder)
 
     def get(self, key: str) -> tuple[dict, dict[str, np.ndarray]] | None:
         """The facts and arrays of `key`; None if they are not there, or not whole."""

@@ -6,7 +6,7 @@ gets a session of its own, so that a kill reaches what it started too. A descend
 orphan) becomes a child of this process, where the system can do that: its time is counted, and it ends with the rest.
 
 SPEC.json: command (list), folder, environment (dict), stdout, stderr (paths), timeout (s), limits (of limits.py: name
-to number), places (folders in which `disk` counts what is written), hidden (folders whose files it may not read).
+to number), places (folders in which `disk` counts what is written), confined (whether it is kept from other processes).
 Prints {"pid", "spawned"} when it has started, {"exited", "timed_out", "stopped"} when it has ended; stopped: it was
 stopped by a signal when its time was up. Then nothing is reaped, so that the measurer can read the times of the dead,
 until a line comes on standard input; and the last line is {"code", "signal", "user_s", "system_s", "orphans",
@@ -33,7 +33,6 @@ RSS_UNIT = 1 if sys.platform == "darwin" else 1024
 REALTIME_COARSE = 5  # clock_gettime(2)
 PR_SET_CHILD_SUBREAPER, PR_SET_NO_NEW_PRIVS = 36, 38
 LANDLOCK, READ_FILE = 444, 1 << 2  # the first of three system calls, the same everywhere; a right of theirs
-MOST_BESIDE = 5000  # files and folders that the system is told of
 
 
 def adopt():
@@ -46,18 +45,13 @@ def adopt():
         return False
 
 
-def hide(folders):
-    """Keep this process and all that it starts from reading files in `folders`, and the memory and environment of other
-    processes (landlock(7)); False where the system cannot do that.
+def confine():
+    """Keep this process and all that it starts from the memory and environment of other processes (landlock(7)); False
+    where the system cannot do that.
 
-    The system takes what is allowed, not what is forbidden: all that lies beside the way to the folders.
+    All files may be read. The system could keep some from them, but then also all that is made later beside the way to
+    those: a compiler in a renderer may make a cache in the user's home, and must read it.
     """
-    hidden = {os.path.realpath(folder) for folder in folders}
-    above = {
-        os.sep.join(parts[:n]) or os.sep
-        for parts in (path.split(os.sep) for path in hidden)
-        for n in range(1, len(parts))
-    }
     try:
         import ctypes
 
@@ -66,17 +60,12 @@ def hide(folders):
         rules = system.syscall(LANDLOCK, handled, ctypes.c_size_t(8), ctypes.c_long(0))
         if rules < 0:
             return False
-        beside = [entry.path for place in above - hidden for entry in os.scandir(place) if not entry.is_symlink()]
-        if len(beside) > MOST_BESIDE:
-            return False
-        for path in set(beside) - hidden - above:
-            with contextlib.suppress(OSError):
-                place = os.open(path, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC)
-                rule = READ_FILE.to_bytes(8, sys.byteorder) + place.to_bytes(4, sys.byteorder)
-                system.syscall(LANDLOCK + 1, ctypes.c_long(rules), ctypes.c_long(1), rule, ctypes.c_long(0))
-                os.close(place)
+        root = os.open("/", os.O_PATH | os.O_CLOEXEC)
+        rule = READ_FILE.to_bytes(8, sys.byteorder) + root.to_bytes(4, sys.byteorder)
+        allowed = system.syscall(LANDLOCK + 1, ctypes.c_long(rules), ctypes.c_long(1), rule, ctypes.c_long(0)) == 0
+        os.close(root)
         system.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
-        return system.syscall(LANDLOCK + 2, ctypes.c_long(rules), ctypes.c_long(0)) == 0
+        return allowed and system.syscall(LANDLOCK + 2, ctypes.c_long(rules), ctypes.c_long(0)) == 0
     except (ImportError, OSError, AttributeError):
         return False
 
@@ -345,8 +334,8 @@ def main(path):
     limits, places = spec["limits"], spec["places"]
     before, files = sum(size(place, float("inf")) for place in places), MemoryFiles()
     inherit(limits)
-    if spec["hidden"]:
-        hide(spec["hidden"])
+    if spec["confined"]:
+        confine()
     try:
         pid, spawned, outputs = spawn(spec)
     except (OSError, ValueError) as error:  # ValueError: a NUL in a word

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.process import launcher as launcher_module
-from harness.renderer.builder import cache_folder, state_folder
 from harness.renderer.limits import DEFAULT, Limits
 from harness.system import cuda, opencl
 
@@ -24,7 +23,6 @@ KEPT = (
     opencl.FOLDER,
 )
 
-HIDDEN: set[Path] = set()  # folders that no renderer may read (launcher.py)
 PATIENCE = 10.0  # s, for the measurer's last words
 START = 60.0  # s, for its first: it imports, and asks NVML
 STUCK = 60.0  # s after which a launcher that should have spoken has been stopped, or worse
@@ -123,7 +121,7 @@ class Process:
                     "limits": self.most,
                     "places": [str(place) for place in (folder.parent, cache) if place],
                     # Counters of instructions, which `env` starts (counting.py), may need the rights of their file.
-                    "hidden": [] if command[0] == "env" else _hidden(),
+                    "confined": command[0] != "env",
                 }
             )
         )
@@ -257,19 +255,6 @@ def end_marked(own: Path) -> None:
                 if mark in (place / "environ").read_bytes():
                     os.kill(int(place.name), signal.SIGKILL)
                     found = True
-
-
-def hide(folder: Path) -> None:
-    """Keeps renderers that are started from now on from reading files in a folder, where the system can do that."""
-    HIDDEN.add(Path(folder))
-
-
-def _hidden() -> list[str]:
-    """The folders that a renderer may not read: references, the key of their checksums, and what `hide` was told."""
-    with contextlib.suppress(RuntimeError, KeyError):  # a user without a home
-        hide(cache_folder("references"))
-        hide(state_folder())
-    return sorted(str(folder) for folder in HIDDEN if folder.is_dir())
 
 
 def _for_launcher() -> dict[str, str]:

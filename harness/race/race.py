@@ -14,7 +14,6 @@ from harness.machine import environment
 from harness.plan import resume
 from harness.plan.plan import Cell, Plan, Turn
 from harness.plan.predict import Predictor
-from harness.process import process
 from harness.process.repetition import METHODS
 from harness.process.scratch import scratch
 from harness.race import enough, load_pass, stopping
@@ -95,7 +94,6 @@ def _run(experiment, plan, known, folder, heard, resumed, budget, host, earlier,
         records = [record for record in records if not killed_by_others(record)]
         kept(records)
     run_store = store.Run(folder)
-    process.hide(run_store.folder / "pictures")  # which has truths, and the pictures of others
     try:
         run_store.describe(**facts)
         with scratch() as caches, host.untimed() as untimed:

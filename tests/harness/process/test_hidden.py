@@ -1,4 +1,4 @@
-"""What decides which picture is right is hidden from renderers: references, the key of their checksums, the run's."""
+"""Where references and the key of their checksums are stands in no environment that a renderer can read."""
 
 import json
 import os
@@ -7,8 +7,6 @@ import sys
 
 import pytest
 
-from harness.judge import cache
-from harness.judge.cache import Kept
 from harness.process import launcher, process
 
 TRY = """import json, os, sys
@@ -29,7 +27,7 @@ print(json.dumps(told))
 @pytest.fixture(scope="module")
 def landlock():
     code = f"import sys; sys.path.insert(0, {os.path.dirname(launcher.__file__)!r}); import launcher; "
-    done = subprocess.run([sys.executable, "-c", code + "print(launcher.hide(['/usr/lib']))"], capture_output=True)
+    done = subprocess.run([sys.executable, "-c", code + "print(launcher.confine())"], capture_output=True)
     if done.stdout.strip() != b"True":
         pytest.skip("this kernel has no Landlock (Linux 5.13)")
 
@@ -49,34 +47,14 @@ def tried(tmp_path):
     return tried
 
 
-def test_a_folder_that_is_hidden(tried, tmp_path, monkeypatch, landlock):
-    monkeypatch.setattr(process, "HIDDEN", set())
-    for name in ("place/hidden/x", "place/beside/x", "x"):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text("content")
-    (tmp_path / "place" / "link").symlink_to(tmp_path / "place" / "hidden")
-    process.hide(tmp_path / "place" / "hidden")
-    process.hide(tmp_path / "absent")
-    names = "place/hidden/x", "place/link/x", "place/hidden/../hidden/x", "place/beside/x", "x"
-    told = tried(*(tmp_path / name for name in names))
-    assert [told[f"{tmp_path}/{name}"] for name in names] == ["Permission denied"] * 3 + ["content"] * 2
-    assert told["made"] == "x"
-
-
-def test_references_and_their_key(tried, tmp_path, monkeypatch, landlock):
-    """Also where the cache is new."""
-    monkeypatch.setattr(process, "HIDDEN", set())
-    monkeypatch.setenv("RAYRACE_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    cache._secret.cache_clear()
-    try:
-        Kept(tmp_path / "cache" / "references").put("a" * 16, {}, {})
-    finally:
-        cache._secret.cache_clear()
-    key, file = tmp_path / "state" / "rayrace" / "references.key", tmp_path / "cache" / "references" / f"{'a' * 16}.npz"
-    assert key.stat().st_mode & 0o777 == 0o600 and file.exists()
-    told = tried(key, file)
-    assert told[str(key)] == told[str(file)] == "Permission denied"
+def test_other_processes(tried, tmp_path, landlock):
+    """Their memory and environment are out of reach; files are not, those that are made later included."""
+    (tmp_path / "x").write_text("content")
+    memory, environment = (f"/proc/{os.getpid()}/{name}" for name in ("mem", "environ"))
+    told = tried(tmp_path / "x", memory, environment)
+    assert told[f"{tmp_path}/x"] == "content" and told["made"] == "x"
+    assert told[memory] == "Permission denied"
+    assert told[environment] == "Permission denied" or os.geteuid() == 0  # Linux lets root read any (CAP_PERFMON)
 
 
 def test_no_environment_says_where_they_are(tried, tmp_path, monkeypatch):
