@@ -32,7 +32,7 @@ MEMORY = "/dev/shm"  # a file system in memory, which all may write to
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024
 REALTIME_COARSE = 5  # clock_gettime(2)
 PR_SET_CHILD_SUBREAPER, PR_SET_NO_NEW_PRIVS = 36, 38
-LANDLOCK, READ_FILE = 444, 1 << 2  # the first of three system calls, the same everywhere; a right of theirs
+LANDLOCK, REFER = 444, 1 << 13  # the first of three system calls, the same everywhere; a right of theirs
 
 
 def adopt():
@@ -49,19 +49,19 @@ def confine():
     """Keep this process and all that it starts from the memory and environment of other processes (landlock(7)); False
     where the system cannot do that.
 
-    All files may be read. The system could keep some from them, but then also all that is made later beside the way to
-    those: a compiler in a renderer may make a cache in the user's home, and must read it.
+    Files stay as they are for them. The system could keep some out of reach, but then also all that is made later
+    beside the way to those, and files without a name: compilers in renderers make such, and read them.
     """
     try:
         import ctypes
 
         system = ctypes.CDLL(None, use_errno=True)
-        handled = (ctypes.c_uint64 * 1)(READ_FILE)
+        handled = (ctypes.c_uint64 * 1)(REFER)  # who may do nothing else may move no file to another folder
         rules = system.syscall(LANDLOCK, handled, ctypes.c_size_t(8), ctypes.c_long(0))
         if rules < 0:
             return False
         root = os.open("/", os.O_PATH | os.O_CLOEXEC)
-        rule = READ_FILE.to_bytes(8, sys.byteorder) + root.to_bytes(4, sys.byteorder)
+        rule = REFER.to_bytes(8, sys.byteorder) + root.to_bytes(4, sys.byteorder)
         allowed = system.syscall(LANDLOCK + 1, ctypes.c_long(rules), ctypes.c_long(1), rule, ctypes.c_long(0)) == 0
         os.close(root)
         system.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)

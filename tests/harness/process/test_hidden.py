@@ -29,7 +29,7 @@ def landlock():
     code = f"import sys; sys.path.insert(0, {os.path.dirname(launcher.__file__)!r}); import launcher; "
     done = subprocess.run([sys.executable, "-c", code + "print(launcher.confine())"], capture_output=True)
     if done.stdout.strip() != b"True":
-        pytest.skip("this kernel has no Landlock (Linux 5.13)")
+        pytest.skip("this kernel has no Landlock (Linux 5.19)")
 
 
 @pytest.fixture
