@@ -20,7 +20,7 @@ def of_file(file: Path, wait: bool = False) -> Iterator[None]:
     """Holds the lock of a file (flock(2)), which is made if it is missing; its folder must exist.
 
     wait: until it is free; else Busy at once. NoLocks if the file system has none; another OSError if the file cannot
-    be opened.
+    be opened, or is a link.
     """
     descriptor = _locked(Path(file), wait)
     try:
@@ -31,7 +31,7 @@ def of_file(file: Path, wait: bool = False) -> Iterator[None]:
 
 def _locked(file: Path, wait: bool) -> int:
     while True:
-        descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o644)
+        descriptor = os.open(file, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
         try:
             take(descriptor, file, wait)
             if os.fstat(descriptor).st_nlink:

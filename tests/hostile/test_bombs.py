@@ -74,7 +74,7 @@ def test_as_many_members_as_are_taken(place):
     with archive(place / "a.tar.xz") as out:
         for number in range(packed.MEMBERS + 1):
             out.write(member(f"logs/{number}.stdout", 512) + random.bytes(512))
-    refused(place / "a.tar.xz", r"more than 50,000 files, too many")
+    refused(place / "a.tar.xz", r"more than 20,000 files, too many")
 
 
 def test_members_that_are_sparse(place):
