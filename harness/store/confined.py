@@ -82,11 +82,18 @@ def check_output(folder: Path) -> None:
 
 
 def check(folder: Path) -> None:
-    """UserError if the folder of a run contains a link, which may lead anywhere, or a pipe or device, which may never
-    end. The folder itself may be a link."""
+    """UserError if the folder of a run contains a link that leads out of it, or a pipe or device, which may never end.
+    The folder itself may be a link; submitit leaves links to files beside them."""
     for name in FOLDERS:
         with contextlib.suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder / name) as entries:
             for entry in entries:
-                if not (entry.is_file(follow_symlinks=False) or entry.is_dir(follow_symlinks=False)):
+                plain = entry.is_file(follow_symlinks=False) or entry.is_dir(follow_symlinks=False)
+                if not plain and not (name == "jobs" and _leads_beside(entry)):
                     remedy = "a run has no links; replace it by the file that it leads to"
                     raise UserError(f"{entry.path}: not a plain file", remedy=remedy)
+
+
+def _leads_beside(entry: os.DirEntry) -> bool:
+    """Whether an entry is a link to a plain file of the same folder."""
+    path, target = Path(entry.path), Path(os.path.realpath(entry.path))
+    return entry.is_symlink() and target.is_file() and target.parent == Path(os.path.realpath(path.parent))
