@@ -173,7 +173,7 @@ def test_a_full_cache_and_a_clock_that_was_wrong(tmp_path, monkeypatch, injected
 
 
 def test_a_disk_that_is_full_keeps_nothing(tmp_path, monkeypatch, injected):
-    def full(_):
+    def full(*_, **__):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
