@@ -150,8 +150,9 @@ def write_lines(path: Path, header: Iterable[str], lines: Iterable[Iterable]) ->
 def write_frame(path: Path, frame: pd.DataFrame, own: bool = True) -> None:
     """Writes a table as CSV, numbers in full, NaN for what is unknown. own: in a folder of rayrace (output.py)."""
     cells = frame.rename(columns=inert)
-    texts = cells.select_dtypes(exclude=["number", "bool"]).columns
-    cells[texts] = cells[texts].map(inert)
+    for name in cells.select_dtypes(exclude=["number", "bool"]).columns:
+        # Not `map`, which makes 6.0 of a 6 that stands beside an unknown number.
+        cells[name] = pd.Series([inert(cell) for cell in cells[name]], cells.index, dtype=object)
     output.text(path, cells.to_csv(index=False, na_rep="NaN", lineterminator="\n"), own=own)
 
 
