@@ -60,7 +60,7 @@ def check_to_write(folder: Path) -> None:
     """`check` of a run that will be gone on with: UserError too if a file that is changed in place has a second name,
     as a change of it would change the other."""
     check(folder)
-    with os.scandir(folder) as entries:
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder) as entries:  # no run at all
         for entry in entries:
             if entry.is_file(follow_symlinks=False) and not output.has_one_name(entry.stat(follow_symlinks=False)):
                 raise UserError(f"{entry.path}: the file has a second name (a hard link)", remedy=COPY)

@@ -150,7 +150,7 @@ def test_a_file_where_a_folder_should_be(rayrace, tmp_path, injected):
     assert_said(rayrace("run", file, *words, cwd=tmp_path, code=2), "results", "Not a directory")
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "pictures").write_text("")
-    assert_said(rayrace("run", file, "--resume", tmp_path / "run", *words, code=2), "run/pictures: File exists")
+    assert_said(rayrace("run", file, "--resume", tmp_path / "run", *words, code=2), "run/pictures: not a folder")
     assert "no such folder" in rayrace("run", file, "--resume", tmp_path / "none", *words, code=2).stderr
     assert not (tmp_path / "none").exists()
     injected("file for a folder", 2)
