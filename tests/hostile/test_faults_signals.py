@@ -151,7 +151,8 @@ def test_a_harness_that_dies_takes_the_renderer_along(tmp_path, when, injected):
     """Also in the moment between the start of the renderer and the launcher's word of it."""
     told = {
         "command": ["/bin/sleep", "1000"], "folder": str(tmp_path), "environment": {"MARK": str(tmp_path)},
-        "limits": {}, "stdout": str(tmp_path / "o"), "stderr": str(tmp_path / "e"), "timeout": 1000, "places": [],
+        "limits": {}, "stdout": str(tmp_path / "o"), "stderr": str(tmp_path / "e"), "timeout": 1000,
+        "places": [], "confined": True,
     }  # fmt: skip
     (tmp_path / "spec.json").write_text(json.dumps(told))
     process = subprocess.Popen(
