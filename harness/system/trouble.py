@@ -69,8 +69,9 @@ def doubts(found: dict, seconds: float, threads: int, cores: int | None = None) 
     """
     least = max(LEAST_S, SHARE * seconds)
     free = max(0, (physical() if cores is None else cores) - threads)
-    limits = {"steal_s": least} | dict.fromkeys(("other_cpu_s", "measurer_s"), least + free * seconds)
     known = {name: value for name, value in found.items() if not isinstance(value, dict)}
+    unused = max(0.0, free * seconds - known.get("waited_s", 0))  # who waits for a core has none free
+    limits = {"steal_s": least} | dict.fromkeys(("other_cpu_s", "measurer_s"), least + unused)
     return [text for name, text in DOUBTS.items() if known.get(name, 0) > limits.get(name, 0)]
 
 
