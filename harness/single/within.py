@@ -21,32 +21,8 @@ from harness.renderer.registry import Entry
 from harness.single.single import FASTEST
 from harness.single.trial import KNOWN, Method, TimeUp, Trial, general, tiles
 
-SIDES = (
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-    12,
-    14,
-    16,
-    18,
-    20,
-    22,
-    24,
-    28,
-    32,
-    36,
-    40,
-    48,
-    56,
-    64,
-)  # samples of a side of a pixel
+# Samples of a side of a pixel.
+SIDES = (*range(1, 11), *range(12, 25, 2), 28, 32, 36, 40, 48, 56, 64)
 FIRST = 2, 4  # of them the first two to measure
 ADAPTIVE = ((2, 0.1), (2, 0.03), (3, 0.1), (3, 0.03), (3, 0.01), (4, 0.01))  # depth, threshold
 DEPTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)

@@ -5,6 +5,7 @@ import math
 import os
 import re
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -21,12 +22,7 @@ def load(path: Path, sha256: str | None = None) -> np.ndarray:
     ValueError if it is no array, promises other than its file has, is too large, or is not the one of `sha256`.
     """
     with confined.opened(path) as file:
-        version = np.lib.format.read_magic(file)
-        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        try:
-            shape, fortran, dtype = read(file)
-        except Exception as error:  # of any kind: numpy parses the header as Python
-            raise ValueError(f"no header of an array: {error}") from None
+        shape, fortran, dtype = header(file)
         if dtype.kind not in "biuf":
             raise ValueError(f"an array of {dtype}")
         size, there = math.prod(shape) * dtype.itemsize, os.fstat(file.fileno()).st_size - file.tell()
@@ -39,3 +35,13 @@ def load(path: Path, sha256: str | None = None) -> np.ndarray:
     if is_known and hashlib.sha256(np.ascontiguousarray(found).tobytes()).hexdigest() != sha256:
         raise ValueError(OTHER)
     return found
+
+
+def header(file: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Reads the header of an .npy file: shape, whether it is in Fortran's order, type. ValueError if it has none."""
+    version = np.lib.format.read_magic(file)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    try:
+        return read(file)
+    except Exception as error:  # of any kind: numpy parses the header as Python
+        raise ValueError(f"no header of an array: {error}") from None

@@ -22,7 +22,7 @@ import numpy as np
 
 from harness.errors import UserError
 from harness.process.scratch import scratch
-from harness.store import confined, store
+from harness.store import arrays, confined, store
 from harness.system import output
 
 SUFFIX, PLANES = ".tar.xz", ".planes"
@@ -64,18 +64,18 @@ def pack(folder: Path, file: Path, pictures: bool = True, truths: bool = True) -
     rows = [path.read_text(encoding="utf-8") for path in texts if path.name == "repetitions.jsonl"]
     mentioned = re.findall(r'"(?:pictures/)?([\w.-]+\.npy)"', "".join(rows))
     order = {found: number for number, found in reversed(list(enumerate(mentioned)))}
-    arrays = [path for place in places for path in (place / "pictures").glob("*.npy") if pictures]
-    arrays = [path for path in arrays if truths or not path.name.endswith(TRUTHS)]
-    arrays.sort(key=lambda path: (order.get(path.name, len(order)), str(path)))
+    npy = [path for place in places for path in (place / "pictures").glob("*.npy") if pictures]
+    npy = [path for path in npy if truths or not path.name.endswith(TRUTHS)]
+    npy.sort(key=lambda path: (order.get(path.name, len(order)), str(path)))
     others = [path for place in places for part in ("series", "logs") for path in sorted((place / part).glob("*"))]
     others = [path for path in others if path.stat().st_size]
-    if len(texts) + len(others) + len(arrays) > MEMBERS:
+    if len(texts) + len(others) + len(npy) > MEMBERS:
         raise UserError(f"{folder}: more than {MEMBERS:,} files, which a packed run can have", remedy="--no-pictures")
     filters = [{"id": lzma.FILTER_LZMA2, "preset": 6, "dict_size": REACH}]
 
     def write(out) -> None:
         with lzma.open(out, "wb", filters=filters) as packed, tarfile.open(fileobj=packed, mode="w|") as tar:
-            for path in (*texts, *others, *arrays):
+            for path in (*texts, *others, *npy):
                 data, inside = path.read_bytes(), path.relative_to(folder).as_posix()
                 if path.suffix == ".npy":
                     data, inside = _planes(data), inside + PLANES
@@ -200,12 +200,7 @@ def _numbers(planes: Path, npy: Path) -> None:
 
 def _head(file: BinaryIO) -> int:
     """Reads the header of an .npy file; returns the bytes of one number. ValueError if there is no valid header."""
-    version = np.lib.format.read_magic(file)
-    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    try:
-        _, _, dtype = read(file)
-    except Exception as error:  # of any kind: numpy parses the header as Python
-        raise ValueError(f"no header of an array: {error}") from None
+    _, _, dtype = arrays.header(file)
     if dtype.hasobject:
         raise ValueError("an array of objects")
     if not 0 < dtype.itemsize <= WIDEST:
