@@ -38,6 +38,7 @@ Named = Annotated[tuple[str, str, str], Strict(False)]  # a cell, as record.iden
 
 _KINDS = {int: Count | None, bool: Count | bool, float: Real, str: str}
 _ALL = {field.name: _KINDS.get(field.type, Value) for field in dataclasses.fields(Parameters)}
+Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 _REGION = Annotated[str, Field(pattern=r"^[0-9]{1,9}(,[0-9]{1,9}){3}$")]
 _JUDGED = dict.fromkeys(("reference", "truth", "against", "wrong", "unavailable"), Text)
 _JUDGED |= dict.fromkeys(("reference_file", "mask_file", "span_file", "flip_file"), Text)
@@ -109,7 +110,7 @@ Row = _some(
     | None,
     operations=_some("Operations", **dict.fromkeys(OPERATIONS, Required[Count])) | Unavailable | None,
     build=_some("Build", seconds=Seconds, compiler=Text, command=list[str]) | None,
-    picture=_some("Picture", file=Required[str], sha256=str) | None,
+    picture=_some("Picture", file=Required[str], sha256=Required[Digest]) | None,
     agreement=_some("Agreement", **_JUDGED, **dict.fromkeys(_NUMBERS, Known)) | None,
     error=_some("Error", **_JUDGED, **dict.fromkeys(_NUMBERS, Known), certificate=dict[str, Any] | None) | None,
     bound=_some("Bound", radiance=Known, max=Known, mean=Known, dropped_file=Text) | None,

@@ -34,7 +34,7 @@ def raw(results: Results, cell: Cell) -> np.ndarray | Missing:
     record = results.record(cell)
     if record is None or not record["picture"]:
         return Missing(cell.verdict if cell.status != "ok" else "no picture was stored")
-    return array(results, record["picture"]["file"], record["picture"].get("sha256"))
+    return array(results, record["picture"]["file"], record["picture"]["sha256"])
 
 
 def displayed(picture: np.ndarray, cell: Cell) -> np.ndarray:

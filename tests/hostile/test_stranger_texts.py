@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 import stored_run
 
+from harness.errors import UserError
 from harness.machine import fitness_cores
 from harness.store import clean, store
 from reports.page import provenance, several
@@ -142,6 +143,16 @@ def test_a_picture_that_was_not_judged(tmp_path):
     np.save(file, np.nextafter(picture, 1))
     found = stored.picture(loaded, loaded.cells[0])
     assert isinstance(found, results.Missing) and "not those that were judged" in found.reason
+
+
+@pytest.mark.parametrize("digest", [None, "", "0", "deadbeef", "0" * 63, "A" * 64, "0" * 64 + "\n"])
+def test_a_picture_whose_checksum_is_none(digest, tmp_path):
+    """What could not be compared with its picture is no row."""
+    rows = stored_run.rows()
+    rows[0]["picture"]["sha256"] = digest
+    stored_run.write(tmp_path / "run", stored_run.facts(), rows)
+    with pytest.raises(UserError, match="sha256"):
+        results.load(tmp_path / "run")
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """A small synthetic run with numbers that can be checked by hand."""
 
+import hashlib
 import json
 from zlib import crc32
 
@@ -55,7 +56,7 @@ def _record(variant, number=0, frames=(0.5, 0.25, 0.75), compile_s=None, cache=N
             "floor_bytes": None,
         },
         "rays": RAYS, "used": {"features": [], "methods": {"compile_cache": cache} if cache else {}}, "versions": {},
-        "build": None, "picture": {"file": f"pictures/{variant}.npy", "sha256": "0"}, "agreement": AGREED,
+        "build": None, "picture": {"file": f"pictures/{variant}.npy"}, "agreement": AGREED,
         "error": OF_SCENE, "measurer": None, "series": f"series/{variant}.csv", "warnings": [], **changes,
     }  # fmt: skip
 
@@ -96,7 +97,7 @@ def _gpu_record(variant="numba-cuda", number=0, kernel_s=(0.4, 0.2, 0.2), told=N
         "used": {"features": [], "methods": LAUNCH | (told or {})}, "device": DEVICE,
         "shapes": {"sphere": 48, "box": 0},
         "frame_parts": [{"kernel": seconds, "download": 0.00025} for seconds in kernel_s], "unranked": None,
-        "pass": "timed", "gpu": SEEN, "picture": {"file": f"pictures/{variant}.npy", "sha256": "0"},
+        "pass": "timed", "gpu": SEEN, "picture": {"file": f"pictures/{variant}.npy"},
     } | changes  # fmt: skip
 
 
@@ -147,7 +148,8 @@ def bad():
 def make_run(tmp_path):
     """A function that writes a run of the given records and returns its folder.
 
-    files: arrays and texts by path, in place of the pictures and series that are written otherwise.
+    files: arrays and texts by path, in place of the pictures and series that are written otherwise. A picture without a
+    SHA-256 has that of its file.
     """
 
     def make(records, name="run", files=None, **facts):
@@ -167,11 +169,15 @@ def make_run(tmp_path):
         for name in ("r.reference", "t.truth"):
             np.save(folder / "pictures" / f"{name}.npy", picture)
         for told in records:
-            if told["picture"]:
-                np.save(folder / told["picture"]["file"], picture)
-            if told["series"]:
-                (folder / told["series"]).write_text("t,cpu_s\n0.0,0.0\n0.5,0.5\n1.5,1.0\n")
-            run.append(json.loads(json.dumps(told)))
+            row = json.loads(json.dumps(told))
+            if row["picture"]:
+                np.save(folder / row["picture"]["file"], picture)
+                stored = (files or {}).get(row["picture"]["file"], picture)
+                digest = hashlib.sha256(np.ascontiguousarray(stored).tobytes()).hexdigest()
+                row["picture"] = {"sha256": digest, **row["picture"]}
+            if row["series"]:
+                (folder / row["series"]).write_text("t,cpu_s\n0.0,0.0\n0.5,0.5\n1.5,1.0\n")
+            run.append(row)
         for file, content in (files or {}).items():
             if isinstance(content, str):
                 (folder / file).write_text(content)
@@ -242,7 +248,7 @@ def cell(record):
         key = f"{variant}-{scene[7:-4]}-{crc32(repr(sorted(parameters.items())).encode())}"
         told = {"cell": key, "scene": scene, "point": parameters, "series": None, "error": error(rmse, sampled)}
         told |= {"parameters": record("")["parameters"] | DEFAULTS | parameters}
-        told |= {"picture": {"file": f"pictures/{key}.npy", "sha256": "0"}}
+        told |= {"picture": {"file": f"pictures/{key}.npy"}}
         return [record(variant, number, frames=[time] * 4, **told) for number, time in enumerate(times)]
 
     return make

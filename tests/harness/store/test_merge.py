@@ -78,7 +78,7 @@ def ended(job, state="", reason=""):
 def test_rows_of_all_parts(made):
     """The files of a row are named by where they lie, and rows come with what their part says of the cell."""
     a, b = cell("a", 0), cell("b", 0)
-    rows = [row(a, 0, picture={"file": "pictures/a.npy", "sha256": "1"}, series="series/a-0.csv",
+    rows = [row(a, 0, picture={"file": "pictures/a.npy", "sha256": "1" * 64}, series="series/a-0.csv",
                 accuracy={"reference_file": "pictures/r.npy", "mask_file": None}), row(a, 1)]  # fmt: skip
     parts = [("0000-7", environment("h"), [a, b], rows), ("0000-8", environment("h"), [a, b], [row(b)])]
     folder = made([[a, b]], parts, [submitted("7", 0), ended("7"), submitted("8", 0), ended("8")])

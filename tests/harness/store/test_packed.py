@@ -36,7 +36,7 @@ def run(tmp_path):
     }
     for name, array in arrays.items():
         np.save(made.folder / "pictures" / name, array)
-    made.append({"cell": "c", "repetition": 0, "picture": {"file": "pictures/b.npy"}})
+    made.append({"cell": "c", "repetition": 0, "picture": {"file": "pictures/b.npy", "sha256": "0" * 64}})
     made.close()
     (made.folder / "series" / "c-0.csv").write_text("t,cpu_s\n0,0\n")
     (made.folder / "logs" / "c-0.stdout").write_text("")

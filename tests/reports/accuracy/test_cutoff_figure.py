@@ -39,7 +39,7 @@ def sweep(record):
             bound = {"radiance": RADIANCE, "dropped_file": f"pictures/{name}.dropped.npy"} if power else None
             rays = RAYS | {"reflected": 10, "shadow": 0} if power else RAYS
             own = {
-                "cell": name, "point": {"cutoff": cutoff}, "picture": {"file": f"pictures/{name}.npy", "sha256": name},
+                "cell": name, "point": {"cutoff": cutoff}, "picture": {"file": f"pictures/{name}.npy"},
                 "parameters": {**record("")["parameters"], "cutoff": cutoff, "precision": precision}, "bound": bound,
                 "rays": rays, "series": None,
             }  # fmt: skip

@@ -9,7 +9,7 @@ from reports.compare import versions
 from reports.page import report
 from reports.run import results
 
-PICTURE = {"file": "pictures/cpp.npy", "sha256": "0"}
+PICTURE = {"file": "pictures/cpp.npy"}
 AGAINST = [{"variant": "cpp", "other": "cpp@old"}]
 
 

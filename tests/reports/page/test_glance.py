@@ -96,7 +96,7 @@ def test_of_many_bars_each_variant_keeps_its_fastest_and_the_one_compared(load, 
 
 def test_a_picture_for_each_scene_and_case(load, record):
     told = [record("cpp", cell=f"cpp-{case}", point={"case": case}, series=None,
-                   picture={"file": f"pictures/{case}.npy", "sha256": "0"}) for case in ("one", "two")]  # fmt: skip
+                   picture={"file": f"pictures/{case}.npy"}) for case in ("one", "two")]  # fmt: skip
     results, pictures = load(told), Embedded(10**6)
     found = glance.data(results, pictures)
     assert [name for _, name in found["pictures"]] == ["one", "two"] and len(pictures.images) == 1, "equal: kept once"

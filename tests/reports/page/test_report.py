@@ -128,7 +128,7 @@ def test_no_cell_of_a_table_is_blank_or_a_bare_zero(report_text, tmp_path, recor
 def test_names_of_others_are_escaped(report_text, record, bad):
     evil = "a|b<script>alert(1)</script>*c*"
     told = record(evil, warnings=[f"odd {evil}"], scene=f"{evil}.txt", point={"region": evil})
-    files = {"picture": {"file": "pictures/evil.npy", "sha256": "0"}, "series": "series/evil.csv"}
+    files = {"picture": {"file": "pictures/evil.npy"}, "series": "series/evil.csv"}
     failed = bad("cpp", "failed", evil, scene=f"{evil}.txt", point={"region": evil})
     text = report_text([told | files, failed], title=evil, command=["rayrace", evil])
     assert "<script>" not in text

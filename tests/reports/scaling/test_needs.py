@@ -1,6 +1,7 @@
 """What is carried and not used: ratios, pictures and resources that can be checked by hand."""
 
 import csv
+import hashlib
 
 import pytest
 import report_tables
@@ -10,6 +11,10 @@ from reports.run.results import Missing
 from reports.scaling import needs
 
 SLOWER = {"needed": 1.0, "needed+shadows": 1.5, "needed+lens+csg": 2.0, "general": 4.0}
+
+
+def digest(word):
+    return hashlib.sha256(word.encode()).hexdigest()
 
 
 @pytest.fixture
@@ -24,7 +29,7 @@ def told(record):
                 own = {
                     "cell": f"{variant}-{kernel}", "point": {"kernel": kernel},
                     "parameters": {**made(variant)["parameters"], "kernel": kernel},
-                    "picture": {"file": f"pictures/{variant}-{kernel}.npy", "sha256": "a"}, "series": None,
+                    "picture": {"file": f"pictures/{variant}-{kernel}.npy", "sha256": digest("a")}, "series": None,
                 }  # fmt: skip
                 cache = {"cache": "warm" if number else "cold", "compile_s": SLOWER[kernel] if number == 0 else 0.25}
                 times = cache | {"frames": [seconds] * 3} if made is record else {"kernel_s": [seconds] * 3}
@@ -56,14 +61,14 @@ def test_memory_is_of_processes_that_did_not_compile(load, told):
 
 def test_pictures_are_compared_by_their_bytes(load, told):
     rows = told()
-    rows[5]["picture"]["sha256"] = "b"  # a repetition of shadows
+    rows[5]["picture"]["sha256"] = digest("b")  # a repetition of shadows
     for row in rows[15:]:
-        row["picture"]["sha256"] = "c"  # general
+        row["picture"]["sha256"] = digest("c")  # general
     loaded = load(rows)
     group, by_name = the(loaded)
     answers = [needs.same_picture(loaded, cell, group.base) for cell in by_name.values()]
     assert answers == ["yes", "no", "yes", "no"]
-    rows[0]["picture"]["sha256"] = "d"  # with what was needed: it is not even like itself
+    rows[0]["picture"]["sha256"] = digest("d")  # with what was needed: it is not even like itself
     loaded = load(rows)
     group, by_name = the(loaded)
     assert needs.same_picture(loaded, by_name["lens, csg"], group.base) == "no"

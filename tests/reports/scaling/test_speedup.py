@@ -25,7 +25,7 @@ def threaded(record):
             for number in range(processes):
                 more = {
                     "cell": name, "point": {"threads": count, "side": side}, "series": None,
-                    "picture": {"file": f"pictures/{name}.npy", "sha256": "0"},
+                    "picture": {"file": f"pictures/{name}.npy"},
                     "parameters": record(variant)["parameters"] | size, **changes,
                 }  # fmt: skip
                 time = seconds(count, side) * (1 + noise * rng.normal())

@@ -32,7 +32,7 @@ def swept(record):
                 noise = 1 + spread * (number - 2 if rng is None else rng.normal())
                 more = {
                     "cell": name, "point": point, "series": None, "lights": 3, "shapes": {"sphere": 48},
-                    "picture": {"file": f"pictures/{name}.npy", "sha256": "0"},
+                    "picture": {"file": f"pictures/{name}.npy"},
                     "parameters": record(variant)["parameters"] | size | values, **changes,
                 }  # fmt: skip
                 rows.append(record(variant, number, frames=[seconds(**point) * noise] * 3, **more))
