@@ -112,6 +112,31 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.nightly(reason))
         if product in COMPILED:
             item.add_marker(pytest.mark.slow)
+        if group := _group(item, product):
+            item.add_marker(pytest.mark.xdist_group(group))
+    items.sort(key=_is_slow)
+
+
+def _is_slow(item):
+    return item.get_closest_marker("slow") is not None
+
+
+def _group(item, product):
+    """The name of the tests that one of several processes runs together, which share fixtures or what is compiled: fast
+    tests of a file, slow tests of a file and a renderer. None for any other."""
+    if not _is_slow(item):
+        return item.location[0]
+    if product and not item.get_closest_marker("whole"):
+        return f"{item.location[0]} {registry.entries()[product].renderer.manifest.name}"
+    return None
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish(session):
+    """Takes the group away from the names of tests, where xdist has sent it to who deals the tests out."""
+    for item in session.items:
+        if group := item.get_closest_marker("xdist_group"):
+            item._nodeid = item._nodeid.removesuffix(f"@{group.args[0]}")
 
 
 def _sampled(item):

@@ -224,7 +224,9 @@ def space(renderer: str) -> Space:
         return Space(told, allowed, kernel_of_cpp, lambda _: 60, begin)
     begin |= {"accel": ("none", "bvh"), "walk": tuple(value for value in told["walk"] if value != "least")}
     alike = {"walk": {"stack": ("least",)}, "accel": {"none": ("auto",), "bvh": ("auto",)}}
-    # Numba compiles a general kernel five times as long as one for a scene.
-    return Space(
-        told, allowed, kernel_of_numba, lambda case: 300 if case["kernel"] == "general" else 60, begin, 1, alike
-    )
+    return Space(told, allowed, kernel_of_numba, price_of_numba, begin, 1, alike)
+
+
+def price_of_numba(case: Case) -> int:
+    """Returns how long Numba compiles, in turns: a general kernel five times as long, one of threads three times."""
+    return 300 if case["kernel"] == "general" else 200 if case["threads"] > 1 else 60
