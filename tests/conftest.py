@@ -20,13 +20,14 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
 from harness.system import trouble
 
+KNOWN = registry.entries()
 # Outside programs have tests of their own; exhibits are wrong or slow on purpose. Optional peers know few shapes
 # and are tested where they are installed; elsewhere they would be a thousand skips. Processes and threads of Python run
 # the code of `python` on rows of a picture: test_python_parts.py shows that no byte changes. `naive` lacks the guards
 # that many tests are about; its own are in test_peers.py.
 VARIANTS = tuple(
     name
-    for name, entry in registry.entries().items()
+    for name, entry in KNOWN.items()
     if not entry.renderer.manifest.external
     and not entry.variant.exhibit
     and name not in ("python-processes", "python-threads", "naive")
@@ -127,7 +128,7 @@ def _group(item, product):
     if not _is_slow(item):
         return item.location[0]
     if product and not item.get_closest_marker("whole"):
-        return f"{item.location[0]} {registry.entries()[product].renderer.manifest.name}"
+        return f"{item.location[0]} {KNOWN[product].renderer.manifest.name}"
     return None
 
 
@@ -318,7 +319,7 @@ def variant(request):
 
 
 # Variants that differ in more than the number of threads: enough where the question is about arithmetic.
-@pytest.fixture(params=[name for name in VARIANTS if registry.entries()[name].variant.threads == 1])
+@pytest.fixture(params=[name for name in VARIANTS if KNOWN[name].variant.threads == 1])
 def serial(request):
     """Every variant of one thread in turn."""
     return request.param
