@@ -25,9 +25,7 @@ from harness.system import cuda
 
 KNOWN = registry.entries()
 ABLE = [
-    name
-    for name, entry in KNOWN.items()
-    if "general" in entry.methods.get("kernel", ()) and not entry.variant.exhibit
+    name for name, entry in KNOWN.items() if "general" in entry.methods.get("kernel", ()) and not entry.variant.exhibit
 ]
 SERIAL = [name for name in ABLE if KNOWN[name].variant.threads == 1]  # the others run the same code
 # Scenes that use each need between them, and none of them all.
