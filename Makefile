@@ -8,7 +8,7 @@ study: .venv/installed  ## run the study's comparison and write its report
 # Most tests share the cores, with a process more than there are, as a test often waits; those that measure run alone.
 SHARED = -n $$(($$(nproc) + 1)) --dist
 
-test: measuring  ## all tests except `nightly`, the fast ones first
+test: measuring  ## all tests except `nightly`
 	$(BIN)/pytest -q -m "not alone and not nightly" $(SHARED) loadgroup --no-loadscope-reorder
 
 quick: measuring  ## only the fast tests

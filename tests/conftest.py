@@ -42,6 +42,7 @@ ANOTHER = "it is slow, and CI runs the first case of this test"
 ALONE = "it is slow, and nothing may run beside it"
 COMPILES = "Numba compiles 3 to 100 s for each case; CI runs its pairs (test_covering.py), and this test with others"
 SIMULATES = "the simulator of a GPU takes a millisecond for a ray; CI runs its pairs (test_covering.py)"
+PRODUCT = "conformance", "stability"  # folders of tests of every renderer
 OF_NUMBA = "numba", "numba-parallel"
 OWN_KERNELS = "test_agreement.py", "test_features.py", "test_masks.py", "test_precision.py", "test_vector.py"
 SIMULATED = "test_covering.py", "test_hits.py"
@@ -108,7 +109,7 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.flaky(reruns=AGAIN, reruns_delay=5, condition=disturbed))
         told = item.callspec.params.values() if hasattr(item, "callspec") else ()
         variant = next((value for value in told if isinstance(value, str) and value in VARIANTS), None)
-        product = variant if item.path.parent.name in ("conformance", "stability") else None
+        product = variant if item.path.parent.name in PRODUCT else None
         if reason := left_to_the_night(item, variant, product, firsts):
             item.add_marker(pytest.mark.nightly(reason))
         if product in COMPILED:
@@ -123,13 +124,17 @@ def _is_slow(item):
 
 
 def _group(item, product):
-    """The name of the tests that one of several processes runs together, which share fixtures or what is compiled: fast
-    tests of a file, slow tests of a file and a renderer. None for any other."""
-    if not _is_slow(item):
-        return item.location[0]
-    if product and not item.get_closest_marker("whole"):
-        return f"{item.location[0]} {KNOWN[product].renderer.manifest.name}"
-    return None
+    """The name of the tests that one process runs together: those of a file, which share fixtures.
+
+    Slow tests of conformance and stability: those of a file and a renderer, which share what is compiled; None for a
+    case of a test that is `whole`, as it is as large as other groups.
+    """
+    if _is_slow(item) and item.path.parent.name in PRODUCT:
+        if item.get_closest_marker("whole"):
+            return None
+        if product:
+            return f"{item.location[0]} {KNOWN[product].renderer.manifest.name}"
+    return item.location[0]
 
 
 @pytest.hookimpl(trylast=True)
