@@ -24,7 +24,7 @@ LIBRARIES = (
     *("numpy", "numpy.random", "pandas", "mpmath", "PIL.Image", "jinja2", "markdown_it"),
     *("matplotlib.pyplot", "matplotlib.backends.backend_pdf", "matplotlib.backends.backend_svg"),
 )
-HARMLESS = "RAYRACE_", "PYTEST_"  # variables that begin so are read by no library
+HARMLESS = "RAYRACE_", "PYTEST_", "XDG_STATE_HOME"  # no library reads variables that begin so
 MOST = 1 << 20  # bytes of a message
 
 
