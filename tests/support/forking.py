@@ -7,9 +7,11 @@ rayrace; then it forks for each command. The child imports rayrace, runs the com
 import contextlib
 import gc
 import importlib
+import io
 import json
 import os
 import runpy
+import signal
 import socket
 import subprocess
 import sys
@@ -59,34 +61,47 @@ class Commands:
     def _variables(environment):
         return {name: value for name, value in environment.items() if not name.startswith(HARMLESS)}
 
+    def _start(self):
+        self.socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MOST)
+        command = [sys.executable, __file__, str(other.fileno())]
+        self.process = subprocess.Popen(
+            command, env=self.environment, stdin=subprocess.DEVNULL, pass_fds=[other.fileno()]
+        )
+        other.close()
+
     def _forked(self, words, cwd, env, timeout):
         if self.process is None:
-            self.socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-            for end in (self.socket, other):
-                end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MOST)
-            command = [sys.executable, __file__, str(other.fileno())]
-            self.process = subprocess.Popen(
-                command, env=self.environment, stdin=subprocess.DEVNULL, pass_fds=[other.fileno()]
-            )
-            other.close()
+            self._start()
+        pid = None
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
-            told = json.dumps([words, os.fspath(cwd), env]).encode()
-            socket.send_fds(self.socket, [told], [out.fileno(), errors.fileno()])
-            self.socket.settimeout(None)
-            pid = json.loads(self.socket.recv(MOST))
-            self.socket.settimeout(timeout)
             try:
+                job = json.dumps([words, os.fspath(cwd), env]).encode()
+                socket.send_fds(self.socket, [job], [out.fileno(), errors.fileno()])
+                pid = json.loads(self.socket.recv(MOST))
+                self.socket.settimeout(timeout)
                 status = json.loads(self.socket.recv(MOST))
-            except TimeoutError:
-                os.kill(pid, 9)
                 self.socket.settimeout(None)
-                self.socket.recv(MOST)
-                raise subprocess.TimeoutExpired([PROGRAM, *words], timeout) from None
+            except BaseException as error:  # what is still to come is of no later command
+                with contextlib.suppress(OSError, TypeError):
+                    os.kill(pid, signal.SIGKILL)
+                self.close()
+                if isinstance(error, TimeoutError):
+                    raise subprocess.TimeoutExpired([PROGRAM, *words], timeout) from None
+                raise
             texts = []
             for file in (out, errors):
                 file.seek(0)
-                texts.append(file.read().decode().replace("\r\n", "\n"))
+                texts.append(io.TextIOWrapper(file).read())
         return subprocess.CompletedProcess([PROGRAM, *words], status, *texts)
+
+    def close(self) -> None:
+        """Ends the process, if there is one; the next command starts another."""
+        if self.process:
+            self.socket.close()
+            self.process.kill()
+            self.process.wait()
+            self.process = None
 
 
 def main(number: int) -> None:
