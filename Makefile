@@ -9,7 +9,7 @@ study: .venv/installed  ## run the study's comparison and write its report
 SHARED = -n $$(($$(nproc) + 1)) --dist
 
 test: measuring  ## all tests except `nightly`
-	$(BIN)/pytest -q -m "not alone and not nightly" $(SHARED) loadgroup --no-loadscope-reorder
+	$(BIN)/pytest -q -m "not alone and not nightly" $(SHARED) loadscope --no-loadscope-reorder
 
 quick: measuring  ## only the fast tests
 	$(BIN)/pytest -q -m "not slow and not alone and not nightly" $(SHARED) loadfile

@@ -1,14 +1,17 @@
 """Shared by all tests: who can be raced here, and one way to let them work."""
 
 import os
+import re
 import time
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import sittings
 from fixtures import bad_folder, environment, experiment, generate, rayrace, rows, write  # noqa: F401
+from xdist.scheduler import LoadScopeScheduling
 
 from harness.judge import reference
 from harness.process import repetition
@@ -48,6 +51,8 @@ OWN_KERNELS = "test_agreement.py", "test_features.py", "test_masks.py", "test_pr
 SIMULATED = "test_covering.py", "test_hits.py"
 # Variants that compile for each of many cases: their tests of conformance and stability are too slow for `make quick`.
 COMPILED = *OF_NUMBA, "cpp", "cpp-threads"
+# Tests of which a case is as large as a file.
+LARGE = "test_every_pair", "test_every_triple", "test_all_renderers_agree", "test_many_scenes"
 
 
 # Tests that measure are run again if they fail, but only where meanwhile this machine was not wholly ours. If it never
@@ -114,8 +119,6 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.nightly(reason))
         if product in COMPILED:
             item.add_marker(pytest.mark.slow)
-        if group := _group(item, product):
-            item.add_marker(pytest.mark.xdist_group(group))
     items.sort(key=_is_slow)
 
 
@@ -123,26 +126,26 @@ def _is_slow(item):
     return item.get_closest_marker("slow") is not None
 
 
-def _group(item, product):
-    """The name of the tests that one process runs together: those of a file, which share fixtures.
+class Groups(LoadScopeScheduling):
+    """Deals out to processes what one runs together: the tests of a file, which share fixtures.
 
-    Slow tests of conformance and stability: those of a file and a renderer, which share what is compiled; None for a
-    case of a test that is `whole`, as it is as large as other groups.
+    Of conformance and stability those of a file and a renderer that compiles, which share what is compiled, and each
+    case of LARGE.
     """
-    if _is_slow(item) and item.path.parent.name in PRODUCT:
-        if item.get_closest_marker("whole"):
-            return None
-        if product:
-            return f"{item.location[0]} {KNOWN[product].renderer.manifest.name}"
-    return item.location[0]
+
+    def _split_scope(self, nodeid):
+        file, _, test = nodeid.partition("::")
+        function, _, case = test.partition("[")
+        if function in LARGE:
+            return nodeid
+        compiling = {KNOWN[variant].renderer.manifest.name for variant in COMPILED}
+        words = re.split(r"[-\]]", case) if Path(file).parent.name in PRODUCT else ()
+        return " ".join([file, *(word for word in words if word in compiling)][:2])
 
 
-@pytest.hookimpl(trylast=True)
-def pytest_collection_finish(session):
-    """Takes the group away from the names of tests, where xdist has sent it to who deals the tests out."""
-    for item in session.items:
-        if group := item.get_closest_marker("xdist_group"):
-            item._nodeid = item._nodeid.removesuffix(f"@{group.args[0]}")
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    return Groups(config, log) if config.getvalue("dist") == "loadscope" else None
 
 
 def _sampled(item):

@@ -16,7 +16,7 @@ import resource
 import signal
 import tempfile
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
@@ -45,6 +45,10 @@ _TOKEN = re.compile(r'"[^"\n]*"|[A-Za-z_]\w*|[-+]?[\d.]+(?:[eE][-+]?\d+)?|\s+|.'
 
 class Hang(BaseException):
     """No case may catch it."""
+
+
+class Enough(BaseException):
+    """The time of a kind is over: no failure, which Hypothesis would make small."""
 
 
 @contextmanager
@@ -126,16 +130,17 @@ def fuzz(kind, try_one, tell):
     @given(st.randoms(use_true_random=False))
     def first(random):
         nonlocal done, failed
-        if done >= LEAST and not failed and time.monotonic() > end:  # what fails is made small, whatever the time
-            return
         try:
             try_one(random)
         except BaseException:
-            failed = True
+            failed = True  # from here on it is made small, whatever the time
             raise
         done += 1
+        if done >= LEAST and not failed and time.monotonic() > end:
+            raise Enough
 
-    first()
+    with suppress(Enough):
+        first()
     for number in range(FIRST, CASES):
         try:
             try_one(random.Random(f"{SEED} {kind} {number}"))
