@@ -76,12 +76,11 @@ class Commands:
         pid = None
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
             try:
+                self.socket.settimeout(timeout)
                 job = json.dumps([words, os.fspath(cwd), env]).encode()
                 socket.send_fds(self.socket, [job], [out.fileno(), errors.fileno()])
                 pid = json.loads(self.socket.recv(MOST))
-                self.socket.settimeout(timeout)
                 status = json.loads(self.socket.recv(MOST))
-                self.socket.settimeout(None)
             except BaseException as error:  # what is still to come is of no later command
                 with contextlib.suppress(OSError, TypeError):
                     os.kill(pid, signal.SIGKILL)
