@@ -52,7 +52,7 @@ def test_other_variables_need_a_start(commands, environment, tmp_path):
     assert commands.process is None
     path = str(tmp_path / "nowhere")
     done = commands.run(["list"], tmp_path, {**environment, "RAYRACE_RENDERERS": path})
-    assert commands.process is not None and done.returncode == 0
+    assert commands.process is not None and done.returncode == 2 and path in done.stderr
 
 
 def test_a_command_that_takes_too_long(commands, tmp_path):
