@@ -3,6 +3,7 @@
 import numpy as np
 
 from harness.picture import colour
+from harness.scene.contact import precedence
 from harness.scene.media import media
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Operator, Polygon, Sphere
 
@@ -35,7 +36,8 @@ def flatten(scene, arithmetic="linear"):
     ranges = [(*triangles.add(mesh), mesh.closed) for _, mesh in meshes]
     code = _Code(triangles)
     csg_ranges = [code.add(solid) for _, solid in solids]
-    ranked = [(i, rows[scene.objects[i].material], eye) for i, eye in media(scene)]
+    solids_by_rank = media(scene)
+    ranked = [(i, rows[scene.objects[i].material], eye) for i, eye in solids_by_rank]
     camera, air = scene.camera, scene.air
     lights = [(*light.position, *light.colour, light.radius) for light in scene.lights]
     materials = [(*m.diffuse, m.k_s, m.exponent, *m.attenuation, m.eps_r, m.mu_r, m.roughness) for m in rows]
@@ -68,6 +70,7 @@ def flatten(scene, arithmetic="linear"):
         "mesh_ids": ids(meshes),
         "csg_ids": ids(solids),
         "media": _table(ranked, 3, INTEGER),
+        "precedence": precedence(scene, [i for i, _ in solids_by_rank]),
     }
 
 

@@ -42,8 +42,15 @@ def media(scene):
             line=last.line or None,
             remedy="make some opaque, with attenuation (0,0,0), move them apart or join them with OR",
         )
-    ranked.sort(key=lambda i: -volume(exact[i]))  # stable: of equal ones, the later in the file is the higher
+    # stable: of equal ones of one material, the later in the file is the higher
+    ranked.sort(key=lambda i: (-volume(exact[i]), density(scene.objects[i].material)))
     return [(i, i in holding) for i in ranked]
+
+
+def density(material):
+    """Orders materials whatever their place in the file: by the index of refraction, then by their other numbers."""
+    m = material
+    return (m.eps_r * m.mu_r, m.mu_r, m.attenuation, m.k_s, m.diffuse, m.exponent, m.roughness)
 
 
 def _meeting(boxes, chosen):

@@ -3,6 +3,7 @@
 import numpy as np
 
 from harness.scene.bounds import bounds
+from harness.scene.contact import contact
 from harness.scene.media import media, solid
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere
 
@@ -37,6 +38,7 @@ def needs(scene, parameters):
     attenuation     not (1, 1, 1) in AIR, or in a clear solid that a ray can be in: one of `transmission`, one that
                     contains the eye, or any if there is a lens
     media           some clear solids have a rank (MED-2)
+    contact         a surface of one of them may lie in the place of another object's (MED-6)
     supersampling   sampler uniform or jittered
     adaptive        sampler adaptive
     lens            lens_radius > 0
@@ -64,6 +66,7 @@ def needs(scene, parameters):
         "glossy": depth > 0 and parameters.glossy_rays > 0 and any(m.roughness > 0 for m in specular),
         "attenuation": scene.air.attenuation != CLEAR or any(m.attenuation != CLEAR for m in inside),
         "media": ranked,
+        "contact": contact(scene, [i for i, _ in ranked]),
         "supersampling": parameters.sampler in ("uniform", "jittered"),
         "adaptive": parameters.sampler == "adaptive",
         "lens": lens,

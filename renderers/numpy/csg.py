@@ -24,6 +24,10 @@ class Solid:
         t[:, rays] = distances
         return t, np.broadcast_to([[0], [1]], t.shape)
 
+    def extent(self):
+        """Its size."""
+        return self.kind.sizes[self.row]
+
     def surface(self, faces, origins, directions, t):
         """Points, normals (3, N) and sizes where ray i crosses face `faces[i]` at t[i]."""
         return self.kind.surface(np.full(len(faces), self.row), origins, directions, t)
@@ -59,6 +63,10 @@ class Mesh:
         t[:, counts > MOST] = np.nan
         return t, faces
 
+    def extent(self):
+        """Its largest size."""
+        return self.triangles.sizes.max()
+
     def surface(self, faces, origins, directions, t):
         return *self.triangles.points(faces, origins, directions, t), self.triangles.sizes[faces]
 
@@ -91,6 +99,11 @@ class Csg(Shapes):
 
     def __len__(self):
         return len(self.codes)
+
+    def hits(self, shape, origins, directions):
+        """The rays that hit solid number `shape`: their indices, and the distances t (CSG-5)."""
+        hits = self._hits(shape, origins, directions)
+        return hits.rays, hits.t
 
     def nearest(self, first, origins, directions, t, shapes):
         """As for other shapes; `t` becomes NaN where a line crosses a mesh too often (CSG-6)."""

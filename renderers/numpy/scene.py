@@ -3,6 +3,7 @@
 import numpy as np
 
 from .box import Boxes
+from .contact import Contact
 from .csg import Box, Csg, Mesh, Solid
 from .ellipsoid import Ellipsoids
 from .media import Media
@@ -65,6 +66,8 @@ class Scene:
         self.attenuation = np.where(opaque, 1, attenuation).astype(precision)  # ATT-1
         ranked = _load(job, "media") if "media" in job.needs else []
         self.media = Media(ranked, self.objects, rows, materials.shape[1])
+        touches = "contact" in job.needs and job.merge == "tolerant"
+        self.contact = Contact(self, _load(job, "precedence")) if touches else None
 
     def nearest(self, origins, directions):
         """Distance t (N,) to the first hit of each ray, inf if none, and number of the shape, -1 if none.

@@ -43,7 +43,7 @@ class Mesh:
 class Boundary:
     """A crossing of the surface of a solid; `nearest` returns it in place of a shape."""
 
-    flat = False
+    flat, sets = False, None
 
     def __init__(self, solid, t, shape, face, leaves, origin, direction):
         self.material, self.identity, self.bit, self.order = solid.material, solid.identity, solid.bit, solid.order

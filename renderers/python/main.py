@@ -22,7 +22,7 @@ with worker.importing():
 FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
-    *("reflection", "transmission", "attenuation", "media", "glossy"),
+    *("reflection", "transmission", "attenuation", "media", "contact", "glossy"),
     *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
@@ -47,7 +47,7 @@ USED_WITH = {  # methods, each with the features for which it matters
     "triangle": ("polygon", "mesh"),
     "slab": ("box",),
     "csg": ("csg",),
-    "merge": ("csg",),
+    "merge": ("csg", "contact"),
     "offset": ("reflection", "transmission", "shadows"),
     "fresnel": ("reflection", "transmission"),
     "phong": ("phong",),
