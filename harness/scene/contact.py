@@ -12,8 +12,8 @@ from harness.scene.bounds import bounds, padded
 from harness.scene.media import OPAQUE, density, solid
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere
 
-# Distances count as none up to this share of a face's extent, and of the coordinates: 4 times what float32 takes for one
-# place (OFF-1). Faces at smaller angles than the first, in radians, count as parallel.
+# Distances count as none up to this share of a face's extent, and of the coordinates: 4 times what float32 takes for
+# one place (OFF-1). Faces at smaller angles than the first, in radians, count as parallel.
 OF_EXTENT, OF_COORDINATES = 2.0**-17, 2.0**-20
 MOST_PAIRS = 1 << 24  # of faces; two objects with more that come close count as touching
 
@@ -57,8 +57,10 @@ def contact(scene, ranked):
 def precedence(scene, ranked):
     """int32 (objects,): of surfaces in one place that of the object with the largest number is there (MED-7).
 
-    ranked: clear solids in the order of MED-2, indices of objects.
+    ranked: clear solids in the order of MED-2, indices of objects. Empty if none of them touches another object.
     """
+    if not contact(scene, ranked):
+        return np.zeros(0, np.int32)
     rank = {i: place for place, i in enumerate(ranked)}
     extent = np.nan_to_num(padded(bounds(scene.objects)), posinf=1e30, neginf=-1e30)
 
@@ -188,4 +190,3 @@ def _clear_of(a, b):
     reach = np.linalg.norm(other_axes @ inverse, 2)
     slack = 8 * OF_EXTENT * max(1, away)
     return away - reach > 1 + slack or away + reach < 1 - slack
-

@@ -108,6 +108,22 @@ public:
         });
     }
 
+    // MED-6: of its parts, the largest.
+    Real extent() const
+    {
+        Real most = 0;
+        each_part([&](const auto& part) {
+            if constexpr (requires { part.triangles; })
+                for (const Triangle<Real>& triangle : part.triangles)
+                    most = std::max(most, triangle.size);
+            else if constexpr (requires { part.radius; })
+                most = std::max(most, part.radius);
+            else
+                most = std::max(most, part.size);
+        });
+        return most;
+    }
+
     void make_room(Scratch<Real>& scratch) const
     {
         scratch.crossings.resize(std::max(scratch.crossings.size(), capacity));

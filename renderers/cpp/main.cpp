@@ -174,6 +174,11 @@ bool has_streams(const Job& job, const Scene& scene)
 {
     if (!job.has_rays_in_lanes())
         return false;
+    if (needs::touching && methods::merges && !scene.precedence.data.empty()) {  // MED-6
+        if (methods::vector == Vector::on && job.accel == Accel::none)
+            throw Unsupported("has lanes for clear solids that touch only in a hierarchy: leave vector off, or accel as by default");
+        return false;
+    }
     const bool fits = LaneMedia<Real>::fits(scene.media.rows());
     if (!fits && methods::vector == Vector::on && job.accel == Accel::none)
         throw Unsupported("has lanes for " + std::to_string(scene.media.rows()) +

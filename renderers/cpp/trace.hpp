@@ -1,7 +1,7 @@
 // From a ray to its light, and to the rays that come after it.
 #pragma once
 #include "counts.hpp"
-#include "media.hpp"
+#include "contact.hpp"
 #include "shapes.hpp"
 
 // A ray of the tree (REF-4): with the set of solids that it is in, and its path, which draws need.
@@ -49,6 +49,7 @@ template<typename Real>
 struct Tracer {
     Shapes<Real> shapes;
     Media<Real> media;
+    [[no_unique_address]] Only<needs::touching, Contact<Real>, 't'> contact;
     std::vector<Material<Real>> materials;
     std::vector<Light<Real>> lights;
     Vec3<Real> ambient, background;
@@ -57,7 +58,7 @@ struct Tracer {
     bool shadows, study_weight;
 
     Tracer(const Scene& scene, const Job& job)
-        : shapes(scene, job), media(scene), ambient(rounded<Real>(vec(scene.ambient.row(0)))),
+        : shapes(scene, job), media(scene), contact(made_contact(scene, job)), ambient(rounded<Real>(vec(scene.ambient.row(0)))),
           background(rounded<Real>(vec(scene.background.row(0)))), epsilon(Real(job.epsilon)), depth(job.depth),
           feelers(needs::soft ? job.feelers : 0), glossy_rays(0),
           shadows(needs::shadows && job.shadows), study_weight(job.weight == Weight::study)
@@ -90,6 +91,9 @@ struct Tracer {
     [[gnu::always_inline]] void follow(const Branch<Real>& branch, int order, Desk<Real>& desk, const OnLight& on_light,
                                        const Cuts& cuts, const OnChild& on_child) const
     {
+        if constexpr (needs::touching)
+            if (contact.possible())
+                return follow_touching(branch, order, desk, on_light, cuts, on_child);
         const Probe<Real> probe = desk.probe(branch.ray);
         const Hit<Real> hit = shapes.nearest(probe);
         if (hit.shape < 0)
@@ -100,8 +104,84 @@ struct Tracer {
         const Real d_n = dot(branch.ray.direction, at.normal);
         const bool enters = d_n <= 0;
         const Sides sides = media.sides(branch.inside, role.material, role.rank, enters);
-        on_light(light(branch, at, material, desk), attenuation(media[sides.i], hit.t));
+        on_light(light(branch, at, material, sides, desk), attenuation(media[sides.i], hit.t));
+        leave(branch, order, desk, cuts, on_child, at, role, sides, d_n);
+    }
 
+private:
+    auto made_contact([[maybe_unused]] const Scene& scene, [[maybe_unused]] const Job& job) const
+    {
+        if constexpr (needs::touching)
+            return Contact<Real>(scene, shapes, media, Real(job.epsilon));
+        else
+            return 0;
+    }
+
+    // As `follow`, where surfaces may be in one place (MED-6 to MED-8).
+    template<typename OnLight, typename Cuts, typename OnChild>
+    void follow_touching(const Branch<Real>& branch, int order, Desk<Real>& desk, const OnLight& on_light,
+                         const Cuts& cuts, const OnChild& on_child) const
+    {
+        Ray<Real> ray = branch.ray;
+        auto inside = branch.inside;
+        Factor<Real> dimmed = no_attenuation<Real>();
+        for (;;) {
+            const Probe<Real> probe = desk.probe(ray);
+            const Hit<Real> hit = shapes.nearest(probe);
+            if (hit.shape < 0)
+                return on_light(background, no_attenuation<Real>());  // REF-6
+            const Place<Real> place = contact.meet(inside, ray.direction, shapes.surface(probe, hit), hit.shape,
+                                                   [&](const Ray<Real>& ray) { return desk.probe(ray); });
+            const Real d_n = dot(ray.direction, place.at.normal);
+            dimmed = dimmed * attenuation(media[place.sides.i], hit.t);
+            if (place.none) {
+                ray.origin = place.at.leave(d_n > 0 ? 1 : -1, epsilon);
+                inside = place.sides.beyond;
+                continue;
+            }
+            const Role& role = shapes.roles[std::size_t(place.shape)];
+            on_light(light(branch, place.at, materials[std::size_t(role.material)], place.sides, desk), dimmed);
+            return leave(branch, order, desk, cuts, on_child, place.at, role, place.sides, d_n);
+        }
+    }
+
+    // Is a feeler from one of the sides stopped (HIT-5)? What is no surface stops none (MED-8).
+    template<typename Both>  // Sides; a template, so that only what is needed is compiled
+    bool stopped(Ray<Real> feeler, Real distance, [[maybe_unused]] const Both& sides, [[maybe_unused]] bool beyond,
+                 Desk<Real>& desk) const
+    {
+        if (!shapes.blocked(desk.probe(feeler), distance))
+            return false;
+        if constexpr (needs::touching) {
+            if (!contact.possible())
+                return true;
+            for (Solids inside = beyond ? sides.beyond : sides.was; inside != 0;) {
+                const Probe<Real> probe = desk.probe(feeler);
+                const Hit<Real> hit = shapes.nearest(probe);
+                if (!(hit.t < distance))
+                    return false;
+                const Place<Real> place = contact.meet(inside, feeler.direction, shapes.surface(probe, hit), hit.shape,
+                                                       [&](const Ray<Real>& ray) { return desk.probe(ray); });
+                if (!place.none)
+                    return true;
+                feeler.origin = place.at.leave(dot(feeler.direction, place.at.normal) > 0 ? 1 : -1, epsilon);
+                distance -= hit.t;
+                inside = place.sides.beyond;
+                if (inside == 0 && !shapes.blocked(desk.probe(feeler), distance))
+                    return false;
+            }
+        }
+        return true;
+    }
+
+    // The rays that leave a surface (REF-4).
+    template<typename Cuts, typename OnChild>
+    [[gnu::always_inline]] void leave(const Branch<Real>& branch, int order, Desk<Real>& desk, const Cuts& cuts,
+                                      const OnChild& on_child, const Surface<Real>& at, const Role& role,
+                                      const Sides& sides, Real d_n) const
+    {
+        const Material<Real>& material = materials[std::size_t(role.material)];
+        const bool enters = d_n <= 0;
         if (!needs::reflection || order == depth || material.specular == 0)  // REF-5
             return;
         const Interface<Real> interface = needs::media ? media.between(sides)
@@ -132,7 +212,6 @@ struct Tracer {
         }
     }
 
-private:
     // RND-4
     Only<needs::random, std::uint32_t, 'p'> child(const Branch<Real>& branch, int number) const
     {
@@ -173,7 +252,7 @@ private:
 
     // LOC: the light that reaches the eye from a surface without a mirror.
     Vec3<Real> light(const Branch<Real>& branch, const Surface<Real>& at, const Material<Real>& material,
-                     Desk<Real>& desk) const
+                     const Sides& sides, Desk<Real>& desk) const
     {
         Vec3<Real> sum{0, 0, 0};
         if constexpr (needs::ambient)
@@ -182,15 +261,15 @@ private:
             for (std::size_t i = 0; i < lights.size(); i++) {
                 const Light<Real>& light = lights[i];
                 if (needs::soft && shadows && feelers > 0 && light.radius > 0)
-                    sum = sum + soft_light(branch, at, material, i, desk);
+                    sum = sum + soft_light(branch, at, material, sides, i, desk);
                 else
-                    add_light(light.position, light.colour, branch, at, material, desk, sum);
+                    add_light(light.position, light.colour, branch, at, material, sides, desk, sum);
             }
         return sum;
     }
 
     void add_light(Vec3<Real> position, Vec3<Real> colour, const Branch<Real>& branch, const Surface<Real>& at,
-                   const Material<Real>& material, Desk<Real>& desk, Vec3<Real>& sum) const
+                   const Material<Real>& material, const Sides& sides, Desk<Real>& desk, Vec3<Real>& sum) const
     {
         const Vec3<Real> to_light = position - at.point;
         const Real distance = length(to_light);
@@ -200,7 +279,7 @@ private:
             return;
         if (needs::shadows && shadows) {
             desk.counts.shadow++;
-            if (shapes.blocked(desk.probe({at.leave(1, epsilon), l}), distance))
+            if (stopped({at.leave(1, epsilon), l}, distance, sides, dot(branch.ray.direction, at.normal) > 0, desk))
                 return;
         }
         if constexpr (needs::diffuse)
@@ -212,7 +291,7 @@ private:
 
     // SOF-1
     Vec3<Real> soft_light(const Branch<Real>& branch, const Surface<Real>& at, const Material<Real>& material,
-                          std::size_t number, Desk<Real>& desk) const
+                          const Sides& sides, std::size_t number, Desk<Real>& desk) const
     {
         Vec3<Real> sum{0, 0, 0};
         if constexpr (needs::soft) {
@@ -220,7 +299,7 @@ private:
             for (int f = 0; f < feelers; f++) {
                 const std::uint32_t use = 1 + std::uint32_t(number) * std::uint32_t(feelers) + std::uint32_t(f);
                 const Vec3<Real> omega = on_unit_sphere(desk.draws(Real(), branch.path, use));
-                add_light(light.position + light.radius * omega, light.colour, branch, at, material, desk, sum);
+                add_light(light.position + light.radius * omega, light.colour, branch, at, material, sides, desk, sum);
             }
         }
         return sum / Real(feelers);

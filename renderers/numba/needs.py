@@ -6,7 +6,7 @@
 # Features of the contract (README.md in the folder above).
 SPHERE = BOX = POLYGON = ELLIPSOID = MESH = CSG = False
 AMBIENT = DIFFUSE = PHONG = SHADOWS = SOFT = False
-REFLECTION = TRANSMISSION = GLOSSY = ATTENUATION = MEDIA = False
+REFLECTION = TRANSMISSION = GLOSSY = ATTENUATION = MEDIA = CONTACT = False
 SUPERSAMPLING = ADAPTIVE = LENS = CUTOFF = False
 FEATURES = tuple(name for name in list(globals()) if name.isupper())
 
@@ -46,7 +46,7 @@ MATTERS = {
     "OFFSET": ("REFLECTION", "TRANSMISSION", "SHADOWS"),
     "TRIANGLE": ("POLYGON", "MESH"),
     "SLAB": ("BOX", "CSG"),
-    "MERGE": ("CSG",),
+    "MERGE": ("CSG", "CONTACT"),
     "FRESNEL": ("REFLECTION", "TRANSMISSION"),
     "PHONG_METHOD": ("PHONG",),
     "RENORMALISE": ("SPHERE", "CSG", "REFLECTION", "TRANSMISSION"),
@@ -55,6 +55,7 @@ MATTERS = {
 USUAL = {name: globals()[name] for name in MATTERS}
 
 # What follows from them.
+TOUCHING = False  # surfaces may be in one place (MED-6)
 LIT = False  # lights are asked at all
 SCATTERED = False  # rays draw random numbers of their own, by their path (RND-4)
 RANDOM = False  # so do they or the samples
@@ -89,6 +90,8 @@ def take(features, carried, **methods):
     chosen["RANDOM"] = chosen["SCATTERED"] or chosen["JITTERED"] or chosen["LENS"]
     chosen["FAST"] = chosen["FLOATING_POINT"] == "fast"
     chosen["FAR"] = 3e38 if chosen["FAST"] else float("inf")
+    chosen["TOUCHING"] = chosen["CONTACT"] and chosen["MEDIA"] and chosen.get("MERGE", MERGE) == "tolerant"
+    chosen["TOUCHING"] = chosen["TOUCHING"] and not (chosen.get("STREAMED") or chosen["VECTOR"])
     idle = [name for name, users in MATTERS.items() if not any(chosen[user] for user in users)]
     chosen |= {name: USUAL[name] for name in idle}
     globals().update(chosen)
@@ -108,7 +111,7 @@ def methods(job):
         "offset": (REFLECTION or TRANSMISSION or SHADOWS, OFFSET),
         "triangle": (POLYGON or MESH, TRIANGLE),
         "slab": (BOX, SLAB),
-        "merge": (CSG, MERGE),
+        "merge": (CSG or CONTACT, MERGE),
         "fresnel": (REFLECTION or TRANSMISSION, FRESNEL),
         "phong": (PHONG, PHONG_METHOD),
         "renormalise": (REFLECTION and job.kind == "image", RENORMALISE),

@@ -137,7 +137,6 @@ class Tree:
         found.sort(key=lambda row: row[-1].order)
         return found
 
-
     def around(self, point, reach):
         """Pairs (search, row) of all shapes whose boxes come within `reach` of a point."""
         reach += self.offset + self.padding * largest(point)

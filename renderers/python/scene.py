@@ -59,8 +59,8 @@ class Scene:
         self.media = Media(read.integers("media"), self.air, self.materials)
         self.accelerate(job.accel, shapes(read, self.materials, job.accel, self.leave))
         self.contact = None
-        if "contact" in job.needs and job.merge == "tolerant":
-            numbers = read.integers("precedence")
+        numbers = read.integers("precedence")
+        if "contact" in job.needs and job.merge == "tolerant" and len(numbers):
             self.contact = Contact(self, numbers, shifting(job.offset, number.real(job.epsilon)))
 
     def accelerate(self, accel, items):
