@@ -9,6 +9,7 @@ GLASS = "(0.02,0.05,0.03) 0.9 60 (0.75,0.95,0.85) 2.25 1"
 WATER = "(0.01,0.02,0.05) 0.8 40 (0.9,0.95,0.99) 1.77 1"
 MATTE = "(0.6,0.5,0.4) 0.1 20 (0,0,0) 4 1"
 RED = "(0.8,0.2,0.1) 0.2 60 (0,0,0) 4 1"
+BITE = np.array([0.7, 0.6, 0.5])
 FAR = 4.0  # half the size of what cuts a body in two
 
 
@@ -45,7 +46,7 @@ def body(rng, kind):
     if kind == "ellipsoid":
         return f"ELLIPSOID {words(centre)} {' '.join(map(words, axes.T))}"
     if kind == "solid":
-        return f"AND {body(rng, 'ellipsoid')} NOT SPHERE {words(centre + (0.7, 0.6, 0.5))} 0.6 END END"
+        return f"AND {body(rng, 'ellipsoid')} NOT SPHERE {words(centre + BITE)} 0.6 END END"
     return parallelepiped(centre - axes.sum(axis=1), 2 * axes.T)
 
 
