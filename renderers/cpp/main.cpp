@@ -298,11 +298,6 @@ void answer_ray(const Shapes<Real>& shapes, const Ray<Real>& ray, Desk<Real>& de
     std::fill(answer, answer + 8, 0.0);
     answer[0] = double(hit.t);
     answer[7] = -1;
-    if constexpr (needs::csg)
-        if (std::exchange(desk.scratch.overflow, false)) {  // CSG-6
-            answer[0] = NAN;
-            return;
-        }
     if (hit.shape < 0)
         return;
     const Surface<Real> at = shapes.surface(probe, hit);

@@ -282,7 +282,8 @@ def work(job, real, values):
     rows = walk.rows(job.depth, job.glossy_rays)
     code, ranges, meshes = values["csg_code"], values["csg_ranges"], values["csg_meshes"]
     crossings = np.where(code[:, 0] < 3, 2, 0)
-    crossings[code[:, 0] == 3] = np.minimum(meshes[code[code[:, 0] == 3, 1], 1], needs.CROSSINGS)
+    most = needs.CROSSINGS if needs.LIMITED else None
+    crossings[code[:, 0] == 3] = meshes[code[code[:, 0] == 3, 1], 1].clip(max=most)
     boundaries = max((int(crossings[first : first + count].sum()) for first, count in ranges), default=1)
     cells = 1 << (job.adaptive_depth if needs.ADAPTIVE else 0)
     points = (cells + 1) ** 2 if needs.ADAPTIVE else 0

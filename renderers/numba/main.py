@@ -99,7 +99,7 @@ def prepare(job):
         floating_point=job.floating_point,
         jittered=job.sampler == "jittered" or "supersampling" in job.carried,
         study_weight=job.glossy_weight == "study",
-        limited="csg" in job.carried or largest_part(job) > needs.CROSSINGS,
+        limited=cuda and ("csg" in job.carried or largest_part(job) > needs.CROSSINGS),
     )
 
 

@@ -38,7 +38,7 @@ VECTOR = False  # rays in lanes (VEC-1)
 FLOATING_POINT = "strict"  # of NUM-3
 JITTERED = False  # SAM-2
 STUDY_WEIGHT = False  # GLO-1
-LIMITED = False  # a mesh in a CSG solid may be crossed too often (CSG-6)
+LIMITED = False  # a mesh in a CSG solid may be crossed more often than the work memory of a GPU has room for (CSG-6)
 
 # The features that use a method; to a kernel without any of them it does not matter.
 MATTERS = {
@@ -69,7 +69,7 @@ FAR = float("inf")  # distance of a miss; of fast-math, which knows no inf, a nu
 CONSTANT_BYTES, SHARED_BYTES, LOCAL_BYTES = 65536, 49152, 524288
 BLOCK_REGISTERS, GRID_ROWS = 65536, 65535
 
-CROSSINGS = 64  # of a line with one mesh (CSG-6)
+CROSSINGS = 64  # of a line with one mesh, on a GPU (CSG-6)
 LEAST_SIDE = 8  # pixels of a picture's width and height from which on rays in lanes take less time (VEC-4)
 MANY_FOR_LANES = {"float64": 112, "float32": 224}  # spheres from which on the tree takes less time than lanes (VEC-4)
 MANY = 64  # spheres from which on, or half as many of the other shapes, the tree is surely the faster way

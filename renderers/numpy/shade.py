@@ -41,12 +41,10 @@ def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams, 
             feeler = starts.take(rays, axis=1), l.take(rays, axis=1), distances[rays]
             blocked = scene.blocked(*feeler)
             if outside is not None:
-                asked = np.flatnonzero((blocked == 1) & (outside[rays] != 0))
+                asked = np.flatnonzero(blocked & (outside[rays] != 0))
                 passed = scene.contact.lets_by(*(a.take(asked, axis=-1) for a in (*feeler, outside[rays])))
-                blocked[asked[passed]] = 0
-            lit[rays] = blocked == 0
-            if scene.may_fail:
-                total[:, rays[np.isnan(blocked)]] = np.nan
+                blocked[asked[passed]] = False
+            lit[rays] = ~blocked
             feelers += len(rays)
         light = diffuse * np.where(lit, cosines, 0)
         highlights = dot(l, directions) - 2 * cosines * d_dot_n  # -(r·d) with r = 2 (n·l) n - l

@@ -75,10 +75,7 @@ def see(scene, rays, samples, first, layer, last, counts, dimmed=None):
     """
     t, shapes = scene.nearest(rays.origins, rays.directions)
     missed, hit = np.flatnonzero(shapes < 0), np.flatnonzero(shapes >= 0)
-    background = scene.background
-    if scene.may_fail:
-        background = np.where(np.isnan(t[missed]), t[missed], background)
-    add(layer[0][:3], rays.targets[missed], rays.weights.take(missed, axis=-1) * background)
+    add(layer[0][:3], rays.targets[missed], rays.weights.take(missed, axis=-1) * scene.background)
 
     t, shapes = t[hit], shapes[hit]
     rays = rays.take(hit)

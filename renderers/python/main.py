@@ -10,7 +10,6 @@ with worker.importing():
     from itertools import chain
 
     from . import npy
-    from .csg import TooManyCrossings
     from .eye import Eye
     from .number import number
     from .sample import SAMPLERS
@@ -72,11 +71,7 @@ def hits(scene, rays):
     """One frame: a row (t, point, normal, object) of floats for each ray."""
     rows = []
     for ray in rays:
-        try:
-            hit = first_hit(scene, ray[0:3], unit(ray[3:6], scene.number), math.inf)
-        except TooManyCrossings:
-            rows.append((math.nan,) * 7 + (-1,))
-            continue
+        hit = first_hit(scene, ray[0:3], unit(ray[3:6], scene.number), math.inf)
         if hit is None:
             rows.append((math.inf, 0, 0, 0, 0, 0, 0, -1))
         else:
