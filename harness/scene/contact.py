@@ -1,67 +1,59 @@
-"""Finds whether a surface of a ranked clear solid can lie where another object has one too, over an area (MED-6).
+"""Finds whether faces of several objects can be in one place over an area, where that is seen (MED-6, MED-9).
 
-Conservative: what it takes for touching may only come close, or touch outside of a CSG solid's surface. What crosses at
-an angle does not touch.
+Conservative: it takes for one place what only comes close, and faces of parts that are no surface of their CSG solid.
+What crosses at an angle is not in one place.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from harness.scene.bounds import bounds, padded
-from harness.scene.media import OPAQUE, density, solid
-from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere
+from harness.scene.media import OPAQUE, close, density, media, solid
+from harness.scene.model import Csg, Ellipsoid, Mesh, Polygon, Sphere
 
 # Distances count as none up to this share of a face's extent, and of the coordinates: 4 times what float32 takes for
 # one place (OFF-1). Faces at smaller angles than the first, in radians, count as parallel.
 OF_EXTENT, OF_COORDINATES = 2.0**-17, 2.0**-20
-MOST_PAIRS = 1 << 24  # of faces; two objects with more that come close count as touching
+FEW = 64  # triangles of an object from which on those far from all other objects are left out
 
 
 class Flats(NamedTuple):
-    """Plane faces: unit normals (n, 3), a vertex of each (n, 3), and their boxes (n, 2, 3)."""
+    """Triangles (n, 3, 3), their unit normals (n, 3) and boxes (n, 2, 3), and the indices of their objects (n,)."""
 
+    corners: np.ndarray
     normals: np.ndarray
-    points: np.ndarray
     boxes: np.ndarray
+    owners: np.ndarray
 
     def take(self, which):
         return Flats(*(array[which] for array in self))
 
 
-def contact(scene, ranked):
-    """Whether one of the solids `ranked`, indices of objects, touches another object."""
-    if not len(ranked):
+@lru_cache(maxsize=8)
+def contact(scene):
+    """Whether a clear solid with a rank touches another object, or two other surfaces in one place are both seen."""
+    if len(scene.objects) < 2:
         return False
-    exact = bounds(scene.objects)
-    finite = np.where(np.isfinite(exact), exact, 0)
-    slack = _slack(finite)[:, None]
-    low, high = exact[:, 0] - slack, exact[:, 1] + slack
-    faces = {}
-
-    def faces_of(i):
-        if i not in faces:
-            faces[i] = _faces(scene.objects[i])
-        return faces[i]
-
-    done = set()
-    for i in ranked:
-        done.add(i)
-        near = np.flatnonzero(((low <= high[i]) & (low[i] <= high)).all(axis=1))
-        for j in near.tolist():
-            if j not in done and _touch(faces_of(i), faces_of(j)):
-                return True
-    return False
+    ranked = np.zeros(len(scene.objects), bool)
+    ranked[[i for i, _ in media(scene)]] = True
+    boxes = bounds(scene.objects)
+    slack = _slack(np.where(np.isfinite(boxes), boxes, 0))[:, None, None]
+    boxes = boxes + slack * [[[-1.0], [1.0]]]
+    flats = _flats(scene.objects, boxes)
+    rounds = [[*map(_ellipsoid, filter(_is_round, _parts(thing)))] for thing in scene.objects]
+    return _flats_touch(scene, flats, ranked) or _rounds_touch(scene, rounds, flats, boxes, ranked)
 
 
-def precedence(scene, ranked):
+def precedence(scene):
     """int32 (objects,): of surfaces in one place that of the object with the largest number is there (MED-7).
 
-    ranked: clear solids in the order of MED-2, indices of objects. Empty if none of them touches another object.
+    Empty if there is no contact.
     """
-    if not contact(scene, ranked):
+    if not contact(scene):
         return np.zeros(0, np.int32)
-    rank = {i: place for place, i in enumerate(ranked)}
+    rank = {i: place for place, (i, _) in enumerate(media(scene))}
     extent = np.nan_to_num(padded(bounds(scene.objects)), posinf=1e30, neginf=-1e30)
 
     def key(i):
@@ -83,80 +75,118 @@ def _slack(boxes):
     return OF_EXTENT * extent + OF_COORDINATES * np.abs(boxes).max(axis=(1, 2), initial=0)
 
 
-def _faces(thing):
-    """The plane faces of an object or of its parts as Flats, and its round ones: a list of (centre, axes (3, 3))."""
-    corners, rounds = [], []
-    for part in thing.parts() if isinstance(thing, Csg) else [thing]:
-        match part:
-            case Sphere():
-                rounds.append((np.array(part.centre), part.radius * np.eye(3)))
-            case Ellipsoid():
-                rounds.append((np.array(part.centre), np.array(part.axes)))
-            case Polygon():
-                corners.append(_fan(np.array(part.vertices)))
-            case Mesh():
-                corners.append(part.vertices[part.triangles])
-            case Box():
-                corners.append(_sides(np.array(part.corner), np.array(part.edges)))
-    return _flats(corners), rounds
+def _parts(thing):
+    return thing.parts() if isinstance(thing, Csg) else [thing]
 
 
-def _fan(vertices):
-    """Triangles (m - 2, 3, 3) of a polygon."""
-    return np.stack([np.broadcast_to(vertices[0], vertices[2:].shape), vertices[1:-1], vertices[2:]], axis=1)
+def _is_round(part):
+    return isinstance(part, Sphere | Ellipsoid)
 
 
-def _sides(corner, edges):
-    """Two triangles (12, 3, 3) of each side of a box."""
+def _ellipsoid(part):
+    """Centre (3,) and semi-axes (3, 3)."""
+    axes = part.radius * np.eye(3) if isinstance(part, Sphere) else np.array(part.axes)
+    return np.array(part.centre, float), axes
+
+
+def _flats(objects, boxes):
+    """The plane faces of all objects as Flats, but those of large objects that are far from all others."""
+    corners, owners = [np.zeros((0, 3, 3))], []
+    for i, thing in enumerate(objects):
+        found = [_triangles(part) for part in _parts(thing) if not _is_round(part)]
+        triangles = np.concatenate([np.zeros((0, 3, 3)), *found])
+        if len(triangles) > FEW:
+            triangles = triangles[_near_others(triangles, i, boxes)]
+        corners.append(triangles)
+        owners.append(np.full(len(triangles), i))
+    corners, owners = np.concatenate(corners), np.concatenate(owners)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    proper = lengths > 0
+    corners, owners, normals = corners[proper], owners[proper], normals[proper] / lengths[proper, None]
+    return Flats(corners, normals, np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1), owners)
+
+
+def _triangles(part):
+    """Triangles (n, 3, 3) of a part with plane faces, outward if it is a solid."""
+    if isinstance(part, Mesh):
+        return part.vertices[part.triangles]
+    if isinstance(part, Polygon):
+        v = np.array(part.vertices)
+        return np.stack([np.broadcast_to(v[0], v[2:].shape), v[1:-1], v[2:]], axis=1)
+    corner, edges = np.array(part.corner), np.array(part.edges)
+    right = np.linalg.det(edges) > 0
     found = []
     for a in range(3):
         b, c = edges[a - 2], edges[a - 1]
-        for start in (corner, corner + edges[a]):
-            found += [[start, start + b, start + c], [start + b + c, start + b, start + c]]
+        for start, outward in ((corner, False), (corner + edges[a], True)):
+            for one in ([start, start + b, start + b + c], [start, start + b + c, start + c]):
+                found.append(one if outward == right else one[::-1])
     return np.array(found)
 
 
-def _flats(corners):
-    """Flats of triangles (n, 3, 3); those without an area are none."""
-    corners = np.concatenate([np.zeros((0, 3, 3)), *corners])
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1)
-    real = lengths > 0
-    corners, normals = corners[real], normals[real] / lengths[real, None]
-    return Flats(normals, corners[:, 0], np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1))
+def _near_others(triangles, i, boxes):
+    """Those that meet the box of an object other than `i`."""
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    meets = ((boxes[:, 0] <= boxes[i, 1]) & (boxes[i, 0] <= boxes[:, 1])).all(axis=1)
+    meets[i] = False
+    found = np.zeros(len(triangles), bool)
+    for j in np.flatnonzero(meets):
+        found |= ((low <= boxes[j, 1]) & (boxes[j, 0] <= high)).all(axis=1)
+    return found
 
 
-def _touch(some, others):
-    (flats, rounds), (other_flats, other_rounds) = some, others
-    return (
-        _flats_touch(flats, other_flats)
-        or any(_round_touches(each, other_flats) for each in rounds)
-        or any(_round_touches(each, flats) for each in other_rounds)
-        or any(_rounds_touch(a, b) for a in rounds for b in other_rounds)
-    )
-
-
-def _flats_touch(a, b):
-    a, b = _near(a, b), _near(b, a)
-    if len(a.points) * len(b.points) > MOST_PAIRS:
-        return True
-    slack_a, slack_b = _slack(a.boxes), _slack(b.boxes)
-    for normal, point, box, slack in zip(*a, slack_a, strict=True):
-        room = slack + slack_b
-        meet = ((box[0] <= b.boxes[:, 1] + room[:, None]) & (b.boxes[:, 0] <= box[1] + room[:, None])).all(axis=1)
-        parallel = np.linalg.norm(np.cross(b.normals, normal), axis=1) <= OF_EXTENT
-        if (meet & parallel & (np.abs((b.points - point) @ normal) <= room)).any():
+def _flats_touch(scene, flats, ranked):
+    """Whether plane faces of two objects overlap in one plane."""
+    eye = np.add(scene.camera.centre, scene.camera.e)
+    solids = np.array([solid(thing) for thing in scene.objects], bool)
+    slack = _slack(flats.boxes)
+    low, high = flats.boxes[:, 0] - slack[:, None], flats.boxes[:, 1] + slack[:, None]
+    for some in close(low):
+        near = np.flatnonzero(((low <= high[some].max(axis=0)) & (low[some].min(axis=0) <= high)).all(axis=1))
+        a, b = some[:, None], near[None, :]
+        pairs = (flats.owners[a] < flats.owners[b]) & (low[a] <= high[b]).all(axis=2) & (low[b] <= high[a]).all(axis=2)
+        a, b = some[np.nonzero(pairs)[0]], near[np.nonzero(pairs)[1]]
+        room = slack[a] + slack[b]
+        na, nb = flats.normals[a], flats.normals[b]
+        one = np.linalg.norm(np.cross(na, nb), axis=1) <= OF_EXTENT
+        one &= np.abs(((flats.corners[b] - flats.corners[a, :1]) * na[:, None]).sum(axis=2)).max(axis=1) <= 3 * room
+        outside = [((eye - flats.corners[k, 0]) * flats.normals[k]).sum(axis=1) > 0 for k in (a, b)]
+        seen = (outside[0] | ~solids[flats.owners[a]]) & (outside[1] | ~solids[flats.owners[b]])
+        one &= ranked[flats.owners[a]] | ranked[flats.owners[b]] | seen
+        if any(_overlap(flats.corners[i], flats.corners[j], flats.normals[i], r)
+               for i, j, r in zip(a[one], b[one], room[one], strict=True)):  # fmt: skip
             return True
     return False
 
 
-def _near(flats, others):
-    """Those of `flats` that lie in the box of the others."""
-    if not len(others.points):
-        return flats.take(slice(0))
-    slack = (_slack(flats.boxes) + _slack(others.boxes).max())[:, None]
-    low, high = others.boxes[:, 0].min(axis=0), others.boxes[:, 1].max(axis=0)
-    return flats.take(((flats.boxes[:, 0] - slack <= high) & (low <= flats.boxes[:, 1] + slack)).all(axis=1))
+def _overlap(a, b, normal, room):
+    """Whether two triangles (3, 3) in one plane share more than an edge: no side of either is between them."""
+    for triangle in (a, b):
+        for side in triangle - triangle[[1, 2, 0]]:
+            across = np.cross(side, normal)
+            across /= np.linalg.norm(across)
+            first, second = a @ across, b @ across
+            if min(first.max(), second.max()) - max(first.min(), second.min()) <= room:
+                return False
+    return True
+
+
+def _rounds_touch(scene, rounds, flats, boxes, ranked):
+    """Whether a round face touches a plane one or another round one without crossing it, or is the same."""
+    for i, some in enumerate(rounds):
+        mine = flats.take((flats.owners != i) & (ranked[flats.owners] | ranked[i])) if some else None
+        if any(_round_touches(each, mine) for each in some):
+            return True
+    with_rounds = [i for i, some in enumerate(rounds) if some]
+    low, high = boxes[with_rounds, 0], boxes[with_rounds, 1]
+    for place, i in enumerate(with_rounds):
+        meets = ((low[place + 1 :] <= high[place]) & (low[place] <= high[place + 1 :])).all(axis=1)
+        for j in np.array(with_rounds[place + 1 :], int)[meets]:
+            touch = _touch if ranked[i] or ranked[j] else _same
+            if any(touch(a, b) for a in rounds[i] for b in rounds[j]):
+                return True
+    return False
 
 
 def _round_touches(ellipsoid, flats):
@@ -164,21 +194,29 @@ def _round_touches(ellipsoid, flats):
     centre, axes = ellipsoid
     reach = np.sqrt((axes**2).sum(axis=0))
     slack = _slack(flats.boxes) + _slack(np.array([[centre - reach, centre + reach]]))
-    away = np.abs(((centre - flats.points) * flats.normals).sum(axis=1))
+    away = np.abs(((centre - flats.corners[:, 0]) * flats.normals).sum(axis=1))
     tangent = np.abs(away - np.linalg.norm(flats.normals @ axes.T, axis=1)) <= slack
     room = slack[:, None]
     meet = (flats.boxes[:, 0] - room <= centre + reach) & (centre - reach <= flats.boxes[:, 1] + room)
     return bool((tangent & meet.all(axis=1)).any())
 
 
-def _rounds_touch(a, b):
+def _same(a, b):
+    """Whether two ellipsoids are one."""
+    (centre, axes), (other, other_axes) = a, b
+    size = np.abs(axes).max()
+    moved = np.abs(centre - other).max() + np.abs(axes.T @ axes - other_axes.T @ other_axes).max() / size
+    return bool(moved <= OF_EXTENT * size + OF_COORDINATES * np.abs(centre).max())
+
+
+def _touch(a, b):
     """Whether two ellipsoids touch: neither apart, nor one within the other, nor spheres that cross."""
-    radii = [np.linalg.norm(axes, axis=1) for _, axes in (a, b)]
-    if all(np.allclose(axes @ axes.T, np.eye(3) * r[0] ** 2, rtol=0, atol=1e-12 * r[0] ** 2)
+    radii = [np.linalg.norm(axes[0]) for _, axes in (a, b)]
+    if all(np.abs(axes.T @ axes - r * r * np.eye(3)).max() <= 1e-12 * r * r
            for (_, axes), r in zip((a, b), radii, strict=True)):  # fmt: skip
-        away, (r, s) = np.linalg.norm(a[0] - b[0]), (radii[0][0], radii[1][0])
-        slack = 4 * OF_EXTENT * max(r, s) + OF_COORDINATES * max(np.abs(a[0]).max(), np.abs(b[0]).max())
-        return bool(min(abs(away - (r + s)), abs(away - abs(r - s))) <= slack)
+        away = np.linalg.norm(a[0] - b[0])
+        slack = 4 * OF_EXTENT * max(radii) + OF_COORDINATES * max(np.abs(a[0]).max(), np.abs(b[0]).max())
+        return bool(min(abs(away - sum(radii)), abs(away - abs(radii[0] - radii[1]))) <= slack)
     return not any(_clear_of(first, second) for first, second in ((a, b), (b, a)))
 
 

@@ -36,8 +36,7 @@ def flatten(scene, arithmetic="linear"):
     ranges = [(*triangles.add(mesh), mesh.closed) for _, mesh in meshes]
     code = _Code(triangles)
     csg_ranges = [code.add(solid) for _, solid in solids]
-    solids_by_rank = media(scene)
-    ranked = [(i, rows[scene.objects[i].material], eye) for i, eye in solids_by_rank]
+    ranked = [(i, rows[scene.objects[i].material], eye) for i, eye in media(scene)]
     camera, air = scene.camera, scene.air
     lights = [(*light.position, *light.colour, light.radius) for light in scene.lights]
     materials = [(*m.diffuse, m.k_s, m.exponent, *m.attenuation, m.eps_r, m.mu_r, m.roughness) for m in rows]
@@ -70,7 +69,7 @@ def flatten(scene, arithmetic="linear"):
         "mesh_ids": ids(meshes),
         "csg_ids": ids(solids),
         "media": _table(ranked, 3, INTEGER),
-        "precedence": precedence(scene, [i for i, _ in solids_by_rank]),
+        "precedence": precedence(scene),
     }
 
 

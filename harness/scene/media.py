@@ -55,7 +55,7 @@ def density(material):
 
 def _meeting(boxes, chosen):
     """Yields those of `chosen` whose box meets the box of any other object. Boxes whose faces touch meet."""
-    for some in _close(boxes[chosen, 0]):
+    for some in close(boxes[chosen, 0]):
         some = chosen[some]
         low, high = boxes[some, 0], boxes[some, 1]
         near = np.flatnonzero(((boxes[:, 0] <= high.max(axis=0)) & (low.min(axis=0) <= boxes[:, 1])).all(axis=1))
@@ -64,7 +64,7 @@ def _meeting(boxes, chosen):
         yield from some[meet.any(axis=1)].tolist()
 
 
-def _close(points):
+def close(points):
     """Yields indices of neighbouring points (N, 3), TOGETHER at a time: slabs of x, columns of y, sorted by z."""
     ranks = points.argsort(axis=0).argsort(axis=0)
     cuts = max(round((len(points) / TOGETHER) ** (1 / 3)), 1)

@@ -63,7 +63,7 @@ def eye_rays(scene, samples, first, count, size):
     for begin in range(0, count, size):
         targets = np.arange(begin, min(begin + size, count))
         origins, directions = samples.rays(first + targets)
-        sets = np.full(len(targets), scene.media.eye) if scene.media.any else None
+        sets = np.full(len(targets), scene.media.eye) if scene.media.any or scene.contact else None
         paths = np.zeros(len(targets), np.uint64) if scene.draws else None
         yield Rays(origins, directions, np.ones(len(targets), scene.precision), targets, sets, paths)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from random_scenes import words
 from stage import turned
-from touching import FAR, GLASS, MATTE, WATER, cut, parallelepiped, room, shuffled
+from touching import FAR, GLASS, MATTE, RED, WATER, cut, parallelepiped, room, shuffled
 
 KINDS = ("box", "sphere", "ellipsoid", "solid", "boxes", "meshes")
 MOST = 0.002  # of the pixels
@@ -125,6 +125,28 @@ def test_an_opaque_sheet_between_two_glasses(render):
     whole = f"{parallelepiped(-a - b - c, (2 * a, 2 * b, 2 * c))} {GLASS}"
     assert differ(first, render([*lines, whole, f"POLYGON 4 {sunk} {MATTE}"]), 1e-5) <= 2 * MOST
     assert differ(render(shuffled(np.random.default_rng(2), [*lines, *parts])), first, 1e-9) <= MOST
+
+
+@pytest.mark.parametrize("under", ["box", "ball", "mirror"])
+def test_a_picture_on_a_wall_is_seen(render, under):
+    """Opaque on opaque: the smaller precedes, in any order, as if it were in front by next to nothing."""
+    rng = np.random.default_rng(14)
+    lines, (a, b, c) = room(rng), turned(rng)
+    if c[2] < 0:
+        a, c = -a, -c  # its front is seen
+    mirror = MATTE.replace("0.1 20", "0.7 20")
+    if under == "ball":
+        things = [f"SPHERE (0,0,0) 1 {MATTE}", f"AND SPHERE (0,0,0) 1 {parallelepiped(-0.5 * a, (a, b, c))} END {RED}"]
+        front = [things[0], things[1].replace("(0,0,0) 1", "(0,0,0) 1.000000001", 1)]
+    else:
+        wall = f"{parallelepiped(-a - b - c, (2 * a, 2 * b, c))} {mirror if under == 'mirror' else MATTE}"
+        corners = [x * a + y * b for x, y in ((-0.5, -0.4), (0.6, -0.4), (0.6, 0.7), (-0.5, 0.7))]
+        things, front = ([wall, f"POLYGON 4 {' '.join(words(p + up * c) for p in corners)} {RED}"] for up in (0, 1e-9))
+    first = render([*lines, *things])
+    assert differ(first, render([*lines, *front]), 1e-5) <= 2 * MOST
+    assert differ(first, render([*lines, things[0]]), 1e-2) > 0.02
+    for _ in range(2):
+        assert differ(render(shuffled(rng, [*lines, *things])), first, 1e-9) <= MOST
 
 
 @pytest.mark.parametrize("accel", ["none", "bvh"])

@@ -21,7 +21,7 @@ WATER = " (0,0,0) 1 1 (1,1,1) 1.77 1\n"
 
 def touches(content):
     scene = text.read(CAMERA + content)
-    found = contact(scene, [i for i, _ in media(scene)])
+    found = contact(scene)
     assert ("contact" in needs(scene, Parameters())) == found
     assert len(flatten(scene)["precedence"]) == (len(scene.objects) if found else 0)
     return found
@@ -49,7 +49,7 @@ def test_what_touches(seed, tmp_path):
     assert touches(box + GLASS + floor)
     assert touches(box + GLASS + beside + WATER)
     assert touches(box + GLASS + beside + MATT)
-    assert not touches(box + MATT + beside + MATT + floor)
+    assert not touches(box + MATT + beside + MATT)
     assert touches(floor + f"SPHERE {at(0.3, 1, 0.2)} 1{GLASS}")
     assert touches(f"SPHERE {at(0.3, 1, 0.2)} 1{GLASS}SPHERE {at(0.3, 2.5, 0.2)} 0.5{GLASS}")
     assert touches(f"SPHERE {at(0.3, 1, 0.2)} 1{GLASS}SPHERE {at(0.3, 1, 0.2)} 1{WATER}")
@@ -82,6 +82,26 @@ def test_what_does_not(seed):
     assert not touches(f"SPHERE {at(0, 0, 0)} 1{GLASS}SPHERE {at(3, 0, 0)} 1{GLASS}")
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_opaque_faces_in_one_place_count_where_they_are_seen(seed):
+    print("seed", seed)
+    rng = np.random.default_rng([10, seed])
+    at, along = placed(rng)
+    card = f"POLYGON 4 {at(0.2, 1, 0.2)} {at(0.7, 1, 0.2)} {at(0.7, 1, 0.7)} {at(0.2, 1, 0.7)}{MATT}"
+    beside = f"POLYGON 4 {at(0.7, 1, 0.2)} {at(1.7, 1, 0.2)} {at(1.7, 1, 0.7)} {at(0.7, 1, 0.7)}{MATT}"
+    box = f"BOX {at(0, 0, 0)} {along(1, 0, 0)} {along(0, 1, 0)} {along(0, 0, 1)}{MATT}"
+    ball = f"SPHERE {at(0, 0, 0)} 1{MATT}"
+
+    def eye(*point):
+        return f"CAMERA {at(*point)} (1e-3,0,0) (0,1e-3,0) (0,0,1e-3)\n"
+
+    for place, seen in (((0, 5, 0), True), ((0, -5, 0), False)):
+        assert bool(contact(text.read(eye(*place) + box + card))) == seen
+        assert contact(text.read(eye(*place) + card + card))
+        assert not contact(text.read(eye(*place) + card + beside))
+    assert contact(text.read(eye(0, 5, 0) + ball + ball)) and not contact(text.read(eye(0, 5, 0) + ball + box))
+
+
 def test_precedence_hangs_on_no_order():
     floor = "POLYGON 4 (-5,0,-5) (5,0,-5) (5,0,5) (-5,0,5)" + MATT
     card = "POLYGON 4 (0,0,0) (0.5,0,0) (0.5,0,0.5) (0,0,0.5) (1,0,0) 0 1 (0,0,0) 1e6 1\n"
@@ -92,7 +112,7 @@ def test_precedence_hangs_on_no_order():
     for _ in range(10):
         order = rng.permutation(len(things))
         scene = text.read(CAMERA + "".join(things[k] for k in order))
-        numbers = precedence(scene, [i for i, _ in media(scene)])
+        numbers = precedence(scene)
         ranked = order[np.argsort(numbers)].tolist()
         assert ranked == [1, 0, 2, 3, 4]
         equal = text.read(CAMERA + "".join(small + m for m in ((GLASS, WATER), (WATER, GLASS))[order[0] % 2]))

@@ -154,7 +154,7 @@ def test_shapes():
         Box(MATT, (0, 0, 0), AXES),
         Polygon(MATT, AXES),
         Ellipsoid(MATT, (0, 0, 0), AXES),
-        Ellipsoid(MATT, (0, 0, 0), AXES),
+        Ellipsoid(MATT, (9, 0, 0), AXES),
     )
     assert shapes(Scene(CAMERA, things)) == {"box", "polygon", "ellipsoid"}
     assert needs(Scene(CAMERA, things), Parameters(depth=0)) == ("box", "ellipsoid", "polygon")
