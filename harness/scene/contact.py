@@ -33,16 +33,21 @@ class Flats(NamedTuple):
 
 @lru_cache(maxsize=8)
 def contact(scene):
-    """Whether a clear solid with a rank touches another object, or two other surfaces in one place are both seen."""
-    if len(scene.objects) < 2:
+    """Whether a clear solid with a rank touches another object, two other surfaces in one place are both seen, or a
+    light lies on a surface.
+    """
+    if len(scene.objects) < 2 and not scene.lights:
         return False
     ranked = np.zeros(len(scene.objects), bool)
     ranked[[i for i, _ in media(scene)]] = True
     boxes = bounds(scene.objects)
     slack = _slack(np.where(np.isfinite(boxes), boxes, 0))[:, None, None]
     boxes = boxes + slack * [[[-1.0], [1.0]]]
-    flats = _flats(scene.objects, boxes)
+    places = np.array([light.position for light in scene.lights]).reshape(-1, 3)
+    flats = _flats(scene.objects, np.concatenate([boxes, np.repeat(places[:, None], 2, axis=1)]))
     rounds = [[*map(_ellipsoid, filter(_is_round, _parts(thing)))] for thing in scene.objects]
+    if any(_light_on(place, flats, rounds) for place in places):
+        return True
     return _flats_touch(scene, flats, ranked) or _rounds_touch(scene, rounds, flats, boxes, ranked)
 
 
@@ -90,8 +95,8 @@ def _ellipsoid(part):
 
 
 def _flats(objects, boxes):
-    """The plane faces of all objects as Flats, but those of large objects that are far from all others."""
-    corners, owners = [np.zeros((0, 3, 3))], []
+    """The plane faces of all objects as Flats, but those of large objects that meet no other of the boxes (n, 2, 3)."""
+    corners, owners = [np.zeros((0, 3, 3))], [np.zeros(0, int)]
     for i, thing in enumerate(objects):
         found = [_triangles(part) for part in _parts(thing) if not _is_round(part)]
         triangles = np.concatenate([np.zeros((0, 3, 3)), *found])
@@ -134,6 +139,19 @@ def _near_others(triangles, i, boxes):
     for j in np.flatnonzero(meets):
         found |= ((low <= boxes[j, 1]) & (boxes[j, 0] <= high)).all(axis=1)
     return found
+
+
+def _light_on(place, flats, rounds):
+    """Whether a point (3,) lies on a surface."""
+    room = _slack(flats.boxes) + OF_COORDINATES * np.abs(place).max()
+    on = np.abs(((place - flats.corners[:, 0]) * flats.normals).sum(axis=1)) <= room
+    on &= ((flats.boxes[:, 0] - room[:, None] <= place) & (place <= flats.boxes[:, 1] + room[:, None])).all(axis=1)
+    return bool(on.any()) or any(
+        abs(np.linalg.norm((place - centre) @ np.linalg.inv(axes)) - 1)
+        <= OF_EXTENT + OF_COORDINATES * np.abs(place).max() / np.linalg.norm(axes, axis=1).min()
+        for some in rounds
+        for centre, axes in some
+    )
 
 
 def _flats_touch(scene, flats, ranked):

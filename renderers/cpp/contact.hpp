@@ -29,6 +29,12 @@ public:
 
     bool possible() const { return methods::merges && !precedence.empty(); }
 
+    // LOC-2: how far what stops a feeler to a light may be, which is less far than what the light lies on.
+    Real reach(Real distance, const Ray<Real>& feeler) const
+    {
+        return distance - 512 * epsilon * (largest + ::largest(feeler.origin + distance * feeler.direction));
+    }
+
     // MED-6: of a ray in the set `inside` that hits a shape at `at`. to_probe(ray) is what its tests take.
     template<typename ToProbe>
     [[gnu::noinline]] Place<Real> meet(Solids inside, const Vec3<Real>& direction, const Surface<Real>& at, int shape,

@@ -150,6 +150,9 @@ private:
     bool stopped(Ray<Real> feeler, Real distance, [[maybe_unused]] const Both& sides, [[maybe_unused]] bool beyond,
                  Desk<Real>& desk) const
     {
+        if constexpr (needs::touching)
+            if (contact.possible())
+                distance = contact.reach(distance, feeler);
         if (!shapes.blocked(desk.probe(feeler), distance))
             return false;
         if constexpr (needs::touching) {

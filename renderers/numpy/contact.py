@@ -34,6 +34,10 @@ class Contact:
         optics = np.vstack([scene.refractive_index, scene.mu, scene.attenuation])
         self.medium = np.unique(optics, axis=1, return_inverse=True)[1].ravel()  # equal of equal media
 
+    def reach(self, distances, light):
+        """How far what stops feelers to a light (3, ..) may be: less far than what the light lies on (LOC-2)."""
+        return distances - 512 * self.scene.epsilon * (self.extents.max() + np.abs(light).max())
+
     def meet(self, sets, directions, points, normals, sizes, shapes):
         """The Places where rays in the `sets` hit `shapes` at `points`."""
         media = self.scene.media

@@ -38,7 +38,10 @@ def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams, 
         lit = cosines > 0
         if scene.shadows:
             rays = np.flatnonzero(lit)
-            feeler = starts.take(rays, axis=1), l.take(rays, axis=1), distances[rays]
+            reach = distances[rays]
+            if outside is not None:
+                reach = scene.contact.reach(reach, position)
+            feeler = starts.take(rays, axis=1), l.take(rays, axis=1), reach
             blocked = scene.blocked(*feeler)
             if outside is not None:
                 asked = np.flatnonzero(blocked & (outside[rays] != 0))

@@ -1,7 +1,7 @@
 """Surfaces in one place, and the media that they part (MED-6 to MED-8)."""
 
 from . import csg
-from .vector import add, dot, scale
+from .vector import add, dot, largest, scale
 
 GRAZING = 2.0**-10  # least |d·n| that the way back to the start of MED-6 is worked out with
 
@@ -20,14 +20,18 @@ class Place:
 class Contact:
     """The surfaces of a scene, to be asked which of them are in one place.
 
-    numbers: of precedence.npy. shift: of shade.shifting.
+    numbers: of precedence.npy. shift: of shade.shifting. epsilon: of OFF-1.
     """
 
-    def __init__(self, scene, numbers, shift):
+    def __init__(self, scene, numbers, shift, epsilon):
         self.scene, self.numbers, self.shift = scene, numbers, shift
         self.pairs = [(search, shape.row) for search, shape in scene.items]
         self.sizes = {shape: extent(shape) for _, shape in scene.items}
-        self.largest = max(self.sizes.values())
+        self.largest, self.epsilon = max(self.sizes.values()), epsilon
+
+    def reach(self, distance, light):
+        """How far what stops a feeler to a light may be: less far than what the light lies on (LOC-2)."""
+        return distance - 512 * self.epsilon * (self.largest + largest(light))
 
     def near(self, point, normal, slope):
         """Pairs (search, row) of the shapes that may be in one place with `point`."""

@@ -61,7 +61,8 @@ class Scene:
         self.contact = None
         numbers = read.integers("precedence")
         if "contact" in job.needs and job.merge == "tolerant" and len(numbers):
-            self.contact = Contact(self, numbers, shifting(job.offset, number.real(job.epsilon)))
+            epsilon = number.real(job.epsilon)
+            self.contact = Contact(self, numbers, shifting(job.offset, epsilon), epsilon)
 
     def accelerate(self, accel, items):
         """Choose the search among `items`, pairs (search, shape) in the order of HIT-2. grown: is it by a tree?"""

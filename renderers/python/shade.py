@@ -68,6 +68,8 @@ def local(scene, lights, direction, point, normal, shape, shadows, counts):
         if shadows:
             counts.shadow += 1
             start = scene.leave(point, normal, shape.size, 1)
+            if scene.contact is not None:
+                distance = scene.contact.reach(distance, (x, y, z))
             if scene.nearest(start, (lx, ly, lz), distance) is not None and not (
                 shape.sets and lets_by(scene, start, (lx, ly, lz), distance, shape.sets[dot(direction, normal) > 0])
             ):

@@ -132,8 +132,8 @@ def test_a_picture_on_a_wall_is_seen(render, under):
     """Opaque on opaque: the smaller precedes, in any order, as if it were in front by next to nothing."""
     rng = np.random.default_rng(14)
     lines, (a, b, c) = room(rng), turned(rng)
-    if c[2] < 0:
-        a, c = -a, -c  # its front is seen
+    while c[2] < 0.5:  # its front is seen
+        a, b, c = turned(rng)
     mirror = MATTE.replace("0.1 20", "0.7 20")
     if under == "ball":
         things = [f"SPHERE (0,0,0) 1 {MATTE}", f"AND SPHERE (0,0,0) 1 {parallelepiped(-0.5 * a, (a, b, c))} END {RED}"]
@@ -147,6 +147,29 @@ def test_a_picture_on_a_wall_is_seen(render, under):
     assert differ(first, render([*lines, things[0]]), 1e-2) > 0.02
     for _ in range(2):
         assert differ(render(shuffled(rng, [*lines, *things])), first, 1e-9) <= MOST
+
+
+@pytest.mark.parametrize("on", ["polygon", "ball", "box"])
+def test_a_light_on_a_surface_shines(render, on):
+    """As if it were in front of it by next to nothing, whichever way its feelers come."""
+    rng = np.random.default_rng(16)
+    lines, a = room(rng, -1.1), turned(rng)[0]
+    lamp, up = np.array([0.2, 1.3, 0.4]), np.array([0.1, -0.9, 0.3])
+    up /= np.linalg.norm(up)
+    a = np.cross(up, a) / np.linalg.norm(np.cross(up, a))
+    b = np.cross(up, a)
+    things = {
+        "polygon": f"POLYGON 3 {' '.join(words(lamp + p) for p in (a, b - a, -b))}",
+        "ball": f"SPHERE {words(lamp - 0.4 * up)} 0.4",
+        "box": parallelepiped(lamp - 0.5 * a - 0.3 * b - 0.2 * up, (a, b, 0.2 * up)),
+    }
+
+    def scene(place):
+        return [*lines, f"{things[on]} {MATTE}", f"LIGHT {words(place)} (1,1,1) 0"]
+
+    shines = render(scene(lamp))
+    assert differ(shines, render(scene(lamp + 1e-9 * up)), 1e-5) <= 0.01  # all but feelers in the plane
+    assert differ(shines, render(scene(lamp - 0.01 * up)), 1e-2) > 0.05
 
 
 @pytest.mark.parametrize("accel", ["none", "bvh"])

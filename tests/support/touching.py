@@ -17,7 +17,7 @@ def room(rng, floor=-2.2):
     """Camera, lights and objects around the origin, as lines."""
     x, z = rng.uniform(-0.3, 0.3, 2)
     return [
-        f"CAMERA ({x},{0.2 + z},6) (1.2,0,0.1) (0,1.2,0) (0.25,0,3)",
+        f"CAMERA ({x},{0.2 + z},6) (0.55,0,0.1) (0,0.55,0) (0.25,0,3)",
         "AMBIENT (0.3,0.3,0.3)",
         "BACKGROUND (0.2,0.3,0.5)",
         f"LIGHT {words(rng.normal((5, 8, 6)))} (1,1,1) 0",

@@ -61,9 +61,15 @@ DEVICE real3 light_from(const Scene *scene, Desk *desk, real3 place, real3 colou
         Ray feeler;
         feeler.origin = leave(*at, 1, number(scene, EPSILON_OF_RAYS)), feeler.direction = l;
         desk->shadow += asks;
-        if (search(scene, feeler, desk, distance, true, asks).shape >= 0) {
+        real reach = distance;
 #if TOUCHING
-            if (!scene->at.touching || !around || !lets_by(scene, desk, feeler, distance, around))
+        if (scene->at.touching)  // less far than what the light lies on
+            reach = reach - 512 * number(scene, EPSILON_OF_RAYS) *
+                                (number(scene, scene->at.extents_at + scene->at.shapes) + largest(place));
+#endif
+        if (search(scene, feeler, desk, reach, true, asks).shape >= 0) {
+#if TOUCHING
+            if (!scene->at.touching || !around || !lets_by(scene, desk, feeler, reach, around))
 #endif
                 return sum;
         }
