@@ -162,32 +162,43 @@ def _flats_touch(scene, flats, ranked):
     low, high = flats.boxes[:, 0] - slack[:, None], flats.boxes[:, 1] + slack[:, None]
     for some in close(low):
         near = np.flatnonzero(((low <= high[some].max(axis=0)) & (low[some].min(axis=0) <= high)).all(axis=1))
-        a, b = some[:, None], near[None, :]
-        pairs = (flats.owners[a] < flats.owners[b]) & (low[a] <= high[b]).all(axis=2) & (low[b] <= high[a]).all(axis=2)
-        a, b = some[np.nonzero(pairs)[0]], near[np.nonzero(pairs)[1]]
-        room = slack[a] + slack[b]
-        na, nb = flats.normals[a], flats.normals[b]
-        one = np.linalg.norm(np.cross(na, nb), axis=1) <= OF_EXTENT
-        one &= np.abs(((flats.corners[b] - flats.corners[a, :1]) * na[:, None]).sum(axis=2)).max(axis=1) <= 3 * room
+        a, b = np.nonzero(_one_plane(flats, some, near, slack, low, high))
+        a, b = some[a], near[b]
         outside = [((eye - flats.corners[k, 0]) * flats.normals[k]).sum(axis=1) > 0 for k in (a, b)]
         seen = (outside[0] | ~solids[flats.owners[a]]) & (outside[1] | ~solids[flats.owners[b]])
-        one &= ranked[flats.owners[a]] | ranked[flats.owners[b]] | seen
-        if any(_overlap(flats.corners[i], flats.corners[j], flats.normals[i], r)
-               for i, j, r in zip(a[one], b[one], room[one], strict=True)):  # fmt: skip
+        one, room = ranked[flats.owners[a]] | ranked[flats.owners[b]] | seen, slack[a] + slack[b]
+        if _overlap(flats.corners[a[one]], flats.corners[b[one]], flats.normals[a[one]], room[one]).any():
             return True
     return False
 
 
-def _overlap(a, b, normal, room):
-    """Whether two triangles (3, 3) in one plane share more than an edge: no side of either is between them."""
-    for triangle in (a, b):
-        for side in triangle - triangle[[1, 2, 0]]:
-            across = np.cross(side, normal)
-            across /= np.linalg.norm(across)
-            first, second = a @ across, b @ across
-            if min(first.max(), second.max()) - max(first.min(), second.min()) <= room:
-                return False
-    return True
+def _one_plane(flats, some, near, slack, low, high):
+    """Which of `some` and `near` (n, m) are faces of two objects in one plane whose boxes meet, each pair once."""
+    normals = flats.normals[some]
+    found = flats.owners[some][:, None] < flats.owners[near]
+    found &= 1 - (normals @ flats.normals[near].T) ** 2 <= OF_EXTENT**2
+    start = (flats.corners[some, 0] * normals).sum(axis=1)[:, None]
+    for corner in range(3):
+        found &= np.abs(normals @ flats.corners[near, corner].T - start) <= 3 * (slack[some][:, None] + slack[near])
+    for axis in range(3):
+        found &= low[some, axis][:, None] <= high[near, axis]
+        found &= low[near, axis] <= high[some, axis][:, None]
+    return found
+
+
+def _overlap(a, b, normals, room):
+    """Which triangles a and b (n, 3, 3), two in one plane, share more than an edge: no side parts them."""
+    apart = np.zeros(len(a), bool)
+    for triangles in (a, b):
+        for k in range(3):
+            across = np.cross(triangles[:, k] - triangles[:, k - 1], normals)
+            across /= np.linalg.norm(across, axis=1, keepdims=True)
+            first, second = ((some * across[:, None]).sum(axis=2) for some in (a, b))
+            common = np.minimum(first.max(axis=1), second.max(axis=1)) - np.maximum(
+                first.min(axis=1), second.min(axis=1)
+            )
+            apart |= common <= room
+    return ~apart
 
 
 def _rounds_touch(scene, rounds, flats, boxes, ranked):
