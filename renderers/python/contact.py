@@ -9,12 +9,13 @@ GRAZING = 2.0**-10  # least |d·n| that the way back to the start of MED-6 is wo
 class Place:
     """Where a ray ends, in place of a shape: what is there of all the surfaces that it crosses there (MED-7).
 
-    sets: those that the ray was in and is in beyond. i, o: their media. none: there is no surface (MED-8).
+    thing: the shape. sets: those that the ray was in and is in beyond. i, o: their media. none: there is no surface
+    (MED-8).
     """
 
     def __init__(self, thing, size, sets, i, o):
         self.material, self.flat, self.identity, self.size = thing.material, thing.flat, thing.identity, size
-        self.sets, self.i, self.o = sets, i, o
+        self.thing, self.sets, self.i, self.o = thing, sets, i, o
 
 
 class Contact:

@@ -93,7 +93,7 @@ def lets_by(scene, start, direction, distance, inside):
 
 def facing(scene, lights, direction, point, normal, shape, shadows, counts):
     """As `local`, but a triangle of a closed mesh is a flat thing, lit on the side that the ray comes from (TRI-4)."""
-    if isinstance(shape, Triangle) and dot(direction, normal) > 0:
+    if isinstance(shape.thing if shape.sets else shape, Triangle) and dot(direction, normal) > 0:
         normal = scale(normal, -1)
     return local(scene, lights, direction, point, normal, shape, shadows, counts)
 

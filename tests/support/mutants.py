@@ -136,6 +136,7 @@ TELLING = {
     ),
     "mesh": ("meshes", "csg", "stability/cracks", "stability/slivers"),
     "csg": ("csg", "stability/coincident"),
+    "contact": ("contact",),
     "shade": ("closed_forms", "media", "samples", "stability/highlight", "stability/refraction"),
 }
 
