@@ -136,7 +136,6 @@ TELLING = {
     ),
     "mesh": ("meshes", "csg", "stability/cracks", "stability/slivers"),
     "csg": ("csg", "stability/coincident"),
-    "contact": ("contact",),
     "shade": ("closed_forms", "media", "samples", "stability/highlight", "stability/refraction"),
 }
 
