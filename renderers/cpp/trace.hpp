@@ -1,7 +1,7 @@
 // From a ray to its light, and to the rays that come after it.
 #pragma once
-#include "counts.hpp"
 #include "contact.hpp"
+#include "counts.hpp"
 #include "shapes.hpp"
 
 // A ray of the tree (REF-4): with the set of solids that it is in, and its path, which draws need.
@@ -58,9 +58,9 @@ struct Tracer {
     bool shadows, study_weight;
 
     Tracer(const Scene& scene, const Job& job)
-        : shapes(scene, job), media(scene), contact(made_contact(scene, job)), ambient(rounded<Real>(vec(scene.ambient.row(0)))),
-          background(rounded<Real>(vec(scene.background.row(0)))), epsilon(Real(job.epsilon)), depth(job.depth),
-          feelers(needs::soft ? job.feelers : 0), glossy_rays(0),
+        : shapes(scene, job), media(scene), contact(made_contact(scene, job)),
+          ambient(rounded<Real>(vec(scene.ambient.row(0)))), background(rounded<Real>(vec(scene.background.row(0)))),
+          epsilon(Real(job.epsilon)), depth(job.depth), feelers(needs::soft ? job.feelers : 0), glossy_rays(0),
           shadows(needs::shadows && job.shadows), study_weight(job.weight == Weight::study)
     {
         for (std::size_t i = 0; i < scene.materials.rows(); i++) {
