@@ -176,7 +176,8 @@ bool has_streams(const Job& job, const Scene& scene)
         return false;
     if (needs::touching && methods::merges && !scene.precedence.data.empty()) {  // MED-6
         if (methods::vector == Vector::on && job.accel == Accel::none)
-            throw Unsupported("has lanes for clear solids that touch only in a hierarchy: leave vector off, or accel as by default");
+            throw Unsupported("has lanes for surfaces in one place (MED-6) only in a hierarchy: leave vector off, or accel "
+                              "as by default");
         return false;
     }
     const bool fits = LaneMedia<Real>::fits(scene.media.rows());

@@ -102,8 +102,8 @@ inline void check_scene(const Scene& scene)
     check_ids(scene.mesh_ids, scene.mesh_ranges.rows(), materials, "mesh_ids");
     check_ids(scene.csg_ids, scene.csg_ranges.rows(), materials, "csg_ids");
     if (!scene.precedence.data.empty())
-        for (const Array<std::int32_t>* ids : {&scene.sphere_ids, &scene.box_ids, &scene.polygon_ids, &scene.ellipsoid_ids,
-                                               &scene.mesh_ids, &scene.csg_ids})
+        for (const Array<std::int32_t>* ids : {&scene.sphere_ids, &scene.box_ids, &scene.polygon_ids,
+                                               &scene.ellipsoid_ids, &scene.mesh_ids, &scene.csg_ids})
             for (std::size_t i = 0; i < ids->rows(); i++)
                 check_row(ids->row(i)[0], scene.precedence.data.size(), "precedence");
     check_ids(scene.media, scene.media.rows(), materials, "media");
