@@ -111,7 +111,7 @@ inline std::string built_methods(const Job& job, const Scene& scene)
         {"triangle", scene.polygon_ranges.rows() + scene.mesh_ranges.rows() > 0},
         {"slab", scene.boxes.rows() > 0},
         {"csg", scene.csg_ranges.rows() > 0},
-        {"merge", scene.csg_ranges.rows() > 0},
+        {"merge", scene.csg_ranges.rows() > 0 || !scene.precedence.data.empty()},
         {"fresnel", bounces},
         {"phong", image && needs::phong},
         {"renormalise", bounces},
