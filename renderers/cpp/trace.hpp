@@ -19,6 +19,7 @@ struct Desk {
     [[no_unique_address]] Only<needs::csg, Scratch<Real>, 'c'> scratch;
     [[no_unique_address]] Only<needs::random, Draws, 'd'> draws;
     [[no_unique_address]] Only<needs::cutoff, Real, 'w'> dropped{0};  // CUT-2: of this sample
+    [[no_unique_address]] Only<needs::touching, Solids, 'a'> around{0};  // MED-8: the set that feelers start in
 
     Probe<Real> probe(const Ray<Real>& ray)
     {
@@ -104,8 +105,8 @@ struct Tracer {
         const Real d_n = dot(branch.ray.direction, at.normal);
         const bool enters = d_n <= 0;
         const Sides sides = media.sides(branch.inside, role.material, role.rank, enters);
-        on_light(light(branch, at, material, sides, desk), attenuation(media[sides.i], hit.t));
-        leave(branch, order, desk, cuts, on_child, at, role, sides, d_n);
+        on_light(light(branch, at, material, desk), attenuation(media[sides.i], hit.t));
+        leave(branch, order, desk, cuts, on_child, at, role, material, sides, d_n, enters);
     }
 
 private:
@@ -140,51 +141,44 @@ private:
                 continue;
             }
             const Role& role = shapes.roles[std::size_t(place.shape)];
-            on_light(light(branch, place.at, materials[std::size_t(role.material)], place.sides, desk), dimmed);
-            return leave(branch, order, desk, cuts, on_child, place.at, role, place.sides, d_n);
+            desk.around = d_n <= 0 ? place.sides.was : place.sides.beyond;
+            on_light(light(branch, place.at, materials[std::size_t(role.material)], desk), dimmed);
+            return leave(branch, order, desk, cuts, on_child, place.at, role, materials[std::size_t(role.material)],
+                         place.sides, d_n, d_n <= 0);
         }
     }
 
-    // Is a feeler from one of the sides stopped (HIT-5)? What is no surface stops none (MED-8).
-    template<typename Both>  // Sides; a template, so that only what is needed is compiled
-    bool stopped(Ray<Real> feeler, Real distance, [[maybe_unused]] const Both& sides, [[maybe_unused]] bool beyond,
-                 Desk<Real>& desk) const
+    // Is a feeler stopped (HIT-5)? What is no surface stops none (MED-8).
+    bool stopped(Ray<Real> feeler, Real distance, Desk<Real>& desk) const
     {
-        if constexpr (needs::touching)
-            if (contact.possible())
-                distance = contact.reach(distance, feeler);
+        if (!contact.possible())
+            return shapes.blocked(desk.probe(feeler), distance);
+        distance = contact.reach(distance, feeler);
         if (!shapes.blocked(desk.probe(feeler), distance))
             return false;
-        if constexpr (needs::touching) {
-            if (!contact.possible())
+        Solids inside = desk.around;
+        while (inside != 0) {
+            const Probe<Real> probe = desk.probe(feeler);
+            const Hit<Real> hit = shapes.nearest(probe);
+            if (!(hit.t < distance))
+                return false;
+            const Place<Real> place = contact.meet(inside, feeler.direction, shapes.surface(probe, hit), hit.shape,
+                                                   [&](const Ray<Real>& ray) { return desk.probe(ray); });
+            if (!place.none)
                 return true;
-            for (Solids inside = beyond ? sides.beyond : sides.was; inside != 0;) {
-                const Probe<Real> probe = desk.probe(feeler);
-                const Hit<Real> hit = shapes.nearest(probe);
-                if (!(hit.t < distance))
-                    return false;
-                const Place<Real> place = contact.meet(inside, feeler.direction, shapes.surface(probe, hit), hit.shape,
-                                                       [&](const Ray<Real>& ray) { return desk.probe(ray); });
-                if (!place.none)
-                    return true;
-                feeler.origin = place.at.leave(dot(feeler.direction, place.at.normal) > 0 ? 1 : -1, epsilon);
-                distance -= hit.t;
-                inside = place.sides.beyond;
-                if (inside == 0 && !shapes.blocked(desk.probe(feeler), distance))
-                    return false;
-            }
+            feeler.origin = place.at.leave(dot(feeler.direction, place.at.normal) > 0 ? 1 : -1, epsilon);
+            distance -= hit.t;
+            inside = place.sides.beyond;
         }
-        return true;
+        return shapes.blocked(desk.probe(feeler), distance);
     }
 
     // The rays that leave a surface (REF-4).
     template<typename Cuts, typename OnChild>
     [[gnu::always_inline]] void leave(const Branch<Real>& branch, int order, Desk<Real>& desk, const Cuts& cuts,
                                       const OnChild& on_child, const Surface<Real>& at, const Role& role,
-                                      const Sides& sides, Real d_n) const
+                                      const Material<Real>& material, const Sides& sides, Real d_n, bool enters) const
     {
-        const Material<Real>& material = materials[std::size_t(role.material)];
-        const bool enters = d_n <= 0;
         if (!needs::reflection || order == depth || material.specular == 0)  // REF-5
             return;
         const Interface<Real> interface = needs::media ? media.between(sides)
@@ -255,7 +249,7 @@ private:
 
     // LOC: the light that reaches the eye from a surface without a mirror.
     Vec3<Real> light(const Branch<Real>& branch, const Surface<Real>& at, const Material<Real>& material,
-                     const Sides& sides, Desk<Real>& desk) const
+                     Desk<Real>& desk) const
     {
         Vec3<Real> sum{0, 0, 0};
         if constexpr (needs::ambient)
@@ -264,15 +258,15 @@ private:
             for (std::size_t i = 0; i < lights.size(); i++) {
                 const Light<Real>& light = lights[i];
                 if (needs::soft && shadows && feelers > 0 && light.radius > 0)
-                    sum = sum + soft_light(branch, at, material, sides, i, desk);
+                    sum = sum + soft_light(branch, at, material, i, desk);
                 else
-                    add_light(light.position, light.colour, branch, at, material, sides, desk, sum);
+                    add_light(light.position, light.colour, branch, at, material, desk, sum);
             }
         return sum;
     }
 
     void add_light(Vec3<Real> position, Vec3<Real> colour, const Branch<Real>& branch, const Surface<Real>& at,
-                   const Material<Real>& material, const Sides& sides, Desk<Real>& desk, Vec3<Real>& sum) const
+                   const Material<Real>& material, Desk<Real>& desk, Vec3<Real>& sum) const
     {
         const Vec3<Real> to_light = position - at.point;
         const Real distance = length(to_light);
@@ -282,7 +276,10 @@ private:
             return;
         if (needs::shadows && shadows) {
             desk.counts.shadow++;
-            if (stopped({at.leave(1, epsilon), l}, distance, sides, dot(branch.ray.direction, at.normal) > 0, desk))
+            if constexpr (needs::touching) {
+                if (stopped({at.leave(1, epsilon), l}, distance, desk))
+                    return;
+            } else if (shapes.blocked(desk.probe({at.leave(1, epsilon), l}), distance))
                 return;
         }
         if constexpr (needs::diffuse)
@@ -294,7 +291,7 @@ private:
 
     // SOF-1
     Vec3<Real> soft_light(const Branch<Real>& branch, const Surface<Real>& at, const Material<Real>& material,
-                          const Sides& sides, std::size_t number, Desk<Real>& desk) const
+                          std::size_t number, Desk<Real>& desk) const
     {
         Vec3<Real> sum{0, 0, 0};
         if constexpr (needs::soft) {
@@ -302,7 +299,7 @@ private:
             for (int f = 0; f < feelers; f++) {
                 const std::uint32_t use = 1 + std::uint32_t(number) * std::uint32_t(feelers) + std::uint32_t(f);
                 const Vec3<Real> omega = on_unit_sphere(desk.draws(Real(), branch.path, use));
-                add_light(light.position + light.radius * omega, light.colour, branch, at, material, sides, desk, sum);
+                add_light(light.position + light.radius * omega, light.colour, branch, at, material, desk, sum);
             }
         }
         return sum / Real(feelers);

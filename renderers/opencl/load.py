@@ -238,6 +238,9 @@ class Scene:
     def _take_contact(self, read):
         """Precedence of all shapes, and their sizes: of a CSG solid that of its largest part (MED-6)."""
         precedence, code = read["precedence"], read["csg_code"]
+        self.layout["touching"] = int(len(precedence) > 0)
+        if not len(precedence):
+            return
         counts = read["mesh_ranges"][:, 1]
         ids = [read[f"{name}_ids"] for name in SHAPES]
         ids[SHAPES.index("mesh")] = np.repeat(read["mesh_ids"], counts, axis=0)
@@ -247,20 +250,18 @@ class Scene:
         of_kinds.append([_sides(vertices[triangles[first : first + n]]).max() for first, n in read["csg_meshes"]])
         for kind, sizes in enumerate(of_kinds):
             parts[code[:, 0] == kind] = np.asarray(sizes)[code[code[:, 0] == kind, 1]]
-        polygons = [vertex - vertex[0] for vertex in np.split(read["polygon_vertices"], read["polygon_ranges"][1:, 0])]
+        polygons = [read["polygon_vertices"][first : first + n] for first, n in read["polygon_ranges"]]
         extents = [
             read["spheres"][:, 3],
             _across(read["boxes"]),
-            [np.abs(each).max() for each in polygons] if len(read["polygon_ranges"]) else [],
+            [np.abs(vertices - vertices[0]).max() for vertices in polygons],
             _across(read["ellipsoids"]),
             _sides(vertices[triangles[_rows_of(read["mesh_ranges"])]]),
             [parts[first : first + count].max() for first, count in read["csg_ranges"]],
         ]
         extents = np.concatenate(extents)
-        self.layout |= {"touching": int(len(precedence) > 0)}
-        if len(precedence):
-            self.layout["precedence_at"] = self.integers.add(precedence[np.concatenate(ids)[:, 0]])
-            self.layout["extents_at"] = self.numbers.add([*extents, extents.max(initial=0)])
+        self.layout["precedence_at"] = self.integers.add(precedence[np.concatenate(ids)[:, 0]])
+        self.layout["extents_at"] = self.numbers.add([*extents, extents.max(initial=0)])
 
 
 def _across(shapes):
