@@ -111,7 +111,7 @@ inline std::string built_methods(const Job& job, const Scene& scene)
         {"triangle", scene.polygon_ranges.rows() + scene.mesh_ranges.rows() > 0},
         {"slab", scene.boxes.rows() > 0},
         {"csg", scene.csg_ranges.rows() > 0},
-        {"merge", scene.csg_ranges.rows() > 0},
+        {"merge", scene.csg_ranges.rows() > 0 || !scene.precedence.data.empty()},
         {"fresnel", bounces},
         {"phong", image && needs::phong},
         {"renormalise", bounces},
@@ -174,6 +174,12 @@ bool has_streams(const Job& job, const Scene& scene)
 {
     if (!job.has_rays_in_lanes())
         return false;
+    if (needs::touching && methods::merges && !scene.precedence.data.empty()) {  // MED-6
+        if (methods::vector == Vector::on && job.accel == Accel::none)
+            throw Unsupported("has lanes for surfaces in one place (MED-6) only in a hierarchy: leave vector off, or accel "
+                              "as by default");
+        return false;
+    }
     const bool fits = LaneMedia<Real>::fits(scene.media.rows());
     if (!fits && methods::vector == Vector::on && job.accel == Accel::none)
         throw Unsupported("has lanes for " + std::to_string(scene.media.rows()) +
@@ -293,11 +299,6 @@ void answer_ray(const Shapes<Real>& shapes, const Ray<Real>& ray, Desk<Real>& de
     std::fill(answer, answer + 8, 0.0);
     answer[0] = double(hit.t);
     answer[7] = -1;
-    if constexpr (needs::csg)
-        if (std::exchange(desk.scratch.overflow, false)) {  // CSG-6
-            answer[0] = NAN;
-            return;
-        }
     if (hit.shape < 0)
         return;
     const Surface<Real> at = shapes.surface(probe, hit);

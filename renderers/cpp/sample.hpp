@@ -115,11 +115,6 @@ private:
         else
             ray = camera.ray(column, row);
         Vec3<Real> c = walker.colour(ray, worker.desk, worker.rows);
-        if constexpr (needs::csg)
-            if (worker.desk.scratch.overflow) {  // CSG-6
-                c = {NAN, NAN, NAN};
-                worker.desk.scratch.overflow = false;
-            }
         if constexpr (needs::cutoff)
             worker.dropped += std::exchange(worker.desk.dropped, Real(0));
         worker.desk.counts.primary++;

@@ -8,7 +8,18 @@ from renderers import worker
 FEATURES = [
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft", "reflection", "glossy"),
-    *("transmission", "attenuation", "media", "supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
+    *(
+        "transmission",
+        "attenuation",
+        "media",
+        "contact",
+        "supersampling",
+        "adaptive",
+        "lens",
+        "cutoff",
+        "region",
+        "rays",
+    ),
 ]
 METHODS = {
     "precision": ("float64", "float32"),

@@ -10,7 +10,6 @@ with worker.importing():
     from itertools import chain
 
     from . import npy
-    from .csg import TooManyCrossings
     from .eye import Eye
     from .number import number
     from .sample import SAMPLERS
@@ -22,7 +21,7 @@ with worker.importing():
 FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
-    *("reflection", "transmission", "attenuation", "media", "glossy"),
+    *("reflection", "transmission", "attenuation", "media", "contact", "glossy"),
     *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
@@ -47,7 +46,7 @@ USED_WITH = {  # methods, each with the features for which it matters
     "triangle": ("polygon", "mesh"),
     "slab": ("box",),
     "csg": ("csg",),
-    "merge": ("csg",),
+    "merge": ("csg", "contact"),
     "offset": ("reflection", "transmission", "shadows"),
     "fresnel": ("reflection", "transmission"),
     "phong": ("phong",),
@@ -72,11 +71,7 @@ def hits(scene, rays):
     """One frame: a row (t, point, normal, object) of floats for each ray."""
     rows = []
     for ray in rays:
-        try:
-            hit = first_hit(scene, ray[0:3], unit(ray[3:6], scene.number), math.inf)
-        except TooManyCrossings:
-            rows.append((math.nan,) * 7 + (-1,))
-            continue
+        hit = first_hit(scene, ray[0:3], unit(ray[3:6], scene.number), math.inf)
         if hit is None:
             rows.append((math.inf, 0, 0, 0, 0, 0, 0, -1))
         else:
