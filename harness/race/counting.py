@@ -108,10 +108,11 @@ def special(entry: Entry) -> tuple[tuple[str, ...], dict[str, str]]:
 
 
 def under(entry: Entry, options: tuple[str, ...], environment: dict[str, str], words: list[str]) -> Entry:
-    """`entry` built with more options, in an environment, and with words before its command."""
+    """`entry` built with more options, in an environment, and with words before its command; its frames have no
+    checksums, which are no part of a frame."""
     told, variant = entry.renderer.manifest, entry.variant
     set_to = [SAME, *(f"{name}={value}" for name, value in environment.items())]
-    started = variant.model_copy(update={"command": ("env", *set_to, *words, *variant.command)})
+    started = variant.model_copy(update={"command": ("env", *set_to, *words, *variant.command), "contract": 1})
     if options and told.build:
         build = told.build.model_copy(update={"command": (*told.build.command, *options)})
         told = told.model_copy(update={"build": build})

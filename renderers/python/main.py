@@ -8,6 +8,7 @@ with worker.importing():
     from array import array
     from functools import partial
     from itertools import chain
+    from operator import itemgetter
 
     from . import npy
     from .eye import Eye
@@ -85,17 +86,25 @@ def frames(job, scene, eye, rays, number):
     if job.variant not in PARTED:
         if job.kind == "rays":
             return worker.render(job, lambda: hits(scene, rays))
-        return worker.render(job, lambda: picture(eye, job, number, job.region))
+        return worker.render_checked(job, lambda _: picture(eye, job, number, job.region), itemgetter(0))
     from . import parts  # whose modules the baseline does without
 
     if job.kind == "rays":
         lists = [rays[i : i + parts.RAYS] for i in range(0, len(rays), parts.RAYS)]
         with parts.workers(job, partial(hits, scene)) as deal:
             return worker.render(job, lambda: list(chain.from_iterable(deal(lists))))
-    painter = parts.Painter(lambda: Eye(scene, job, eye), lambda own, region: picture(own, job, number, region))
-    regions = parts.regions(job)
+
+    def part(own, task):
+        region, job.sample = task  # which another process has not heard of
+        return picture(own, job, number, region)
+
+    painter, regions = parts.Painter(lambda: Eye(scene, job, eye), part), parts.regions(job)
     with parts.workers(job, painter) as deal:
-        return worker.render(job, lambda: parts.joined(deal(regions), Counts()))
+
+        def frame(_):
+            return parts.joined(deal([(region, job.sample) for region in regions]), Counts())
+
+        return worker.render_checked(job, frame, itemgetter(0))
 
 
 def unit(direction, number):
