@@ -21,7 +21,7 @@ from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.store.record import FALSE_FRAMES, UNCHECKED
 
-BLOCK = 5  # repetitions of a cell, of which one has a frame checked, at random
+BLOCK = 5  # repetitions of a cell at least, of which one has a frame checked, at random
 MOVED = 4  # tolerances by which a reference changes with the place of its sample, where any picture must
 
 
@@ -135,8 +135,9 @@ class Turns:
     def is_due(self, cell: str, number: int, processes: int) -> bool:
         """Whether the turn is at a good repetition, the `number`th of so many, of a cell by its key. One that is not
         good passes it on to the next."""
-        block = number // BLOCK
-        last = min((block + 1) * BLOCK, processes)
+        blocks = max(1, processes // BLOCK)
+        block = min(number, processes - 1) * blocks // processes
+        last = -(-(block + 1) * processes // blocks)
         drawn = self.drawn.setdefault((cell, block), number + secrets.randbelow(max(1, last - number)))
         if number < drawn:
             return False
