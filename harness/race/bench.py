@@ -11,7 +11,7 @@ from harness.judge import judge
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
 from harness.process.session import Sessions
-from harness.race import counting, energy_use, frames, gpu_use, operations, row
+from harness.race import counting, energy_use, frames, gpu_use, row
 from harness.race.audit import Audit, Measured, Task
 from harness.race.host import Host
 from harness.race.judging import Judging
@@ -141,7 +141,7 @@ class Bench:
             "lights": len(arrays["lights"]),
             "unranked": row.unranked(cell.entry, events.Said()),
             "counts": counts,
-            "operations": operations.count(cell, arrays, self.host, cache),
+            "operations": counting.operations(cell, arrays, self.host, cache),
             "took_s": self.host.clock() - begun,
         }
 

@@ -52,7 +52,7 @@ class Count(Strict):
 
 
 class Operations(Strict):
-    """A build whose numbers count the floating-point operations of a frame (harness/race/operations.py).
+    """A build whose numbers count the floating-point operations of a frame (harness/race/counting.py).
 
     options: words at the end of the build command.
     """

@@ -73,7 +73,7 @@ inline std::array<std::uint32_t, 2> key_of_places(const Job& job)
 }
 
 // FRM-1
-inline Place place_of(const std::array<std::uint32_t, 2>& key, int frame, long long render, const Place& own)
+inline SamplePlace place_of(const std::array<std::uint32_t, 2>& key, int frame, long long render, const SamplePlace& own)
 {
     const std::uint32_t count = std::uint32_t(frame) * std::uint32_t(most_renders) + std::uint32_t(render);
     const auto part = [&](std::uint32_t first, std::uint32_t step) { return ((first + count * step) >> 8) * 0x1p-24; };

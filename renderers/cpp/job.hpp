@@ -137,7 +137,7 @@ constexpr const char* walks[] = {"least", "recursion", "table", "stack", "chain"
 constexpr const char* accels[] = {"auto", "none", "bvh"};
 
 // Of a sample in its pixel (CAM-4, SAM-6).
-struct Place {
+struct SamplePlace {
     double x, y;
 };
 
@@ -155,7 +155,7 @@ struct Job {
     int depth, threads, frames, samples, adaptive_depth, feelers, glossy_rays;
     std::uint32_t seed;
     bool shadows;
-    Place sample;
+    SamplePlace sample;
     double adaptive_threshold, lens_radius, focal_distance, epsilon, cutoff, least_frame;
     double sliver;  // CSG-4
     std::vector<std::string> needs;

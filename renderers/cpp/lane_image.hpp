@@ -49,7 +49,7 @@ public:
     void make_room(Worker& worker) const { tracer.make_room(worker, room); }
 
     // One render, with its samples at a place. A tile is worked out by one thread and shares nothing with another.
-    void render(std::vector<Worker>& workers, Picture<Real>& picture, const Place& place)
+    void render(std::vector<Worker>& workers, Picture<Real>& picture, const SamplePlace& place)
     {
         samples_at = place;
         if constexpr (needs::adaptive)
@@ -69,7 +69,7 @@ private:
     };
 
     const Job& job;
-    Place samples_at{0.5, 0.5};  // in a pixel, of the render (CAM-4, SAM-6)
+    SamplePlace samples_at{0.5, 0.5};  // in a pixel, of the render (CAM-4, SAM-6)
     Camera<Real> camera;
     LaneTracer<Real> tracer;
     int columns, rows;

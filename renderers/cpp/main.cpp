@@ -107,7 +107,7 @@ Picture<Real> render(const Job& job, Picture<Real> room, const Paint& paint)
     const Memory memory;
     std::vector<Picture<Real>> pictures;
     pictures.push_back(std::move(room));
-    const auto painted = [&](const std::vector<Place>& places) {
+    const auto painted = [&](const std::vector<SamplePlace>& places) {
         while (pictures.size() < places.size())
             pictures.push_back(pictures[0]);
         std::size_t next = 0;
@@ -124,12 +124,12 @@ Picture<Real> render(const Job& job, Picture<Real> room, const Paint& paint)
     if (took < cold * job.least_frame) {
         const long long bytes = std::max(1LL, (long long)(first.pixels.size() * sizeof(Real)));
         renders = how_many(job.least_frame, took, std::min(most_renders, most_bytes / bytes), [&](long long n) {
-            const auto [start, end] = painted(std::vector<Place>(std::size_t(n), job.sample));
+            const auto [start, end] = painted(std::vector<SamplePlace>(std::size_t(n), job.sample));
             return end - start;
         });
     }
     const std::array<std::uint32_t, 2> key = key_of_places(job);
-    std::vector<Place> places(std::size_t(renders), job.sample);
+    std::vector<SamplePlace> places(std::size_t(renders), job.sample);
     for (int index = 1; index <= job.frames; index++) {
         for (long long i = 0; i < renders; i++)
             places[std::size_t(i)] = place_of(key, index, i, job.sample);
@@ -242,7 +242,7 @@ Picture<Real> room_for(const Job& job)
 template<typename Real, typename Image, typename Worker>
 Picture<Real> render_with(const Job& job, Picture<Real> room, Image& image, std::vector<Worker>& workers)
 {
-    const auto paint = [&](Picture<Real>& picture, const Place& place) {
+    const auto paint = [&](Picture<Real>& picture, const SamplePlace& place) {
         for (Worker& worker : workers)
             worker.desk.counts = {};
         image.render(workers, picture, place);

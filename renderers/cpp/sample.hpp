@@ -46,7 +46,7 @@ public:
 
     // One render, with its samples at a place. Each pixel is worked out by one thread, in an order that does not depend
     // on how many there are.
-    void render(std::vector<Worker<Real>>& workers, Picture<Real>& picture, const Place& place)
+    void render(std::vector<Worker<Real>>& workers, Picture<Real>& picture, const SamplePlace& place)
     {
         place_x = Real(place.x), place_y = Real(place.y), shift_x = Real(place.x - 0.5), shift_y = Real(place.y - 0.5);
         if constexpr (needs::adaptive)
