@@ -68,14 +68,14 @@ def test_commands_have_their_options(page, rayrace):
 
 def test_marks_are_rare_on_a_quiet_machine():
     """The sentence of the page, from the runs that it names."""
-    cells = processes = 0
+    cells = processes = doubtful = 0
     for name in ("accuracy", "sweeps"):
         with packed.opened(DOCS.parent / "results" / "reference" / "epyc-2x" / f"{name}.tar.xz") as run:
             loaded = results.load(run)
         done = [told for told in loaded.records if told["status"] == "ok"]
-        assert not [told["warnings"] for told in done if told["warnings"]]
+        doubtful += sum(bool(told["warnings"]) for told in done)
         timed = [cell for cell in loaded.cells if cell.status == "ok"]
         assert not [cell for cell in timed if isinstance(cell.steady, results.Missing)]
         cells, processes = cells + len(timed), processes + len(done)
     text = " ".join((DOCS / "measuring-well.md").read_text("utf-8").split())
-    assert f"of the {cells} cells of the" in text and f"none of their {processes} processes has a doubt" in text
+    assert f"of the {cells} cells of the" in text and f"{doubtful} of their {processes} processes have a doubt" in text
