@@ -63,5 +63,6 @@ def fault(answer: Answer | None, frames: list[dict]) -> str | None:
         return UNASKED
     if answer.frames != frames[:1]:
         return "asked for the places of the samples of its later frames before it said frame 0, or said others then"
-    early = next((frame["index"] for frame in frames[1:] if frame["start"] < answer.given), None)
+    _, *later = frames
+    early = next((frame["index"] for frame in later if frame["start"] < answer.given), None)
     return None if early is None else f"frame {early} begins before the place of its sample was known (FRM-1)"

@@ -45,7 +45,8 @@ class Choice:
 
 def choose(result: Result, parameters: Parameters) -> Choice:
     """Chooses a render of a repetition that is ok, at random."""
-    frame = secrets.choice(result.said.frames[1:])
+    _, *later = result.said.frames
+    frame = secrets.choice(later)
     render = secrets.randbelow(frame["renders"])
     sample = parameters.sample_x, parameters.sample_y
     place = places.place(result.outcome.places.key, frame["index"], render, sample)

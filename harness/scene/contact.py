@@ -161,7 +161,8 @@ def _flats_touch(scene, flats, ranked):
     slack = _slack(flats.boxes)
     low, high = flats.boxes[:, 0] - slack[:, None], flats.boxes[:, 1] + slack[:, None]
     for some in close(low):
-        near = np.flatnonzero(((low <= high[some].max(axis=0)) & (low[some].min(axis=0) <= high)).all(axis=1))
+        near = ((low <= high[some].max(axis=0)) & (low[some].min(axis=0) <= high)).all(axis=1)
+        near = np.flatnonzero(near & (flats.owners > flats.owners[some].min()))
         a, b = np.nonzero(_one_plane(flats, some, near, slack, low, high))
         a, b = some[a], near[b]
         outside = [((eye - flats.corners[k, 0]) * flats.normals[k]).sum(axis=1) > 0 for k in (a, b)]
@@ -212,8 +213,8 @@ def _rounds_touch(scene, rounds, flats, boxes, ranked):
     for place, i in enumerate(with_rounds):
         meets = ((low[place + 1 :] <= high[place]) & (low[place] <= high[place + 1 :])).all(axis=1)
         for j in np.array(with_rounds[place + 1 :], int)[meets]:
-            touch = _touch if ranked[i] or ranked[j] else _same
-            if any(touch(a, b) for a in rounds[i] for b in rounds[j]):
+            meeting = _touch if ranked[i] or ranked[j] else _same
+            if any(meeting(a, b) for a in rounds[i] for b in rounds[j]):
                 return True
     return False
 

@@ -32,7 +32,12 @@ public:
     // LOC-2: how far what stops a feeler to a light may be, which is less far than what the light lies on.
     Real reach(Real distance, const Ray<Real>& feeler) const
     {
-        return distance - 512 * epsilon * (largest + ::largest(feeler.origin + distance * feeler.direction));
+        Real room = 0;
+        if constexpr (methods::offset == Offset::fixed)
+            room = epsilon;
+        else if constexpr (methods::offset != Offset::none)
+            room = epsilon * (largest + ::largest(feeler.origin + distance * feeler.direction));
+        return distance - 512 * room;
     }
 
     // MED-6: of a ray in the set `inside` that hits a shape at `at`. to_probe(ray) is what its tests take.

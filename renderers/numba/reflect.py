@@ -32,6 +32,16 @@ def offset(scene, point, normal, size):
 
 
 @kernel
+def room_at_light(scene, place):
+    """ε at a light, with the largest size of all shapes (LOC-2)."""
+    if BOUNDED or RELATIVE:
+        return scene.epsilon * (scene.largest_extent + largest(place))
+    if FIXED:
+        return scene.epsilon
+    return type(scene.epsilon)(0)
+
+
+@kernel
 def fresnel(materials, i, t, cosine):
     """R for unpolarised light between two media, s = √x, N, and whether the surface is there at all (REF-1, REF-2).
 

@@ -5,10 +5,11 @@ import math
 from .contact import lets_by
 from .needs import AMBIENT, ASK_SHADOWS, DIFFUSE, LIT, PHONG, PHONG_METHOD, SHADOWS, SOFT, STREAMED, TOUCHING
 from .random import draw, turn
+from .reflect import room_at_light
 from .scene import AMBIENT as AMBIENT_ROW
 from .scene import EXPONENT, SPECULAR, occluded
 from .target import kernel
-from .vector import add, along, dot, largest, multiply, row, scale, subtract
+from .vector import add, along, dot, multiply, row, scale, subtract
 
 # Columns of the table of lights, after the three of the position.
 COLOUR, RADIUS = 3, 6
@@ -64,7 +65,7 @@ def local_light(scene, thread, place, path, material, point, normal, direction, 
                     feelers += 1
                 reach = distance if lit else zero  # apart, as a branch beside a barrier may copy it (gpu/tiles.py)
                 if TOUCHING and len(scene.precedence) > 0:  # less far than what the light lies on
-                    reach -= real(512) * scene.epsilon * (scene.largest_extent + largest(place_of_light))
+                    reach -= real(512) * room_at_light(scene, place_of_light)
                 if occluded(scene, thread, outside, l, reach):
                     if not TOUCHING:
                         continue

@@ -36,6 +36,8 @@ class Contact:
 
     def reach(self, distances, light):
         """How far what stops feelers to a light (3, ..) may be: less far than what the light lies on (LOC-2)."""
+        if self.scene.offset in ("fixed", "none"):
+            return distances - 512 * (self.scene.epsilon if self.scene.offset == "fixed" else 0)
         return distances - 512 * self.scene.epsilon * (self.extents.max() + np.abs(light).max())
 
     def meet(self, sets, directions, points, normals, sizes, shapes):

@@ -21,17 +21,19 @@ class Place:
 class Contact:
     """The surfaces of a scene, to be asked which of them are in one place.
 
-    numbers: of precedence.npy. shift: of shade.shifting. epsilon: of OFF-1.
+    numbers: of precedence.npy. shift: of shade.shifting. offset, epsilon: of OFF-1.
     """
 
-    def __init__(self, scene, numbers, shift, epsilon):
+    def __init__(self, scene, numbers, shift, offset, epsilon):
         self.scene, self.numbers, self.shift = scene, numbers, shift
         self.pairs = [(search, shape.row) for search, shape in scene.items]
         self.sizes = {shape: extent(shape) for _, shape in scene.items}
-        self.largest, self.epsilon = max(self.sizes.values()), epsilon
+        self.largest, self.offset, self.epsilon = max(self.sizes.values()), offset, epsilon
 
     def reach(self, distance, light):
         """How far what stops a feeler to a light may be: less far than what the light lies on (LOC-2)."""
+        if self.offset in ("fixed", "none"):
+            return distance - 512 * (self.epsilon if self.offset == "fixed" else 0)
         return distance - 512 * self.epsilon * (self.largest + largest(light))
 
     def near(self, point, normal, slope):

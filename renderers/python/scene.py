@@ -62,7 +62,7 @@ class Scene:
         numbers = read.integers("precedence")
         if "contact" in job.needs and job.merge == "tolerant" and len(numbers):
             epsilon = number.real(job.epsilon)
-            self.contact = Contact(self, numbers, shifting(job.offset, epsilon), epsilon)
+            self.contact = Contact(self, numbers, shifting(job.offset, epsilon), job.offset, epsilon)
 
     def accelerate(self, accel, items):
         """Choose the search among `items`, pairs (search, shape) in the order of HIT-2. grown: is it by a tree?"""

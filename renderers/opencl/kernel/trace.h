@@ -64,8 +64,8 @@ DEVICE real3 light_from(const Scene *scene, Desk *desk, real3 place, real3 colou
         real reach = distance;
 #if TOUCHING
         if (scene->at.touching)  // less far than what the light lies on
-            reach = reach - 512 * number(scene, EPSILON_OF_RAYS) *
-                                (number(scene, scene->at.extents_at + scene->at.shapes) + largest(place));
+            reach = reach - 512 * room_at_light(number(scene, EPSILON_OF_RAYS),
+                                                number(scene, scene->at.extents_at + scene->at.shapes), place);
 #endif
         if (search(scene, feeler, desk, reach, true, asks).shape >= 0) {
 #if TOUCHING

@@ -71,6 +71,18 @@ DEVICE real shift_of(Surface at, real epsilon)
 #endif
 }
 
+// LOC-2: ε at a light, with the largest size of all shapes.
+DEVICE real room_at_light(real epsilon, real size, real3 place)
+{
+#if defined(OFFSET_NONE)
+    return 0;
+#elif defined(OFFSET_FIXED)
+    return epsilon;
+#else
+    return epsilon * (size + largest(place));
+#endif
+}
+
 // OFF-1: where a ray starts that leaves on the side the normal points to (+1) or on the other (-1).
 DEVICE real3 leave(Surface at, real side, real epsilon)
 {
