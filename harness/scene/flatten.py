@@ -3,7 +3,6 @@
 import numpy as np
 
 from harness.picture import colour
-from harness.scene.contact import precedence
 from harness.scene.media import media
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Operator, Polygon, Sphere
 
@@ -69,7 +68,6 @@ def flatten(scene, arithmetic="linear"):
         "mesh_ids": ids(meshes),
         "csg_ids": ids(solids),
         "media": _table(ranked, 3, INTEGER),
-        "precedence": precedence(scene),
     }
 
 

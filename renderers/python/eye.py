@@ -4,7 +4,10 @@ import math
 from functools import partial
 
 from .camera import Camera, Lens
+from .csg import TooManyCrossings
 from .trace import Tracer
+
+NOT_FINITE = math.nan, math.nan, math.nan
 
 
 class Eye:
@@ -52,7 +55,10 @@ class Eye:
         """The colour of an eye ray, counted (CNT-1, CNT-2)."""
         counts = self.tracer.counts
         counts.primary += 1
-        colour = self.tracer.colour(origin, direction, pixel, sample)
+        try:
+            colour = self.tracer.colour(origin, direction, pixel, sample)
+        except TooManyCrossings:
+            colour = NOT_FINITE
         red, green, blue = colour
         if not (math.isfinite(red) and math.isfinite(green) and math.isfinite(blue)):
             counts.non_finite += 1

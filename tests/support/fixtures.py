@@ -4,10 +4,11 @@ import os
 import re
 import secrets
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from forking import Commands
 
 from harness.experiment import experiment as experiments
 from harness.plan import plan
@@ -44,10 +45,18 @@ def environment(tmp_path_factory):
 @pytest.fixture(scope="session")
 def rayrace(environment):
     """Run the real command line: rayrace("list", cwd=.., env={..}) is a CompletedProcess. It may show no traceback."""
-    commands = Commands(environment)
+    program = Path(sys.executable).with_name("rayrace")
 
     def run(*words, cwd=None, env=None, timeout=300, code=None):
-        done = commands.run(words, cwd, {**environment, **(env or {})}, timeout)
+        done = subprocess.run(
+            [program, *map(str, words)],
+            cwd=cwd,
+            env={**environment, **(env or {})},
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            stdin=subprocess.DEVNULL,
+        )
         assert "Traceback" not in done.stdout + done.stderr, done.stderr
         if code is not None:
             assert done.returncode == code, done.stdout + done.stderr
