@@ -66,7 +66,7 @@ def test_commands_have_their_options(page, rayrace):
                 assert word.partition("=")[0] in helps[command], line
 
 
-def test_marks_are_rare_on_a_quiet_machine():
+def test_marks_are_rare_where_little_else_runs():
     """The sentence of the page, from the runs that it names."""
     cells = processes = doubtful = 0
     for name in ("accuracy", "sweeps"):
