@@ -8,13 +8,15 @@ study: .venv/installed  ## run the study's comparison and write its report
 # Most tests share the cores, with a process more than there are, as a test often waits; those that measure run alone.
 SHARED = -n $$(($$(nproc) + 1)) --dist
 
-test: quick  ## all tests except `nightly`, the fast ones first
-	$(BIN)/pytest -q -m "slow and not alone and not nightly" $(SHARED) worksteal
+test: measuring  ## all tests except `nightly`
+	$(BIN)/pytest -q -m "not alone and not nightly" $(SHARED) loadscope --no-loadscope-reorder
 
-quick: .venv/installed  ## only the fast tests
+quick: measuring  ## only the fast tests
+	$(BIN)/pytest -q -m "not slow and not alone and not nightly" $(SHARED) loadfile
+
+measuring: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/pytest -q -rs -m "not slow and alone and not nightly"
-	$(BIN)/pytest -q -m "not slow and not alone and not nightly" $(SHARED) loadfile
 
 # The kernel's source is that of numba and is tested there; these tests check how a GPU runs it.
 SIMULATED = $(addprefix tests/conformance/test_,covering.py hits.py)
@@ -107,4 +109,4 @@ format: .venv/installed
 clean:  ## removes the environment; keeps results
 	rm -rf .venv .pytest_cache build/site build/figures dist *.egg-info
 
-.PHONY: study test quick cudasim nightly night-shared night-alone night-hostile night-simulator mutants figures gpu docs gallery ladder stability smoke format clean
+.PHONY: study test quick measuring cudasim nightly night-shared night-alone night-hostile night-simulator mutants figures gpu docs gallery ladder stability smoke format clean

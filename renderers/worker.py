@@ -13,10 +13,11 @@ import os  # noqa: E402
 import sys  # noqa: E402
 from contextlib import contextmanager  # noqa: E402
 
-CONTRACT = 1
 UNSUPPORTED = 3
 APART = 4
 COLD = 10  # times as long as a later frame is the first at most
+MOST_RENDERS, MOST_BYTES = 4096, 64 << 20  # of a frame whose pictures have checksums (FRM-1)
+STEPS = 3242174889, 2447445413  # of FRM-1
 
 
 class Job:
@@ -65,6 +66,7 @@ class Job:
         self.threads = int(flags.get("threads", 1))
         self.frames = int(flags.get("frames", 0))
         self.least_frame = float(flags.get("least_frame", 0))
+        self.dialog = flags.get("dialog", "")
         self.device = flags.get("device", "")
         self.scene_memory = flags.get("scene_memory", "auto")
         self.block_width = int(flags.get("block_width", 16))
@@ -177,7 +179,7 @@ def render(job, frame, parts=None):
 
     After the first, a frame that would be shorter than `job.least_frame` (s) is made of several calls. Says each frame
     and, at the end, the memory peaks. parts: called after each frame, its time being over; the seconds by name that
-    parts of all calls of `frame()` took since it was last called.
+    parts of all calls of `frame()` took since it was last called. A renderer of contract 2 calls `render_checked`.
     """
 
     def batch(renders):
@@ -196,23 +198,80 @@ def render(job, frame, parts=None):
             start, end, spent, answer = batch(renders)
             say("frame", index=index, start=start, end=end, renders=renders, **({"parts": spent} if parts else {}))
             if index == 0 and job.frames > 0 and end - start < COLD * job.least_frame:
-                renders = _how_many(batch, job.least_frame, end - start)
+                renders = _how_many(lambda renders: batch(renders)[:2], job.least_frame, end - start)
         _say_memory(before, reset)
     return answer
 
 
-def _how_many(batch, least, first):
-    """How many renders last `least` seconds, a power of two, if the first took `first` seconds.
+def render_checked(job, frame, pixels, keep=None):
+    """`render` by contract 2: call `frame(number)` likewise; return the answer of frame 0.
+
+    number: of the render in its frame, from 0: its answer must last until those of the frame have their checksums.
+    pixels(answer): the picture of an answer, a buffer. keep(answer): the answer of frame 0, kept from what later calls
+    overwrite. Before each render of a later frame, `job.sample` is set to the place of its sample (FRM-1).
+    """
+    if not job.dialog:  # of a list of jobs, or of one without later frames
+        return render(job, lambda: frame(0))
+    from zlib import crc32
+
+    def checksums(answers):
+        return "".join(f"{crc32(pixels(answer)):08x}" for answer in answers)
+
+    def batch(samples):
+        answers = [None] * len(samples)
+        start = time.monotonic()
+        for number, job.sample in enumerate(samples):
+            answers[number] = frame(number)
+        return start, time.monotonic(), answers
+
+    with phase("render"):
+        before = _status("VmHWM")
+        reset = _reset_peak()
+        own, renders = job.sample, 1
+        start, end, (first,) = batch([own])
+        say("frame", index=0, start=start, end=end, renders=1, checksums=checksums([first]))
+        most = min(MOST_RENDERS, MOST_BYTES // max(1, memoryview(pixels(first)).nbytes))
+        first = keep(first) if keep else first
+        if end - start < COLD * job.least_frame:
+            renders = _how_many(lambda renders: batch([own] * renders)[:2], job.least_frame, end - start, most)
+        key = _key_of_places(job)
+        for index in range(1, job.frames + 1):
+            start, end, answers = batch([place(key, index, number, own) for number in range(renders)])
+            say("frame", index=index, start=start, end=end, renders=renders, checksums=checksums(answers))
+        job.sample = own
+        _say_memory(before, reset)
+    return first
+
+
+def _key_of_places(job):
+    """Ask for the key of the places of later frames; call it once frame 0 was said."""
+    with open(os.path.join(job.dialog, "question"), "w", encoding="ascii") as question:
+        question.write("places\n")
+    with open(os.path.join(job.dialog, "answer"), encoding="ascii") as answer:
+        return tuple(map(int, answer.readline().split()))
+
+
+def place(key, frame, number, sample):
+    """The place of the sample of a render of a later frame (FRM-1). sample: the job's own."""
+    count = MOST_RENDERS * frame + number
+    return tuple(
+        (15 * own + ((first + count * step) % 2**32 >> 8) * 2.0**-24) / 16
+        for own, first, step in zip(sample, key, STEPS, strict=True)
+    )
+
+
+def _how_many(batch, least, first, most=None):
+    """How many renders last `least` seconds, a power of two, if the first took `first` seconds; `most` at most.
 
     A batch that something interrupts is long for once: so two must be long enough.
     """
 
     def seconds():
-        start, end, _, _ = batch(renders)
+        start, end = batch(renders)
         return end - start
 
     renders, took = 1, first
-    while took < least or seconds() < least:
+    while (took < least or seconds() < least) and (most is None or 2 * renders <= most):
         renders *= 2
         took = seconds()
     return renders

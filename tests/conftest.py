@@ -1,14 +1,17 @@
 """Shared by all tests: who can be raced here, and one way to let them work."""
 
 import os
+import re
 import time
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import sittings
 from fixtures import bad_folder, environment, experiment, generate, rayrace, rows, write  # noqa: F401
+from xdist.scheduler import LoadScopeScheduling
 
 from harness.judge import reference
 from harness.process import repetition
@@ -20,13 +23,14 @@ from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
 from harness.system import trouble
 
+KNOWN = registry.entries()
 # Outside programs have tests of their own; exhibits are wrong or slow on purpose. Optional peers know few shapes
 # and are tested where they are installed; elsewhere they would be a thousand skips. Processes and threads of Python run
 # the code of `python` on rows of a picture: test_python_parts.py shows that no byte changes. `naive` lacks the guards
 # that many tests are about; its own are in test_peers.py.
 VARIANTS = tuple(
     name
-    for name, entry in registry.entries().items()
+    for name, entry in KNOWN.items()
     if not entry.renderer.manifest.external
     and not entry.variant.exhibit
     and name not in ("python-processes", "python-threads", "naive")
@@ -41,11 +45,14 @@ ANOTHER = "it is slow, and CI runs the first case of this test"
 ALONE = "it is slow, and nothing may run beside it"
 COMPILES = "Numba compiles 3 to 100 s for each case; CI runs its pairs (test_covering.py), and this test with others"
 SIMULATES = "the simulator of a GPU takes a millisecond for a ray; CI runs its pairs (test_covering.py)"
+PRODUCT = "conformance", "stability"  # folders of tests of every renderer
 OF_NUMBA = "numba", "numba-parallel"
 OWN_KERNELS = "test_agreement.py", "test_features.py", "test_masks.py", "test_precision.py", "test_vector.py"
 SIMULATED = "test_covering.py", "test_hits.py"
 # Variants that compile for each of many cases: their tests of conformance and stability are too slow for `make quick`.
 COMPILED = *OF_NUMBA, "cpp", "cpp-threads"
+# Tests of which a case is as large as a file.
+LARGE = "test_every_pair", "test_every_triple", "test_all_renderers_agree", "test_many_scenes"
 
 
 # Tests that measure are run again if they fail, but only where meanwhile this machine was not wholly ours. If it never
@@ -107,11 +114,38 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.flaky(reruns=AGAIN, reruns_delay=5, condition=disturbed))
         told = item.callspec.params.values() if hasattr(item, "callspec") else ()
         variant = next((value for value in told if isinstance(value, str) and value in VARIANTS), None)
-        product = variant if item.path.parent.name in ("conformance", "stability") else None
+        product = variant if item.path.parent.name in PRODUCT else None
         if reason := left_to_the_night(item, variant, product, firsts):
             item.add_marker(pytest.mark.nightly(reason))
         if product in COMPILED:
             item.add_marker(pytest.mark.slow)
+    items.sort(key=_is_slow)
+
+
+def _is_slow(item):
+    return item.get_closest_marker("slow") is not None
+
+
+class Groups(LoadScopeScheduling):
+    """Deals out to processes what one runs together: the tests of a file, which share fixtures.
+
+    Of conformance and stability those of a file and a renderer that compiles, which share what is compiled, and each
+    case of LARGE.
+    """
+
+    def _split_scope(self, nodeid):
+        file, _, test = nodeid.partition("::")
+        function, _, case = test.partition("[")
+        if function in LARGE:
+            return nodeid
+        compiling = {KNOWN[variant].renderer.manifest.name for variant in COMPILED}
+        words = re.split(r"[-\]]", case) if Path(file).parent.name in PRODUCT else ()
+        return " ".join([file, *(word for word in words if word in compiling)][:2])
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    return Groups(config, log) if config.getvalue("dist") == "loadscope" else None
 
 
 def _sampled(item):
@@ -293,7 +327,7 @@ def variant(request):
 
 
 # Variants that differ in more than the number of threads: enough where the question is about arithmetic.
-@pytest.fixture(params=[name for name in VARIANTS if registry.entries()[name].variant.threads == 1])
+@pytest.fixture(params=[name for name in VARIANTS if KNOWN[name].variant.threads == 1])
 def serial(request):
     """Every variant of one thread in turn."""
     return request.param

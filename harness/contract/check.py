@@ -1,5 +1,6 @@
 """The contract test: does a renderer keep to renderers/README.md and SPEC.md? For any author to run."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import zip_longest
@@ -13,8 +14,8 @@ from harness.judge import bound, judge, reference
 from harness.process import repetition
 from harness.process.scratch import scratch
 from harness.process.session import Sessions
-from harness.race import contradiction, row
-from harness.renderer import registry
+from harness.race import contradiction, frames, row
+from harness.renderer import places, registry
 from harness.renderer.builder import BuildError
 from harness.renderer.manifest import load
 from harness.renderer.parameters import Parameters
@@ -23,6 +24,7 @@ from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import SHAPES
 from harness.scene.needs import needs as needs_of
+from harness.store.record import UNCHECKED
 from harness.system import trouble
 
 SIZE = 16
@@ -121,7 +123,8 @@ class Examination:
         if set(self.features) & FURTHER:
             yield from self._further()
         yield self._phases(second)
-        yield self._batches(first)
+        yield self._frames("a later frame is the picture of its place", first, self.parameters)
+        yield from self._batches(first)
         yield self._marks()
         if self.entry.variant.threads == "all":
             both = [self.run(replace(self.parameters, threads=n)) for n in (1, 2, 3)]
@@ -258,15 +261,40 @@ class Examination:
         detail = f"{missing:.2%} of the wall time is in no phase"
         return Check("phases cover its life", abs(missing) <= row.PHASE_TOLERANCE, detail)
 
-    def _batches(self, first: repetition.Result) -> Check:
+    def _frames(self, what: str, result: repetition.Result, parameters: Parameters) -> Check:
+        """Name a later frame of a job that has ended, and have its picture made again (FRM-1, FRM-2)."""
+        if reason := frames.unchecked(self.entry, parameters):
+            return Check(what, True, reason)
+        if result.status != "ok":
+            return Check(what, False, result.reason)
+
+        def fault(job: Parameters, alone: repetition.Result, picture: np.ndarray) -> str | None:
+            maker, cache = self._other(job, self.needs), self.cache / "reference"
+            how = self.entry, self.arrays, self.needs, maker, cache, self.sessions.run
+            return frames.fault(job, alone, picture, *how)
+
+        choice = frames.choose(result, parameters)
+        wrong = frames.verdict(choice, result, parameters, lambda job: self.run(job, alone=True), fault)
+        return Check(what, wrong is None or wrong.startswith(UNCHECKED), wrong or "")
+
+    def _batches(self, first: repetition.Result) -> Iterator[Check]:
         """`least_frame` may be left alone. Else batches last so long, and what is told of one is of one render."""
+        wanted = replace(self.parameters, least_frame=LEAST_FRAME)
+        result = self.run(wanted, alone=True)
+        yield self._batch(first, result)
+        if result.status == "ok" and repetition.is_checked(self.entry, wanted) and result.said.frames[1]["renders"] > 1:
+            yield self._frames("a render of a batch is the picture of its place", result, wanted)
+
+    def _batch(self, first: repetition.Result, result: repetition.Result) -> Check:
         what = "a frame is one render, or a batch that lasts"
-        result = self.run(replace(self.parameters, least_frame=LEAST_FRAME), alone=True)
         if result.status != "ok":
             return Check(what, False, result.reason)
         _, *more = (frame["renders"] for frame in result.said.frames)
         longest = max(frame["end"] - frame["start"] for frame in result.said.frames)
-        if more[0] > 1 and longest < LEAST_FRAME / 2:  # half: a machine may get faster meanwhile
+        most = places.MOST_RENDERS if repetition.is_checked(self.entry, self.parameters) else math.inf
+        if (
+            more[0] > 1 and 2 * more[0] <= most and longest < LEAST_FRAME / 2
+        ):  # half: a machine may get faster meanwhile
             wrong = f"{more[0]} renders last {longest:.2g} s, expected {LEAST_FRAME:g} s"
         elif not np.array_equal(result.array, first.array, equal_nan=True):
             wrong = "a batch makes another picture"

@@ -7,7 +7,19 @@ from harness.renderer.parameters import Parameters
 
 # What `full_scene_text` and `full_parameters` add to `scene_text`.
 FURTHER = {
-    *("transmission", "attenuation", "media", "csg", "mesh", "supersampling", "adaptive", "lens", "soft", "glossy"),
+    *(
+        "transmission",
+        "attenuation",
+        "media",
+        "contact",
+        "csg",
+        "mesh",
+        "supersampling",
+        "adaptive",
+        "lens",
+        "soft",
+        "glossy",
+    ),
 }
 
 
@@ -43,6 +55,9 @@ def full_scene_text(features: tuple[str, ...], folder: Path) -> str:
         if "media" in features:
             axes = "(0.6,0.1,0) (-0.1,0.4,0.1) (0,-0.1,0.5)"
             lines.append(f"ELLIPSOID (0.62,0.25,1.13) {axes} (0,0,0) 1 30 {tint} 1.77 1")
+        if "contact" in features:  # a glass in two pieces
+            edges = "(0.3,0.05,0) (0,0.3,0.05) (0.02,0,0.25)"
+            lines += [f"BOX ({x}) {edges} (0,0,0) 0.9 30 {tint} 2.25 1" for x in ("-1.5,0.9,1.2", "-1.2,0.95,1.2")]
     material = f"(0.3,0.6,0.7) {0.5 if 'reflection' in features else 0} 20 (0,0,0) 9 1{rough}"
     if "csg" in features:
         bite = "NOT BOX (-1.2,-0.1,1.3) (1,0.1,0) (0,1,0.2) (0,0.1,1) END"

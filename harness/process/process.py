@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.process import launcher as launcher_module
+from harness.process.dialog import Answer, Dialog
 from harness.renderer.limits import DEFAULT, Limits
 from harness.system import cuda, opencl
 
@@ -52,6 +53,7 @@ class Outcome:
     stopped: bool = False  # by a signal, when it had timed out
     over: tuple[str, str] | None = None  # a limit that it was over, and what it did
     unwatched: str | None = None  # why the measurer, which was asked to watch, gave no account of itself
+    places: Answer | None = None  # what it was answered that asked for the places of its samples
 
     @property
     def wall_s(self) -> float:
@@ -92,14 +94,15 @@ class Process:
         limits: Limits = DEFAULT,
         cache: Path | None = None,
         home: Path | None = None,
+        dialog: Dialog | None = None,
     ):
         """Start `command` in `folder`; with `series`, watch it every `interval` seconds into that CSV file.
 
-        home: the folder that the packages of a renderer are found in before others.
+        home: the folder that the packages of a renderer are found in before others. dialog: answers its question.
 
         What it writes beside `folder`, which is alone there with what else it is given, and into `cache` is limited.
         """
-        self.timeout, self.limits, self.most = timeout, limits, limits.now()
+        self.timeout, self.limits, self.most, self.dialog = timeout, limits, limits.now(), dialog
         environment = {name: os.environ[name] for name in KEPT if name in os.environ}
         environment["PYTHONPATH"] = os.pathsep.join(_packages(home))
         environment["CUDA_DEVICE_ORDER"] = "PCI_BUS_ID"  # NVML's: the device that runs is the one that is watched
@@ -159,7 +162,9 @@ class Process:
 
     def end(self) -> Outcome:
         """Wait for its end, at most its timeout; the Outcome."""
-        audit, end = None, _hear(self.launcher, self.timeout)
+        begun = time.monotonic()
+        self._converse()
+        audit, end = None, _hear(self.launcher, max(0.0, self.timeout - (time.monotonic() - begun)))
         if "failed" not in end:
             audit = self._last_words(end) if self.measurer else None
             _tell(self.launcher, {})  # it may reap
@@ -173,7 +178,15 @@ class Process:
         if end["over"]:
             name, used = end["over"]
             end["over"] = name, self.limits.told(name, used, self.most[name])
-        return Outcome(failed=None, spawned=self.started["spawned"], measurer=audit, **end)
+        places = self.dialog and self.dialog.answered
+        return Outcome(failed=None, spawned=self.started["spawned"], measurer=audit, places=places, **end)
+
+    def _converse(self) -> None:
+        """Answer the renderer's question, if it may have one; until then, or until it ends or its time is up."""
+        if self.dialog:
+            ready = select.select([self.launcher.stdout, self.dialog], [], [], self.timeout + STUCK)[0]
+            if self.dialog in ready:
+                self.dialog.answer()
 
     def _last_words(self, end: dict) -> dict | None:
         """Have the measurer look at the dead once more; its audit. None if it is dead itself, or stuck."""

@@ -1,5 +1,6 @@
 """One repetition: a variant does one job in a process of its own; the result and its checks."""
 
+import contextlib
 import math
 import os
 import signal
@@ -10,9 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.process import crash, process
+from harness.process import crash, dialog, process
+from harness.process.dialog import Dialog
 from harness.process.scratch import must_have_room, remove, scratch
-from harness.renderer import builder, events, job
+from harness.renderer import builder, events, job, places
 from harness.renderer.builder import BuildError, Built, fill
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
@@ -106,9 +108,13 @@ def start(
         command += job.flags(here / "job", here / "out", entry.variant.name, own, parameters, given)
         stdout, stderr = here / "stdout", here / "stderr"
         (here / "neutral").mkdir()
-        outcome = process.run(
-            command, here / "neutral", stdout, stderr, timeout, series, interval, limits, cache, entry.renderer.home
-        )
+        with contextlib.ExitStack() as stack:
+            talk = None
+            if is_checked(entry, parameters):
+                talk = stack.enter_context(contextlib.closing(Dialog(here / "dialog", stdout)))
+                command.append(f"--dialog={here / 'dialog'}")
+            how = timeout, series, interval, limits, cache, entry.renderer.home, talk
+            outcome = process.run(command, here / "neutral", stdout, stderr, *how)
         if outcome.failed:
             return Result("failed", outcome.failed + _noexec(outcome.failed, built, own))
         if outcome.over and outcome.over[0] == "disk" and ownership.is_ours(own):
@@ -118,7 +124,11 @@ def start(
         if gone:
             fault = f"removed or replaced the file of its {gone[0].name}"
         said, text = events.read(_unless(gone, stdout)), end_of(_unless(gone, stderr))
+        fault = fault or (talk and _unkept(outcome, said))
         result = collect(outcome, said, text, fault, here / "out", parameters, needs, arrays)
+        if result.status == "ok" and talk and said.frames[0]["checksums"] != places.checksum(result.array):
+            result.status, result.array = "failed", None
+            result.reason = "the checksum of frame 0 is not that of its picture (FRM-2)"
         if result.status == "failed":
             result.reason += _noexec(result.reason, built, own)
         elif result.status == "ok" and outcome.unwatched:
@@ -128,6 +138,22 @@ def start(
                 with open(_unless(gone, path), "rb") as source:
                     output.data(Path(f"{log}.{path.name}"), source.read(limits.output))
     return result
+
+
+def is_checked(entry: Entry, parameters: Parameters) -> bool:
+    """Whether the later frames of a job have places of their own, and checksums (contract 2)."""
+    later = parameters.kind == "image" and parameters.frames > 0
+    return later and entry.contract >= 2 and hasattr(os, "mkfifo")
+
+
+def _unkept(outcome: process.Outcome, said: events.Said) -> str | None:
+    """None, or how a renderer did not keep to FRM-1 or FRM-2."""
+    lacking = next((frame["index"] for frame in said.frames if frame["checksums"] is None), None)
+    if outcome.code != 0 or said.faults or len(said.frames) < 2:  # its own reason comes first
+        return None
+    if lacking is not None:
+        return f"frame {lacking} has no checksum of its picture (FRM-2)"
+    return dialog.fault(outcome.places, said.frames)
 
 
 def _noexec(reason: str, built: Built | None, cache: Path) -> str:

@@ -6,6 +6,7 @@ Runs of experiments (bench.py) and commands that time without one (turns.py) use
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from harness.experiment.experiment import Measure
@@ -51,7 +52,7 @@ class Task:
 class Measured:
     """One repetition. record: the measured part of a row (store.py), with `disturbed` and its doubts among `warnings`.
 
-    warm: it found its compiled code in `cache`, if it keeps any.
+    warm: it found its compiled code in `cache`, if it keeps any. fresh: there was none, nor of an earlier process.
     """
 
     task: Task
@@ -60,6 +61,7 @@ class Measured:
     series: Path
     cache: Path
     warm: bool
+    fresh: bool
 
 
 class Audit:
@@ -93,7 +95,8 @@ class Audit:
         record = {**row.measured(result, series), "disturbed": disturbed}
         if record["wall_s"] is not None:
             record["warnings"] += again + trouble.doubts(disturbed, seconds, task.parameters.threads)
-        return Measured(task, result, record, series, cache, not cold and _files(cache) == compiled)
+        warm = not cold and _files(cache) == compiled
+        return Measured(task, result, record, series, cache, warm, cold or not compiled)
 
     def _watched(self, *job, **options) -> tuple[Result, list[str]]:
         """Returns the Result of a repetition, begun again where its measurer was lost; and that as warnings."""
@@ -115,14 +118,20 @@ class Audit:
 
     def contradiction(self, made: Measured) -> str | None:
         """None, or what the marks of a repetition that is ok contradict; it may run once more, for a single pixel."""
-        task = made.task
-
-        def run(parameters: Parameters) -> Result:
-            return self.host.run(task.entry, task.arrays, parameters, task.needs, cache=made.cache, **task.more)
-
-        blanks, key = self.blanks if made.warm else None, (task.entry.name, task.scene)
+        task, blanks = made.task, self.blanks
+        if made.warm:
+            key, run = (task.entry.name, task.scene), partial(self.again, made)
+        elif made.fresh:  # the cost of compiling once is not asked twice
+            blanks, key, run = None, None, None
+        else:  # it compiled again: so is its blank to do, all of it
+            key, run = (task.entry.name, task.scene, "compiles"), partial(self.again, made, cached=False)
         disturbed = made.record["disturbed"]
         return contradiction.found(made.result, made.series, task.entry, task.parameters, blanks, run, key, disturbed)
+
+    def again(self, made: Measured, parameters: Parameters, cached: bool = True) -> Result:
+        """The Result of a job like that of a repetition, but for its parameters. cached: with its compiled code."""
+        task, cache = made.task, made.cache if cached else None
+        return self.host.run(task.entry, task.arrays, parameters, task.needs, cache=cache, **task.more)
 
 
 def _measurer_s(result: Result) -> float | dict:

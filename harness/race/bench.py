@@ -11,8 +11,8 @@ from harness.judge import judge
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
 from harness.process.session import Sessions
-from harness.race import counting, energy_use, gpu_use, operations, row
-from harness.race.audit import Audit, Task
+from harness.race import counting, energy_use, frames, gpu_use, row
+from harness.race.audit import Audit, Measured, Task
 from harness.race.host import Host
 from harness.race.judging import Judging
 from harness.renderer import events, job
@@ -43,7 +43,7 @@ class Bench:
         self.caches, self.host, self.untimed = caches, host, untimed
         self.judging = Judging(plan, known, run_store.folder, caches, host, untimed)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
-        self.audit = Audit(host, interval)
+        self.audit, self.turns = Audit(host, interval), frames.Turns()
 
     def repeat(self, cell: Cell, number: int, kind: str = "timed") -> dict:
         """Run one repetition of a cell, for one of the passes of a run; its record (store.py)."""
@@ -87,6 +87,7 @@ class Bench:
             "bound": None,
             "stability": None,
             "truth_s": None,
+            "checked": None,
         }
         if cell.stressed and result.array is not None:  # one that is no valid answer too: it is counted, and fails
             record["stability"] = cell.stressed.record(result, cell.parameters)
@@ -107,8 +108,24 @@ class Bench:
         record["status"], record["reason"] = result.status, result.reason
         if result.status == "ok" and not cell.stressed:
             record["unranked"] = self.audit.unranked(made, record["unranked"])
+            if kind == "timed" and record["unranked"] is None:
+                self._check_frames(cell, number, made, record)
         record["took_s"] = self.host.clock() - begun
         return record
+
+    def _check_frames(self, cell: Cell, number: int, made: Measured, record: dict) -> None:
+        """Has a later frame of a good repetition checked, if it is the repetition's turn."""
+        reason = frames.unchecked(cell.entry, cell.parameters)
+        if not reason and cell.parameters.frames and self.turns.is_due(cell.key, number, cell.processes):
+            choice = frames.choose(made.result, cell.parameters)
+            run, fault = partial(self.audit.again, made), partial(self.judging.frame, cell)
+            reason = frames.verdict(choice, made.result, cell.parameters, run, fault) or ""
+            record["checked"] = choice.record()
+        if reason.startswith(rows.UNCHECKED):
+            record["checked"] = {"unavailable": reason.removeprefix(rows.UNCHECKED)}
+            record["warnings"].append(reason)
+        elif reason:
+            record["unranked"] = reason
 
     def _count(self, cell: Cell, number: int) -> dict:
         """The record of a count, without anything that a table of times could take."""
@@ -124,7 +141,7 @@ class Bench:
             "lights": len(arrays["lights"]),
             "unranked": row.unranked(cell.entry, events.Said()),
             "counts": counts,
-            "operations": operations.count(cell, arrays, self.host, cache),
+            "operations": counting.operations(cell, arrays, self.host, cache),
             "took_s": self.host.clock() - begun,
         }
 

@@ -4,22 +4,29 @@ A renderer tells its own times. Three accounts of them are independent: the wall
 the CPU time inside a phase, from the measurer's series; the CPU time of its whole life, from wait4.
 
 marks()  By the contract frames cover the phase `render`, but for the search for a batch, and T threads use at most
-         T s of CPU time in a second. The same must hold of what follows the first frame, which may be the longest.
+         T s of CPU time in a second. The same must hold of what follows the first frame, which may be the longest; of a
+         renderer of contract 2, what follows the answer to its question for places (FRM-1), before which it could do
+         nothing for its later frames. After each of those it needs no longer than a checksum takes.
+written() No frame is shorter than it takes to write its pixels.
 Blanks   CPU time that no frame covers (start, imports, a hierarchy) does not depend on the picture: the renderer is
-         started once more for one pixel of it. What is used beyond that is rendering, in whatever phase.
+         started once more for a small one. What is used beyond that is rendering, in whatever phase. The size of that
+         one and its frames are random: no renderer can tell it from others.
 
 An allowance of each rule is longer than the clocks and the series are coarse. What is too short to tell is not told.
 """
 
 import itertools
+import random
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from harness.process import bandwidth
 from harness.process.repetition import Result
 from harness.race.row import cover
 from harness.race.series import ticks
 from harness.renderer import events
+from harness.renderer.limits import amount
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.store.record import CONTRADICTED
@@ -32,8 +39,13 @@ SEARCH = 8  # later frames: each size of batch up to theirs, twice, and again fo
 PAUSES = 0.2  # s in it while other programs have the processors
 COLD = 10  # times as long as a later frame is the first at most, with cold caches (worker.py)
 BLANK_MORE = 0.5  # of the CPU time of a blank, which differs as other programs use the caches and the clock
-PER_PIXEL = 2e-6  # s that an interpreter takes to pack and write one, in the phases that do so
+PACKING = 2  # times as long as ours may an interpreter take to pack a pixel, in the phases that write
 WRITING = "download", "save"
+WRITES = 3  # times as quick as this machine was just now may it be at other times
+CHECKSUM = 4  # times as long as zlib may a checksum take
+PAUSE, PER_RENDER = 5e-4, 5e-6  # s between two frames beside: to print a line, and for each render to take its place
+SMALLER = 6.0, 10.0  # times as wide and as high as a blank is the picture
+BLANK_FRAMES = 3  # later ones of a blank, at most
 TAKEN = "steal_s", "other_cpu_s", "held_back_s"  # CPU time that others had (trouble.py)
 
 
@@ -50,17 +62,18 @@ def found(
     """None, or what a repetition that is ok contradicts, in words that begin with CONTRADICTED.
 
     blanks: the blanks known so far; None where the process compiled what none will compile again. run(parameters): the
-    same renderer and scene once more, the Result. key: on what the CPU time of a blank depends, within `blanks`.
+    same renderer and scene once more, with as much to compile, the Result. key: on what the CPU time of a blank
+    depends, within `blanks`.
     disturbed: what the machine did meanwhile (trouble.between).
     """
     on_cpu = entry.variant.device == "cpu"  # what a GPU does takes no CPU time, and its driver has threads of its own
-    contradicted = marks(
-        result, series, parameters.threads if on_cpu else None, parameters.least_frame, _lost(disturbed or {})
-    )
+    threads = parameters.threads if on_cpu else None
+    contradicted = marks(result, series, threads, parameters.least_frame, _lost(disturbed or {}))
+    if on_cpu and parameters.kind == "image":
+        contradicted = contradicted or written(result, threads)
     if contradicted or not on_cpu or blanks is None or parameters.kind == "rays" or result.outcome.measurer is None:
         return contradicted
-    one = blank(parameters, "region" in entry.renderer.manifest.features)
-    return blanks.contradiction(key, result, parameters, lambda: run(one))
+    return blanks.contradiction(key, result, parameters, lambda: run(blank(parameters)))
 
 
 def _lost(disturbed: dict) -> float:
@@ -80,9 +93,10 @@ def marks(result: Result, series: Path, threads: int | None, least_frame: float 
         return f"{CONTRADICTED}its phases: it has {len(said.frames)} frames and no phase render"
     rows = ticks(series) if threads and outcome.measurer else []
     resolution = (outcome.measurer or {}).get("resolution_s") or 0.0
-    for what, frames, windows in _parts(said):
+    places, checksums = outcome.places, checksums_s(result)
+    for what, frames, windows in _parts(said, places.given if places else None):
         framed, length = _seconds(frames), sum(end - start for start, end in windows)
-        allowed = framed + _search(said, least_frame)
+        allowed = framed + (checksums if places else _search(said, least_frame))
         if length - allowed > max(SHORT, UNFRAMED * length) + lost:
             return f"{CONTRADICTED}its phases: {what} {framed:.3g} s of {length:.3g} s of phase render"
         used = sum(_cpu_within(rows, start - outcome.spawned, end - outcome.spawned) for start, end in windows)
@@ -91,16 +105,66 @@ def marks(result: Result, series: Path, threads: int | None, least_frame: float 
                 f"{CONTRADICTED}the processor: {what} {framed:.3g} s of phase render, which used"
                 f" {used:.3g} s of CPU time on {threads} thread{'s' * (threads > 1)}"
             )
+    return _paused(result, lost) if places else None
+
+
+def written(result: Result, threads: int) -> str | None:
+    """None, or which frame is shorter than it takes so many threads to write its pixels."""
+    size = result.array.nbytes
+    least = bandwidth.write_s(size) / (WRITES * threads)
+    for frame, seconds in zip(result.said.frames, result.said.frames_s, strict=True):
+        if seconds < least:
+            return (
+                f"{CONTRADICTED}the memory: frame {frame['index']} took {seconds:.3g} s,"
+                f" in which nobody writes its {amount(size)} here (at least {least:.3g} s)"
+            )
     return None
 
 
-def _parts(said: events.Said) -> Iterator[tuple[str, list[dict], list[tuple[float, float]]]]:
-    """The phase render with all frames; what of it follows the first frame, with the later ones."""
+def checksums_s(result: Result) -> float:
+    """Seconds that a renderer of contract 2 may have taken for the checksums of all later frames, and to say them."""
+    _, *later = result.said.frames
+    if result.outcome.places is None or not later:
+        return 0.0
+    renders = later[0]["renders"]
+    each = PAUSE + renders * (PER_RENDER + CHECKSUM * bandwidth.checksum_s(result.array.nbytes))
+    return each * len(later)
+
+
+def _paused(result: Result, lost: float) -> str | None:
+    """None, or how long a renderer of contract 2 paused before each of its later frames, or after each, where a
+    checksum is all that is due. The shortest pause counts, of at least two: others who use the machine make it longer
+    by no more than their part of what they took."""
+    _, *later = result.said.frames
+    if len(later) < 2:
+        return None
+    ends = [result.outcome.places.given, *(frame["end"] for frame in later)]
+    last = max(phase["end"] for phase in result.said.phases if phase["name"] == "render")
+    starts = [*(frame["start"] for frame in later), last]
+    pauses = [start - end for start, end in zip(starts, ends, strict=True)]
+    shortest = max(min(pauses[:-1]), min(pauses[1:]))
+    allowed = (checksums_s(result) + lost) / len(later)
+    if shortest <= allowed:
+        return None
+    return (
+        f"{CONTRADICTED}its phases: it pauses for {shortest:.3g} s or more at each later frame,"
+        f" where a checksum takes {allowed:.3g} s at most"
+    )
+
+
+def _parts(said: events.Said, given: float | None) -> Iterator[tuple[str, list[dict], list[tuple[float, float]]]]:
+    """The phase render with all frames; what of it follows the first frame, with the later ones.
+
+    given: when a renderer of contract 2 was told the places of its later frames. Between frame 0 and then it searches,
+    and waits for the answer.
+    """
     render = [(phase["start"], phase["end"]) for phase in said.phases if phase["name"] == "render"]
     first, *later = said.frames
-    yield "its frames cover", said.frames, render
+    start = first["end"] if given is None else given
+    after = [(max(begin, start), end) for begin, end in render if end > start]
+    before = [(begin, min(end, first["end"])) for begin, end in render if begin < first["end"]]
+    yield "its frames cover", said.frames, render if given is None else [*before, *after]
     if later:
-        after = [(max(start, first["end"]), end) for start, end in render if end > first["end"]]
         yield "its frames after the first cover", later, after
 
 
@@ -137,7 +201,7 @@ def _cpu_within(rows: list[dict], start: float, end: float) -> float:
 
 
 class Blanks:
-    """CPU time of processes that rendered one pixel of a picture, by what the time depends on."""
+    """CPU time of processes that rendered a smaller picture, by what the time depends on."""
 
     def __init__(self):
         self.known: dict = {}
@@ -157,15 +221,18 @@ class Blanks:
         self.known[key] = known = max(self.known.get(key, 0.0), _cpu(blank))
         if used <= _most(known):
             return None
-        return (
-            f"{CONTRADICTED}the processor: {used:.3g} s of CPU time in no frame, {known:.3g} s if it renders one pixel"
-        )
+        return f"{CONTRADICTED}the processor: {used:.3g} s of CPU time in no frame, {known:.3g} s for a smaller picture"
 
 
-def blank(parameters: Parameters, has_region: bool) -> Parameters:
-    """The parameters of a blank: one pixel of the same picture, or the smallest picture, once."""
-    one = {"region": (0, 0, 1, 1)} if has_region else {"region": None, "width": 1, "height": 1}
-    return replace(parameters, frames=0, least_frame=0.0, **one)
+def blank(parameters: Parameters) -> Parameters:
+    """The parameters of a blank: a smaller picture, or region of the same size, with some frames, at random."""
+    x0, y0, x1, y1 = parameters.bounds()
+    width, height = (max(1, round(side / random.uniform(*SMALLER))) for side in (x1 - x0, y1 - y0))
+    frames = random.randint(0, min(BLANK_FRAMES, parameters.frames))
+    if parameters.region is None:
+        return replace(parameters, width=width, height=height, frames=frames)
+    left, top = random.randint(x0, x1 - width), random.randint(y0, y1 - height)
+    return replace(parameters, region=(left, top, left + width, top + height), frames=frames)
 
 
 def unframed_cpu(result: Result, parameters: Parameters) -> float:
@@ -179,7 +246,8 @@ def unframed_cpu(result: Result, parameters: Parameters) -> float:
     framed = parameters.threads * (begun + _seconds(later) + _search(result.said, parameters.least_frame))
     x0, y0, x1, y1 = parameters.bounds()
     writing = sum(phase["end"] - phase["start"] for phase in result.said.phases if phase["name"] in WRITING)
-    return _cpu(result) - framed - min(writing, PER_PIXEL * (x1 - x0) * (y1 - y0))
+    packing = PACKING * bandwidth.pack_pixel_s() * (x1 - x0) * (y1 - y0)
+    return _cpu(result) - framed - checksums_s(result) - min(writing, packing)
 
 
 def _cpu(result: Result) -> float:

@@ -108,11 +108,32 @@ def special(entry: Entry) -> tuple[tuple[str, ...], dict[str, str]]:
 
 
 def under(entry: Entry, options: tuple[str, ...], environment: dict[str, str], words: list[str]) -> Entry:
-    """`entry` built with more options, in an environment, and with words before its command."""
+    """`entry` built with more options, in an environment, and with words before its command; its frames have no
+    checksums, which are no part of a frame."""
     told, variant = entry.renderer.manifest, entry.variant
     set_to = [SAME, *(f"{name}={value}" for name, value in environment.items())]
-    started = variant.model_copy(update={"command": ("env", *set_to, *words, *variant.command)})
+    started = variant.model_copy(update={"command": ("env", *set_to, *words, *variant.command), "contract": 1})
     if options and told.build:
         build = told.build.model_copy(update={"command": (*told.build.command, *options)})
         told = told.model_copy(update={"build": build})
     return Entry(Renderer(entry.renderer.folder, told), started, entry.label)
+
+
+def operations(cell: Cell, arrays: dict, host: Host, cache: Path) -> dict | None:
+    """Counts the floating-point operations of a frame, by a build of the renderer whose numbers count them.
+
+    Returns the counts of events.OPERATIONS, {unavailable: reason}, or None for a renderer without such a build. They
+    are those of the source, one ray after another on one thread: what a vector, a compiler or a clever search leaves
+    out is not taken off, so programs of different speed are held to the same work.
+    """
+    told = cell.entry.renderer.manifest
+    if cell.refused or not told.operations or not told.build:
+        return None
+    build = told.build.model_copy(update={"command": (*told.build.command, *told.operations.options)})
+    renderer = Renderer(cell.entry.renderer.folder, told.model_copy(update={"build": build}))
+    entry = Entry(renderer, cell.entry.variant, cell.entry.label)
+    one = dataclasses.replace(cell.parameters, threads=1, vector="off", frames=0, least_frame=0.0)
+    result = host.run(entry, arrays, one, cell.needs, timeout=cell.timeout, limits=cell.limits, cache=cache)
+    if result.status != "ok":
+        return {"unavailable": f"{result.status}: {result.reason}"}
+    return result.said.operations or {"unavailable": "the build that counts reported no operations"}

@@ -16,8 +16,10 @@ from harness.picture import perception
 from harness.plan.plan import Cell, Plan
 from harness.process import repetition
 from harness.process.session import Sessions
+from harness.race import frames
 from harness.race.host import Host
 from harness.renderer import job
+from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.store import record, store
 
@@ -59,6 +61,18 @@ class Judging:
             whole, _ = self._reference(cell.whole)
             mask = None if isinstance(whole, NoReference) else whole.mask
         return agreement, self._error(cell, result.array, picture, mask, broken), bounded, wrong
+
+    def frame(self, cell: Cell, job: Parameters, result: repetition.Result, first: np.ndarray) -> str | None:
+        """None, or why the picture of a later frame is wrong, or UNCHECKED why nobody knows (frames.fault)."""
+        arrays, needs = self.plan.arrays[cell.scene_version], reference.needs_of(cell.needs)
+        judges = reference.judges_of(arrays, cell.parameters)
+        maker = reference.choose(cell.entry, self.known, cell.parameters, needs, judges)
+        cache = self.caches / f"{maker and maker.name}.reference"
+        self.untimed.close()  # no other renderer runs beside the one that makes the reference
+        try:
+            return frames.fault(job, result, first, cell.entry, arrays, cell.needs, maker, cache, self.untimed.run)
+        finally:
+            self.untimed.close()
 
     def _hits(self, cell: Cell, result: repetition.Result):
         """`judge` of a list of hits, whose truth is the reference."""

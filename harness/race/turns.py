@@ -5,6 +5,7 @@ Every time that a command tells comes from here. What it tells of a doubt are th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from harness.errors import UserError
@@ -12,13 +13,13 @@ from harness.judge import judge
 from harness.plan.plan import rounds
 from harness.process.repetition import Result
 from harness.process.scratch import scratch
-from harness.race import row
-from harness.race.audit import Audit, Task
+from harness.race import frames, row
+from harness.race.audit import Audit, Measured, Task
 from harness.renderer.builder import cache_folder
 from harness.renderer.registry import Entry
 from harness.statistics import statistics, steady
 from harness.statistics.statistics import Estimate
-from harness.store.record import CONTRADICTED
+from harness.store.record import CONTRADICTED, FALSE_FRAMES, UNCHECKED
 from harness.system import trouble
 
 MOST_CONTRADICTED = 1 / 2  # of the processes of a job that has a time
@@ -36,18 +37,31 @@ class Times:
     task: Task
     records: list[dict] = field(default_factory=list)
 
-    def repeat(self, audit: Audit, series: Path) -> Result:
-        """Times it once more. series: file for the measurer."""
+    def repeat(self, audit: Audit, series: Path, due: bool = False) -> Result:
+        """Times it once more. series: file for the measurer. due: a later frame is to be checked: whether it is the
+        picture that a job of its own makes; nobody judges that picture."""
         task = self.task
         made = audit.measure(task, series, kernels(task.entry))
         status, reason, unranked = made.result.status, made.result.reason, row.unranked(task.entry, made.result.said)
         if status == "ok" and (broken := judge.broken(made.result)):
             status, reason = "wrong picture", broken
         if status == "ok":
-            unranked = audit.unranked(made, unranked)
+            unranked = audit.unranked(made, unranked) or self._false_frame(audit, made, due)
         named = {"variant": task.entry.name, "cell": task.name, "pass": "timed"}
         self.records.append({**made.record, **named, "status": status, "reason": reason, "unranked": unranked})
         return made.result
+
+    def _false_frame(self, audit: Audit, made: Measured, due: bool) -> str | None:
+        """None, or why a later frame of a good process is not what it should be; a doubt, if that is not known."""
+        parameters = self.task.parameters
+        reason = frames.unchecked(self.task.entry, parameters)
+        if not reason and due and parameters.frames:
+            choice, run = frames.choose(made.result, parameters), partial(audit.again, made)
+            reason = frames.verdict(choice, made.result, parameters, run, lambda *_: None) or ""
+        if not reason.startswith(UNCHECKED):
+            return reason or None
+        made.record["warnings"].append(reason)
+        return None
 
     @property
     def failed(self) -> str:
@@ -68,6 +82,9 @@ class Times:
         """Why the job has no time; "" if it has one."""
         if self.failed:
             return self.failed
+        unranked = [record["unranked"] or "" for record in self.records]
+        if false := next((why for why in unranked if why.startswith(FALSE_FRAMES)), ""):
+            return false
         lying = [record["unranked"] for number, record in enumerate(self.records) if number not in self.counting]
         if len(lying) > MOST_CONTRADICTED * len(self.records):
             return lying[0]
@@ -121,11 +138,13 @@ def more(found: list[Times], count: int, audit: Audit, seed: int = 0) -> None:
 
     What fails has no further turn.
     """
+    turns, before = frames.Turns(), [len(times.records) for times in found]
     with scratch() as folder:
         for number, members in enumerate(rounds(list(enumerate(found)), count, seed)):
             for place, times in members:
                 if not times.failed:
-                    times.repeat(audit, folder / f"{place}-{number}.csv")
+                    due = turns.is_due(str(place), before[place] + number, before[place] + count)
+                    times.repeat(audit, folder / f"{place}-{number}.csv", due)
 
 
 def paired(one: Times, other: Times) -> tuple[list[float], list[float]]:

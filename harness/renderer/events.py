@@ -3,12 +3,14 @@
 import itertools
 import json
 import math
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import orjson
 
 from harness.errors import printable
+from harness.renderer import places
 
 LIMIT = 64 * 2**20  # bytes of output that are read
 FAULTS = 10  # after so many, the rest is not read
@@ -105,7 +107,8 @@ def _take(said: Said, kind: str, event: dict) -> None:
             said.phases.append({"name": words(event["name"]), "start": start, "end": end})
         else:
             frame = {"index": _count(event["index"]), "start": start, "end": end}
-            said.frames.append(frame | {"parts": _parts(event.get("parts")), "renders": _renders(event)})
+            frame |= {"parts": _parts(event.get("parts")), "renders": _renders(event)}
+            said.frames.append(frame | {"checksums": _checksums(event, frame["renders"])})
     elif kind == "rays":
         said.rays = {
             name: _count(event[name]) for name in ("primary", "reflected", "transmitted", "shadow", "non_finite")
@@ -165,6 +168,14 @@ def _renders(event: dict) -> int:
     if renders == 0:
         raise ValueError("a frame of nothing")
     return renders
+
+
+def _checksums(event: dict, renders: int) -> str | None:
+    """The checksums of a frame's pictures (FRM-2), one after the other; None of a renderer of contract 1."""
+    found = event.get("checksums")
+    if found is not None and not (re.fullmatch("[0-9a-f]*", found) and len(found) == places.DIGITS * renders):
+        raise ValueError("not the checksums of its renders")
+    return found
 
 
 def _parts(parts) -> dict | None:

@@ -8,8 +8,6 @@ from pydantic import Field
 from harness.errors import UserError
 from harness.toml import Strict, read_toml, validated
 
-CONTRACT = 1
-
 
 class Requires(Strict):
     modules: tuple[str, ...] = ()
@@ -54,7 +52,7 @@ class Count(Strict):
 
 
 class Operations(Strict):
-    """A build whose numbers count the floating-point operations of a frame (harness/race/operations.py).
+    """A build whose numbers count the floating-point operations of a frame (harness/race/counting.py).
 
     options: words at the end of the build command.
     """
@@ -63,8 +61,8 @@ class Operations(Strict):
 
 
 class Variant(Strict):
-    """requires: beside the renderer's own. methods: in place of the renderer's, if given. simulator: of device cuda, if
-    it has one.
+    """requires: beside the renderer's own. methods, contract: in place of the renderer's, if given. simulator: of
+    device cuda, if it has one.
 
     exhibit: why it is there, though made to be wrong or slow: to be looked at. It is run and judged like any other, and
     ranked with none. exhibit_of: a fault, whose picture is meant to be wrong, or a cost, whose picture must be right.
@@ -78,6 +76,7 @@ class Variant(Strict):
     simulator: bool = True
     requires: Requires = Requires()
     methods: dict[str, tuple[str, ...]] | None = None
+    contract: Literal[1, 2] | None = None
     exhibit: str | None = Field(None, min_length=1)
     exhibit_of: Literal["fault", "cost"] = "fault"
 
@@ -85,12 +84,13 @@ class Variant(Strict):
 class Manifest(Strict):
     """One `renderer.toml`. The first value of a method is its default.
 
+    contract: with 2, its later frames are checked (harness/race/frames.py).
     external: it starts a program that is not ours, so its picture is judged to EXTERNAL_TOLERANCE and its rays are not.
     shares: files outside its folder that are part of it, from there. jobs: it takes a list of jobs (--jobs=FILE).
     count: by the machine's name for its processors (uname -m), such as x86_64.
     """
 
-    contract: Literal[1]
+    contract: Literal[1, 2]
     name: str = Field(pattern=r"^[a-z][a-z0-9-]*$")
     technology: str
     description: str

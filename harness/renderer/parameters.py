@@ -33,7 +33,8 @@ NOT_IN_THE_PICTURE = (
 # What a job may need (renderers/README.md).
 NEEDS = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg", "ambient", "diffuse", "phong", "shadows", "soft"),
-    *("reflection", "transmission", "glossy", "attenuation", "media", "supersampling", "adaptive", "lens", "cutoff"),
+    *("reflection", "transmission", "glossy", "attenuation", "media", "contact"),
+    *("supersampling", "adaptive", "lens", "cutoff"),
 )
 
 

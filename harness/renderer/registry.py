@@ -187,6 +187,11 @@ class Entry:
         own = self.variant.methods
         return self.renderer.manifest.methods if own is None else own
 
+    @property
+    def contract(self) -> int:
+        """The version of the contract that it keeps."""
+        return self.variant.contract or self.renderer.manifest.contract
+
     def threads(self) -> int:
         """How many threads it runs by default on this machine."""
         return 1 if self.variant.threads == 1 else usable_cores()

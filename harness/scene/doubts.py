@@ -3,7 +3,7 @@
 import numpy as np
 
 from harness.errors import UserError
-from harness.scene import check, methods, surface
+from harness.scene import check, surface
 from harness.scene.bounds import bounds, padded
 from harness.scene.media import OPAQUE, holds, solid
 from harness.scene.model import Mesh
@@ -13,6 +13,7 @@ BLACK = (0.0, 0.0, 0.0)
 ROUNDING = 2.0**-52  # of a coordinate in float64
 COARSE = 1e-3  # of the eye's distance from the screen: rounding by more than this is seen
 CLOSE = 1e-5  # of a mesh's extent: vertices nearer to each other than this were meant to be one
+LOBE = "a material is glossy with a roughness above 0, the number after its mu_r (GLO-2)"
 
 
 def warnings(scene, jobs=(), free=()) -> list[str]:
@@ -20,7 +21,7 @@ def warnings(scene, jobs=(), free=()) -> list[str]:
     which methods of `jobs` do nothing in it, and what of it they leave out. free: names of methods that are still to be
     chosen.
     """
-    of_jobs = (_text(scene, 0, what, remedy) for what, remedy in methods.doubts(scene, jobs, free))
+    of_jobs = (_text(scene, 0, what, remedy) for what, remedy in of_methods(scene, jobs, free))
     return [*_slant(scene), *_open_meshes(scene), *_large(scene), *dark(scene), *of_jobs]
 
 
@@ -30,6 +31,30 @@ def dark(scene) -> list[str]:
         return []
     boxes = padded(bounds(scene.objects))
     return [*_view(scene, boxes), *_eye(scene, boxes), *_lights(scene, boxes)]
+
+
+def of_methods(scene, jobs, free=()) -> list[tuple[str, str]]:
+    """Returns which methods of jobs do nothing in a scene, and what of the scene they leave out, each with its remedy.
+
+    jobs: `job.Parameters` of pictures of the scene: a method of any of them may do nothing; what all of them leave out
+    is left out. free: names of methods that are still to be chosen.
+    """
+    rough = any(thing.material.k_s > 0 and thing.material.roughness > 0 for thing in scene.objects)
+    soft = any(light.radius > 0 for light in scene.lights)
+    found = []
+    if "glossy_rays" not in free:
+        most = max((job.glossy_rays for job in jobs if job.depth > 0), default=None)
+        if most and not rough:
+            found.append(("glossy_rays does nothing here: every mirror is perfect", LOBE))
+        if most == 0 and rough:
+            found.append(("its glossy materials are rendered as perfect mirrors", "ask for glossy_rays, 1 or more"))
+    if "feelers" not in free and scene.objects:
+        most = max((job.feelers for job in jobs if job.shadows), default=None)
+        if most and not soft:
+            found.append(("feelers does nothing here: every light is a point", "a light is soft with a radius above 0"))
+        if most == 0 and soft:
+            found.append(("its lights with a radius are rendered as points", "ask for feelers, 1 or more"))
+    return found
 
 
 def of_picture(scene, picture: np.ndarray) -> list[str]:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from harness.picture import colour
+from harness.scene.contact import precedence
 from harness.scene.media import media
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Operator, Polygon, Sphere
 
@@ -68,6 +69,7 @@ def flatten(scene, arithmetic="linear"):
         "mesh_ids": ids(meshes),
         "csg_ids": ids(solids),
         "media": _table(ranked, 3, INTEGER),
+        "precedence": precedence(scene),
     }
 
 

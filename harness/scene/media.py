@@ -42,13 +42,20 @@ def media(scene):
             line=last.line or None,
             remedy="make some opaque, with attenuation (0,0,0), move them apart or join them with OR",
         )
-    ranked.sort(key=lambda i: -volume(exact[i]))  # stable: of equal ones, the later in the file is the higher
+    # stable: of equal ones of one material, the later in the file is the higher
+    ranked.sort(key=lambda i: (-volume(exact[i]), density(scene.objects[i].material)))
     return [(i, i in holding) for i in ranked]
+
+
+def density(material):
+    """Orders materials whatever their place in the file: by the index of refraction, then by their other numbers."""
+    m = material
+    return (m.eps_r * m.mu_r, m.mu_r, m.attenuation, m.k_s, m.diffuse, m.exponent, m.roughness)
 
 
 def _meeting(boxes, chosen):
     """Yields those of `chosen` whose box meets the box of any other object. Boxes whose faces touch meet."""
-    for some in _close(boxes[chosen, 0]):
+    for some in close(boxes[chosen, 0]):
         some = chosen[some]
         low, high = boxes[some, 0], boxes[some, 1]
         near = np.flatnonzero(((boxes[:, 0] <= high.max(axis=0)) & (low.min(axis=0) <= boxes[:, 1])).all(axis=1))
@@ -57,7 +64,7 @@ def _meeting(boxes, chosen):
         yield from some[meet.any(axis=1)].tolist()
 
 
-def _close(points):
+def close(points):
     """Yields indices of neighbouring points (N, 3), TOGETHER at a time: slabs of x, columns of y, sorted by z."""
     ranks = points.argsort(axis=0).argsort(axis=0)
     cuts = max(round((len(points) / TOGETHER) ** (1 / 3)), 1)

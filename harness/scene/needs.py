@@ -3,6 +3,7 @@
 import numpy as np
 
 from harness.scene.bounds import bounds
+from harness.scene.contact import contact
 from harness.scene.media import media, solid
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere
 
@@ -36,7 +37,8 @@ def needs(scene, parameters):
     glossy          depth > 0 and glossy rays, and some k_s > 0 with a roughness > 0
     attenuation     not (1, 1, 1) in AIR, or in a clear solid that a ray can be in: one of `transmission`, one that
                     contains the eye, or any if there is a lens
-    media           some clear solids have a rank (MED-2)
+    media           some clear solids have a rank (MED-2), or contact
+    contact         faces of a ranked solid and another object, or two that are seen, may be in one place (MED-6)
     supersampling   sampler uniform or jittered
     adaptive        sampler adaptive
     lens            lens_radius > 0
@@ -46,7 +48,7 @@ def needs(scene, parameters):
     depth, lens = parameters.depth, parameters.lens_radius > 0
     materials = {thing.material for thing in scene.objects}
     specular = {m for m in materials if m.k_s > 0}
-    ranked = media(scene)
+    ranked, touching = media(scene), contact(scene)
     inside = {scene.objects[i].material for i, eye in ranked if eye}
     for thing in scene.objects:
         m = thing.material
@@ -63,7 +65,8 @@ def needs(scene, parameters):
         "transmission": depth > 0 and any(m.attenuation != OPAQUE for m in specular),
         "glossy": depth > 0 and parameters.glossy_rays > 0 and any(m.roughness > 0 for m in specular),
         "attenuation": scene.air.attenuation != CLEAR or any(m.attenuation != CLEAR for m in inside),
-        "media": ranked,
+        "media": ranked or touching,
+        "contact": touching,
         "supersampling": parameters.sampler in ("uniform", "jittered"),
         "adaptive": parameters.sampler == "adaptive",
         "lens": lens,

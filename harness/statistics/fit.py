@@ -70,11 +70,11 @@ def noise(per_process: list[float]) -> float:
 
     As for a normal distribution: the standard deviation is 1.4826 MAD, the error of the median sqrt(pi / 2 n) of that.
     """
-    from scipy import stats
-
     values = np.asarray(per_process, dtype=float)
     if len(values) < 2:
         return float("nan")
+    from scipy import stats
+
     spread = stats.median_abs_deviation(values, scale="normal")
     return float(np.sqrt(np.pi / 2 / len(values)) * spread / np.median(values))
 

@@ -3,6 +3,7 @@
 The unit of observation is the process, as frames of one process are not independent of each other.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -79,10 +80,12 @@ def processes_for(level: float) -> int:
 
 @lru_cache
 def _rank(count: int, level: float) -> int:
-    """The rank, from 1, of the interval's lower end."""
-    from scipy import stats
+    """The rank, from 1, of the interval's lower end: the quantile of a binomial distribution, of `count` fair coins.
 
-    return max(1, int(stats.binom.ppf((1 - level) / 2, count, 0.5)))
+    Without scipy.stats, which takes a second to import: every report and comparison asks for it.
+    """
+    ways = itertools.accumulate(math.comb(count, heads) for heads in range(count + 1))
+    return max(1, next(heads for heads, some in enumerate(ways) if some / 2**count >= (1 - level) / 2))
 
 
 def ratio(

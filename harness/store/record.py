@@ -18,7 +18,10 @@ MASK = 0.01  # share of ill-conditioned pixels from which on it is told
 CONTRADICTED = (
     "its marks contradict "  # begins why a row is unranked whose times cannot be (harness/race/contradiction.py)
 )
+# Of later frames (harness/race/frames.py): one that is false is enough; nobody knows whether they are right.
+FALSE_FRAMES, UNCHECKED = f"{CONTRADICTED}its later frames: ", "frames unchecked: "
 AROUND = (
+    "checked",
     "shapes",
     "scene_bytes",
     "lights",

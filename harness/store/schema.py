@@ -68,6 +68,7 @@ Row = _some(
     wall_s=Long | None,
     took_s=Seconds | None,
     truth_s=Seconds | None,
+    checked=_some("Checked", frame=Count, render=Count, sample=list[Real], unavailable=str) | None,
     scene_bytes=Count | None,
     shapes=dict[str, Count] | None,
     lights=Count | None,

@@ -42,6 +42,8 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
                 starting; count: its instructions were counted, and it has no times. Times are from timed passes alone
     unranked    null, or why the row takes no part in any comparison: "exhibit: .." (of a fault), "exhibit of a
                 cost: ..", it ran in a simulator, or "its marks contradict ..": contradiction.py
+    checked     null, or of the later frame that was named and made again {frame, render, sample}: its number, that of
+                the render in it, and the place of its sample (frames.py); or {unavailable: reason}
     status      ok | wrong picture | unsupported | unavailable | failed | timeout | killed
     reason      text; "" if ok
     started     ISO time

@@ -85,6 +85,26 @@ public:
         }
     }
 
+    // Calls visit(number) for the boxes that come within `reach` of a point.
+    template<typename Visit>
+    void around(const Vec3<Real>& point, Real reach, const Visit& visit) const
+    {
+        int waiting[depth_limit + 1], count = 1;
+        waiting[0] = 0;
+        while (count > 0) {
+            const Node& node = nodes[std::size_t(waiting[--count])];
+            bool near = true;
+            for (int a = 0; a < 3; a++)
+                near = near && node.bounds[0][a] <= point[a] + reach && point[a] - reach <= node.bounds[1][a];
+            if (!near)
+                continue;
+            if (node.count == 0)
+                waiting[count++] = node.first, waiting[count++] = node.first + 1;
+            for (int i = node.first; i < node.first + node.count; i++)
+                visit(order[std::size_t(i)]);
+        }
+    }
+
 private:
     template<typename> friend class LaneBvh;
 

@@ -27,20 +27,17 @@ struct Boundary {
     Real d_n, coordinate;  // for CSG-4: |d·n|, and max(|o|∞, |o + t d|∞, size)
 };
 
-// Where a thread works out the boundaries of a solid; as large as the largest solid needs (CSG-6).
+// Where a thread works out the boundaries of a solid; it grows with what lines cross (CSG-6).
 template<typename Real>
 struct Scratch {
     std::vector<Crossing<Real>> crossings;
     std::vector<Boundary<Real>> boundaries;
     std::vector<char> inside, values;  // inside: by part; values: of the postfix
-    bool overflow = false;             // a line crossed a mesh too often: the sample is not finite (CSG-6)
 };
 
 // A closed mesh.
 template<typename Real>
 struct MeshPart {
-    static constexpr std::size_t most_crossings = 64;
-
     std::vector<Triangle<Real>> triangles;
     Bvh<Real> bvh;  // may be empty
 
@@ -54,8 +51,6 @@ struct MeshPart {
         }
         bvh = Bvh<Real>(bounds, numbers, threads);
     }
-
-    std::size_t capacity() const { return std::min(triangles.size(), most_crossings); }
 
     // Calls visit(triangle) for those that the line may cross, until it answers true.
     template<typename Visit>
@@ -95,7 +90,7 @@ public:
             if (code[0] > Parts<Real>::mesh)
                 continue;
             operands.push_back({code[0], std::size_t(code[1])});
-            capacity += code[0] == Parts<Real>::mesh ? parts.meshes[std::size_t(code[1])].capacity() : 2;
+            capacity += code[0] == Parts<Real>::mesh ? parts.meshes[std::size_t(code[1])].triangles.size() : 2;
         }
     }
 
@@ -108,10 +103,24 @@ public:
         });
     }
 
+    // MED-6: of its parts, the largest.
+    Real extent() const
+    {
+        Real most = 0;
+        each_part([&](const auto& part) {
+            if constexpr (requires { part.triangles; })
+                for (const Triangle<Real>& triangle : part.triangles)
+                    most = std::max(most, triangle.size);
+            else if constexpr (requires { part.radius; })
+                most = std::max(most, part.radius);
+            else
+                most = std::max(most, part.size);
+        });
+        return most;
+    }
+
     void make_room(Scratch<Real>& scratch) const
     {
-        scratch.crossings.resize(std::max(scratch.crossings.size(), capacity));
-        scratch.boundaries.resize(std::max(scratch.boundaries.size(), capacity));
         scratch.inside.resize(std::max(scratch.inside.size(), operands.size()));
         scratch.values.resize(std::max(scratch.values.size(), operands.size()));
     }
@@ -217,7 +226,8 @@ private:
         bool started = false, value = false;
         for (std::size_t step = 0; step < capacity; step++) {
             const Probe<Real> ray({origin, probe.direction}, probe.scratch);
-            const auto first = scratch.crossings.begin(), last = first + std::ptrdiff_t(cross_parts(ray, scratch));
+            const std::ptrdiff_t count = std::ptrdiff_t(cross_parts(ray, scratch));
+            const auto first = scratch.crossings.begin(), last = first + count;
             const auto next = std::find_if(first, last, [](const auto& crossing) { return crossing.t > 0; });
             if (!std::exchange(started, true)) {
                 std::fill_n(scratch.inside.begin(), operands.size(), char(false));
@@ -242,11 +252,13 @@ private:
         return {};
     }
 
-    // CSG-1: fills scratch.crossings, in order, and returns how many there are: none if one mesh has too many.
+    // CSG-1: fills scratch.crossings, in order, and returns how many there are.
     std::size_t cross_parts(const Probe<Real>& probe, Scratch<Real>& scratch) const
     {
         std::size_t count = 0;
         const auto add = [&](Crossing<Real> crossing) {
+            if (count == scratch.crossings.size())
+                scratch.crossings.resize(2 * count + 2);
             std::size_t place = count++;
             for (; place > 0 && crossing.before(scratch.crossings[place - 1]); place--)
                 scratch.crossings[place] = scratch.crossings[place - 1];
@@ -267,14 +279,10 @@ private:
                     add({span.t0, p, side_number(span.in)}), add({span.t1, p, 8 + side_number(span.out)});
             } else if constexpr (needs::mesh) {
                 const MeshPart<Real>& mesh = parts->meshes[row];
-                const std::size_t most = count + mesh.capacity();
-                scratch.overflow |= mesh.search(probe, [&](int number) {
+                mesh.search(probe, [&](int number) {
                     Real t = 0;
-                    if (!mesh.triangles[std::size_t(number)].crossed(probe, t))
-                        return false;
-                    if (count == most)
-                        return true;
-                    add({t, p, number});
+                    if (mesh.triangles[std::size_t(number)].crossed(probe, t))
+                        add({t, p, number});
                     return false;
                 });
             }
@@ -286,6 +294,8 @@ private:
     std::size_t keep_boundaries(const Probe<Real>& probe, Scratch<Real>& scratch, std::size_t crossings) const
     {
         std::size_t kept = 0;
+        if (scratch.boundaries.size() < crossings)
+            scratch.boundaries.resize(scratch.crossings.size());
         std::fill_n(scratch.inside.begin(), operands.size(), char(false));
         bool value = crossings && evaluate(scratch);
         for (std::size_t i = 0; i < crossings; i++) {

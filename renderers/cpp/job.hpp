@@ -136,8 +136,14 @@ constexpr const char* weights[] = {"plain", "study"};
 constexpr const char* walks[] = {"least", "recursion", "table", "stack", "chain"};
 constexpr const char* accels[] = {"auto", "none", "bvh"};
 
+// Of a sample in its pixel (CAM-4, SAM-6).
+struct SamplePlace {
+    double x, y;
+};
+
 struct Job {
     std::string folder, out;
+    std::string dialog;  // folder of the pipes in which places are asked for (FRM-1); empty: all frames have `sample`
     Kind kind;
     Precision precision;
     Sampling sampling;
@@ -149,13 +155,14 @@ struct Job {
     int depth, threads, frames, samples, adaptive_depth, feelers, glossy_rays;
     std::uint32_t seed;
     bool shadows;
-    double sample_x, sample_y, adaptive_threshold, lens_radius, focal_distance, epsilon, cutoff, least_frame;
+    SamplePlace sample;
+    double adaptive_threshold, lens_radius, focal_distance, epsilon, cutoff, least_frame;
     double sliver;  // CSG-4
     std::vector<std::string> needs;
 
     explicit Job(const Flags& flags)
-        : folder(flags.folder("job")), out(flags.folder("out")), kind(Kind(flags.method("kind", kinds))),
-          precision(Precision(flags.method("precision", precisions))),
+        : folder(flags.folder("job")), out(flags.folder("out")), dialog(flags.text("dialog")),
+          kind(Kind(flags.method("kind", kinds))), precision(Precision(flags.method("precision", precisions))),
           sampling(Sampling(flags.method("sampler", samplings))),
           weight(Weight(flags.method("glossy_weight", weights))), walk(Walk(flags.method("walk", walks))),
           accel(Accel(flags.method("accel", accels))), depth(flags.integer("depth", 0, 0)),
@@ -163,9 +170,10 @@ struct Job {
           frames(flags.integer("frames", 0, 0)), samples(flags.integer("samples", 1, 1)),
           adaptive_depth(flags.integer("adaptive_depth", 0, 3)), feelers(flags.integer("feelers", 0, 0)),
           glossy_rays(flags.integer("glossy_rays", 0, 0)), seed(std::uint32_t(flags.integer("seed", 0, 0xffffffff, 0))),
-          shadows(flags.integer("shadows", 0, 0) != 0), sample_x(flags.fraction("sample_x", 0.5)),
-          sample_y(flags.fraction("sample_y", 0.5)), adaptive_threshold(flags.number("adaptive_threshold", 0.1)),
-          lens_radius(flags.number("lens_radius", 0)), focal_distance(flags.number("focal_distance", 1)),
+          shadows(flags.integer("shadows", 0, 0) != 0),
+          sample{flags.fraction("sample_x", 0.5), flags.fraction("sample_y", 0.5)},
+          adaptive_threshold(flags.number("adaptive_threshold", 0.1)), lens_radius(flags.number("lens_radius", 0)),
+          focal_distance(flags.number("focal_distance", 1)),
           epsilon(flags.number("epsilon", 0x1p-48)), cutoff(flags.fraction("cutoff", 0)),
           least_frame(flags.number("least_frame", 0)),
           sliver(flags.number("sliver", precision == Precision::float32 ? 0x1p-20 : 0x1p-49)), needs(flags.list("needs"))

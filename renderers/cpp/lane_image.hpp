@@ -1,6 +1,7 @@
 // VEC-1, VEC-2: a picture, tile by tile, and of each pixel sample by sample.
 #pragma once
 #include "camera.hpp"
+#include "frames.hpp"
 #include "lane_tracer.hpp"
 #include "rows.hpp"
 
@@ -47,18 +48,18 @@ public:
 
     void make_room(Worker& worker) const { tracer.make_room(worker, room); }
 
-    // One frame. A tile is worked out by one thread and shares nothing with another.
-    void render(std::vector<Worker>& workers, std::vector<Real>& picture,
-                List<needs::cutoff, Real, 'D'>& dropped)
+    // One render, with its samples at a place. A tile is worked out by one thread and shares nothing with another.
+    void render(std::vector<Worker>& workers, Picture<Real>& picture, const SamplePlace& place)
     {
+        samples_at = place;
         if constexpr (needs::adaptive)
             if (job.sampling == Sampling::adaptive)
-                return render_adaptive(workers, picture);
+                return render_adaptive(workers, picture.pixels);
         const int across = (columns + tile_width - 1) / tile_width, down = (rows + tile_height - 1) / tile_height;
         for_each_row(across * down, workers, [&](int number, Worker& worker) {
             const int x0 = job.x0 + number % across * tile_width, y0 = job.y0 + number / across * tile_height;
-            render_tile({x0, y0, std::min(x0 + tile_width, job.x1), std::min(y0 + tile_height, job.y1)}, worker, picture,
-                        dropped);
+            render_tile({x0, y0, std::min(x0 + tile_width, job.x1), std::min(y0 + tile_height, job.y1)}, worker,
+                        picture.pixels, picture.dropped);
         });
     }
 
@@ -68,6 +69,7 @@ private:
     };
 
     const Job& job;
+    SamplePlace samples_at{0.5, 0.5};  // in a pixel, of the render (CAM-4, SAM-6)
     Camera<Real> camera;
     LaneTracer<Real> tracer;
     int columns, rows;
@@ -152,7 +154,7 @@ private:
         const I lane = lane_numbers<Real>();
         const L lane_column = __builtin_convertvector(lane % block_width, L);
         const L lane_row = __builtin_convertvector(lane / block_width, L);
-        const Real shift_x = Real(job.sample_x - 0.5), shift_y = Real(job.sample_y - 0.5);
+        const Real shift_x = Real(samples_at.x - 0.5), shift_y = Real(samples_at.y - 0.5);
         for (int j = tile.y0; j < tile.y1; j += block_height)
             for (int i = tile.x0; i < tile.x1; i += block_width) {
                 const L column = Real(i) + lane_column, row = Real(j) + lane_row;
@@ -163,8 +165,8 @@ private:
                     tracer.draw(pixel, I{}, 0, worker, u);
                 if (needs::supersampling && job.sampling == Sampling::jittered)
                     x = u[0], y = u[1];
-                x = n == 1 && job.sampling == Sampling::one ? all(Real(job.sample_x)) : (Real(a) + x) / Real(n) + shift_x;
-                y = n == 1 && job.sampling == Sampling::one ? all(Real(job.sample_y)) : (Real(b) + y) / Real(n) + shift_y;
+                x = n == 1 && job.sampling == Sampling::one ? all(Real(samples_at.x)) : (Real(a) + x) / Real(n) + shift_x;
+                y = n == 1 && job.sampling == Sampling::one ? all(Real(samples_at.y)) : (Real(b) + y) / Real(n) + shift_y;
                 shoot(active, column + x, row + y, pixel, u, worker);
             }
     }
@@ -207,7 +209,7 @@ private:
         Vec3<double> corners[4], axis{0, 0, 0};
         for (int k = 0; k < 4; k++) {
             const double i = k % 2 ? tile.x1 - 1 + high : tile.x0 + low, j = k / 2 ? tile.y1 - 1 + high : tile.y0 + low;
-            const Ray<Real> ray = camera.ray(Real(i + job.sample_x - 0.5), Real(j + job.sample_y - 0.5));
+            const Ray<Real> ray = camera.ray(Real(i + samples_at.x - 0.5), Real(j + samples_at.y - 0.5));
             corners[k] = ::normalise(Vec3<double>{ray.direction.x, ray.direction.y, ray.direction.z});
             axis = axis + corners[k];
         }
@@ -226,7 +228,7 @@ private:
     template<typename Take>
     void trace_points(const std::vector<LanePoint>& points, Worker& worker, const Take& take) const
     {
-        const Real shift_x = Real(job.sample_x - 0.5), shift_y = Real(job.sample_y - 0.5);
+        const Real shift_x = Real(samples_at.x - 0.5), shift_y = Real(samples_at.y - 0.5);
         worker.sample = 0;
         for (std::size_t begin = 0; begin < points.size(); begin += room) {
             const int count = int(std::min(points.size() - begin, std::size_t(room)));

@@ -78,15 +78,7 @@ struct LaneShapes {
 // What a thread has of its own for the shapes that are asked one ray after another.
 template<typename Real>
 struct LaneDesk : Desk<Real> {
-    unsigned spoilt = 0;  // lanes whose line crossed a mesh too often (CSG-6)
-
     Probe<Real> probe(const LaneProbe<Real>& rays, int k) { return Desk<Real>::probe(rays.ray(k)); }
-
-    void look(int k)
-    {
-        if constexpr (needs::csg)
-            spoilt |= unsigned(std::exchange(this->scratch.overflow, false)) << k;
-    }
 };
 
 template<typename Real>
@@ -407,7 +399,6 @@ private:
             const int k = std::countr_zero(alone);
             const auto [t, face] = solid_face(*entry.shape, list, desk.probe(probe, k));
             hit.t[k] = t, hit.face[k] = face;
-            desk.look(k);
         }
         return hit;
     }
@@ -430,12 +421,10 @@ private:
             const int k = std::countr_zero(left);
             const Probe<Real> one = desk.probe(probe, k);
             const Hit<Real> found = shapes.nearest(one);
-            desk.look(k);
             if (found.shape < 0)
                 continue;
             hit.t[k] = found.t;
             hit.face[k] = face_of(found, one);
-            desk.look(k);
         }
     }
 
@@ -445,7 +434,6 @@ private:
         for (unsigned left = bits<Real>(asks); left != 0; left &= left - 1) {
             const int k = std::countr_zero(left);
             found[k] = -Integer<Real>(shapes.blocked(desk.probe(probe, k), distance[k]));
-            desk.look(k);
         }
     }
 

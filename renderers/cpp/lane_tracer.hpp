@@ -54,7 +54,6 @@ public:
     {
         const LaneProbe<Real> probe(ray.origin, ray.direction);
         const LaneHit<Real> hit = scene.nearest(among, active, probe, worker.desk);
-        spoil(ray.branch.pixel, worker);
         const Mask<Real> hits = active & (hit.face >= 0);
         if (any<Real>(hits)) {
             const LaneRayHit<Real> record{along<Real>(ray.origin, hit.t, ray.direction), ray.direction, hit.face, hit.t,
@@ -125,14 +124,6 @@ private:
             meet(scene.all_shapes, up_to<Real>(here.rays.count - first), here.rays.at(first), order, worker);
         here.rays.count = 0;
         follow(order, worker);
-    }
-
-    // CSG-6
-    LANE static void spoil([[maybe_unused]] I pixel, [[maybe_unused]] LaneWorker<Real>& worker)
-    {
-        if constexpr (needs::csg && needs::mesh)
-            for (unsigned left = std::exchange(worker.desk.spoilt, 0); left != 0; left &= left - 1)
-                worker.colours[0][std::size_t(pixel[std::countr_zero(left)])] = NAN;
     }
 
     // Colours times weights.
@@ -261,10 +252,8 @@ private:
         Mask<Real> lit = active & (n_l > 0);
         if (needs::shadows && tracer.shadows) {
             worker.desk.counts.shadow += count<Real>(lit);
-            if (any<Real>(lit)) {
+            if (any<Real>(lit))
                 lit &= ~scene.blocked(lit, {at.point + at.outward, l}, square * inverse, worker.desk);
-                spoil(hit.branch.pixel, worker);
-            }
         }
         if (!any<Real>(lit))
             return;

@@ -6,7 +6,6 @@ template<typename Real> using Number = Counted<Real>;
 template<typename Real> using Number = Real;
 #endif
 #include "events.hpp"
-#include "job.hpp"
 #include "sample.hpp"
 #ifdef HAS_LANES
 #include "lane_image.hpp"
@@ -14,7 +13,6 @@ template<typename Real> using Number = Real;
 
 #include <atomic>
 #include <cfloat>
-#include <fstream>
 
 #ifdef __FAST_MATH__
 constexpr bool fast_math = true;
@@ -40,6 +38,8 @@ const std::string compiler = "g++ " __VERSION__;
 const std::string compiler = "unknown";
 #endif
 
+constexpr double cold = 10;  // times as long as a later frame is the first at most
+
 // Start and end of a batch of renders: frame() so many times.
 template<typename Frame>
 std::pair<double, double> batch(long long renders, const Frame& frame)
@@ -52,45 +52,104 @@ std::pair<double, double> batch(long long renders, const Frame& frame)
     return {start, now()};
 }
 
-// How many renders last `least` seconds, a power of two, if the first took `first` seconds. A batch that something
-// interrupts is long for once: so two must be long enough.
-template<typename Frame>
-long long how_many(double least, double first, const Frame& frame)
+// How many renders last `least` seconds, a power of two up to `most`, if the first took `first` seconds; seconds(n): of
+// so many. A batch that something interrupts is long for once: so two must be long enough.
+template<typename Seconds>
+long long how_many(double least, double first, long long most, const Seconds& seconds)
 {
     long long renders = 1;
-    const auto seconds = [&] {
-        const auto [start, end] = batch(renders, frame);
-        return end - start;
-    };
-    for (double took = first; took < least || seconds() < least; took = seconds())
+    for (double took = first; (took < least || seconds(renders) < least) && 2 * renders <= most;) {
         renders *= 2;
+        took = seconds(renders);
+    }
     return renders;
+}
+
+void say_frame(int index, std::pair<double, double> at, long long renders, const std::string& checksums)
+{
+    const auto [start, end] = at;
+    if (checksums.empty())
+        return say("frame", {{"index", json(index)}, {"start", json(start)}, {"end", json(end)},
+                             {"renders", json(renders)}});
+    say("frame", {{"index", json(index)}, {"start", json(start)}, {"end", json(end)}, {"renders", json(renders)},
+                  {"checksums", json(checksums)}});
 }
 
 // The `render` phase: frame() once, and then job.frames times more, each of as many renders as last job.least_frame.
 template<typename Frame>
 void render(const Job& job, const Frame& frame)
 {
-    constexpr double cold = 10;  // times as long as a later frame is the first at most
-
     const Memory memory;
     long long renders = 1;
     for (int index = 0; index <= job.frames; index++) {
-        const auto [start, end] = batch(renders, frame);
-        say("frame", {{"index", json(index)}, {"start", json(start)}, {"end", json(end)}, {"renders", json(renders)}});
-        if (index == 0 && job.frames > 0 && end - start < cold * job.least_frame)
-            renders = how_many(job.least_frame, end - start, frame);
+        const auto at = batch(renders, frame);
+        say_frame(index, at, renders, "");
+        const double took = at.second - at.first;
+        if (index == 0 && job.frames > 0 && took < cold * job.least_frame)
+            renders = how_many(job.least_frame, took, std::numeric_limits<long long>::max() / 2, [&](long long n) {
+                const auto [start, end] = batch(n, frame);
+                return end - start;
+            });
     }
     memory.say_peaks();
     say_phase("render");
+}
+
+// `render` of pictures: paint(picture, place) makes one with its samples at a place. Returns that of frame 0; `room` is
+// a picture of its size. In a dialog (contract 2) the later ones have places of their own, and checksums.
+template<typename Real, typename Paint>
+Picture<Real> render(const Job& job, Picture<Real> room, const Paint& paint)
+{
+    if (job.dialog.empty()) {
+        render(job, [&] { paint(room, job.sample); });
+        return room;
+    }
+    const Memory memory;
+    std::vector<Picture<Real>> pictures;
+    pictures.push_back(std::move(room));
+    const auto painted = [&](const std::vector<SamplePlace>& places) {
+        while (pictures.size() < places.size())
+            pictures.push_back(pictures[0]);
+        std::size_t next = 0;
+        return batch((long long)(places.size()), [&] {
+            paint(pictures[next], places[next]);
+            next++;
+        });
+    };
+    const auto at = painted({job.sample});
+    say_frame(0, at, 1, checksums(pictures, 1));
+    const Picture<Real> first = pictures[0];
+    long long renders = 1;
+    const double took = at.second - at.first;
+    if (took < cold * job.least_frame) {
+        const long long bytes = std::max(1LL, (long long)(first.pixels.size() * sizeof(Real)));
+        renders = how_many(job.least_frame, took, std::min(most_renders, most_bytes / bytes), [&](long long n) {
+            const auto [start, end] = painted(std::vector<SamplePlace>(std::size_t(n), job.sample));
+            return end - start;
+        });
+    }
+    const std::array<std::uint32_t, 2> key = key_of_places(job);
+    std::vector<SamplePlace> places(std::size_t(renders), job.sample);
+    for (int index = 1; index <= job.frames; index++) {
+        for (long long i = 0; i < renders; i++)
+            places[std::size_t(i)] = place_of(key, index, i, job.sample);
+        const auto span = painted(places);
+        say_frame(index, span, renders, checksums(pictures, renders));
+    }
+    memory.say_peaks();
+    say_phase("render");
+    return first;
+}
+
 #ifdef COUNT_OPERATIONS
-    operations = {};
-    frame();
+// Of one more frame.
+void say_operations()
+{
     say("operations", {{"sums", json(operations.sums)}, {"products", json(operations.products)},
                        {"divisions", json(operations.divisions)}, {"roots", json(operations.roots)},
                        {"functions", json(operations.functions)}});
-#endif
 }
+#endif
 
 std::string names(const std::vector<std::string>& list)
 {
@@ -111,7 +170,7 @@ inline std::string built_methods(const Job& job, const Scene& scene)
         {"triangle", scene.polygon_ranges.rows() + scene.mesh_ranges.rows() > 0},
         {"slab", scene.boxes.rows() > 0},
         {"csg", scene.csg_ranges.rows() > 0},
-        {"merge", scene.csg_ranges.rows() > 0},
+        {"merge", scene.csg_ranges.rows() > 0 || !scene.precedence.data.empty()},
         {"fresnel", bounces},
         {"phong", image && needs::phong},
         {"renormalise", bounces},
@@ -167,6 +226,55 @@ bool takes_lanes(const Job& job, const Shapes<Real>& shapes, bool streams)
     return (large || !streams) && shapes.lanes_pay(job.accel, streams);
 }
 
+// A picture of the job's size, dark.
+template<typename Real>
+Picture<Real> room_for(const Job& job)
+{
+    const std::size_t pixels = std::size_t(job.y1 - job.y0) * std::size_t(job.x1 - job.x0);
+    Picture<Real> room;
+    room.pixels.resize(pixels * 3);
+    if constexpr (needs::cutoff)
+        room.dropped.resize(pixels);
+    return room;
+}
+
+// All frames; `image` makes a picture with its workers. Returns that of frame 0.
+template<typename Real, typename Image, typename Worker>
+Picture<Real> render_with(const Job& job, Picture<Real> room, Image& image, std::vector<Worker>& workers)
+{
+    const auto paint = [&](Picture<Real>& picture, const SamplePlace& place) {
+        for (Worker& worker : workers)
+            worker.desk.counts = {};
+        image.render(workers, picture, place);
+        picture.counts = {};
+        for (const Worker& worker : workers)
+            picture.counts += worker.desk.counts;
+    };
+    Picture<Real> picture = render(job, std::move(room), paint);
+#ifdef COUNT_OPERATIONS
+    operations = {};
+    paint(picture, job.sample);
+    say_operations();
+#endif
+    return picture;
+}
+
+// Returns whether rays were cut off.
+template<typename Real>
+bool save(const Job& job, const Picture<Real>& picture)
+{
+    const std::size_t rows = std::size_t(job.y1 - job.y0), columns = std::size_t(job.x1 - job.x0);
+    const bool cuts = needs::cutoff && job.cutoff > 0;
+    say_rays(picture.counts);
+    write_npy(job.out + "/image.npy", {rows, columns, 3}, picture.pixels);
+    if constexpr (needs::cutoff)
+        if (cuts)
+            write_npy(job.out + "/dropped.npy", {rows, columns}, picture.dropped);
+    say_phase("save");
+    say("output", {{"file", "\"image.npy\""}, {"dropped", cuts ? "\"dropped.npy\"" : "null"}});
+    return cuts;
+}
+
 #ifdef HAS_LANES
 // VEC-1: can the picture have its rays in lanes?
 template<typename Real>
@@ -174,6 +282,12 @@ bool has_streams(const Job& job, const Scene& scene)
 {
     if (!job.has_rays_in_lanes())
         return false;
+    if (needs::touching && methods::merges && !scene.precedence.data.empty()) {  // MED-6
+        if (methods::vector == Vector::on && job.accel == Accel::none)
+            throw Unsupported("has lanes for surfaces in one place (MED-6) only in a hierarchy: leave vector off, or accel "
+                              "as by default");
+        return false;
+    }
     const bool fits = LaneMedia<Real>::fits(scene.media.rows());
     if (!fits && methods::vector == Vector::on && job.accel == Accel::none)
         throw Unsupported("has lanes for " + std::to_string(scene.media.rows()) +
@@ -190,33 +304,13 @@ void make_image_in_lanes(const Job& job, const Scene& scene, Tracer<Real>& trace
     std::vector<LaneImageWorker<Real>> workers(std::size_t(job.threads));
     for (LaneImageWorker<Real>& worker : workers)
         image.make_room(worker);
-    const std::size_t rows = std::size_t(job.y1 - job.y0), columns = std::size_t(job.x1 - job.x0);
-    std::vector<Real> picture(rows * columns * 3);
-    List<needs::cutoff, Real, 'D'> dropped;
-    if constexpr (needs::cutoff)
-        dropped.resize(rows * columns);
+    Picture<Real> room = room_for<Real>(job);
     say_phase("load");
     if (!few)
         build(job, tracer.shapes, true);
 
-    Counts counts;
-    render(job, [&] {
-        for (LaneImageWorker<Real>& worker : workers)
-            worker.desk.counts = {};
-        image.render(workers, picture, dropped);
-        counts = {};
-        for (const LaneImageWorker<Real>& worker : workers)
-            counts += worker.desk.counts;
-    });
-    say_rays(counts);
-
-    write_npy(job.out + "/image.npy", {rows, columns, 3}, picture);
-    const bool cuts = needs::cutoff && job.cutoff > 0;
-    if constexpr (needs::cutoff)
-        if (cuts)
-            write_npy(job.out + "/dropped.npy", {rows, columns}, dropped);
-    say_phase("save");
-    say("output", {{"file", "\"image.npy\""}, {"dropped", cuts ? "\"dropped.npy\"" : "null"}});
+    const Picture<Real> picture = render_with(job, std::move(room), image, workers);
+    const bool cuts = save(job, picture);
     std::string more = ", \"walk\": " + json(std::string(tracer.children() == 1 ? "chain" : "streams"));
     more += ", \"lanes\": " + json(lane_count<Real>);
     if (tracer.glossy_rays > 0)
@@ -247,32 +341,12 @@ void make_image(const Job& job)
     std::vector<Worker<Real>> workers(std::size_t(job.threads));
     for (Worker<Real>& worker : workers)
         sampler.make_room(worker);
-    const std::size_t rows = std::size_t(job.y1 - job.y0), columns = std::size_t(job.x1 - job.x0);
-    std::vector<Real> picture(rows * columns * 3);
-    List<needs::cutoff, Real, 'D'> dropped;
-    if constexpr (needs::cutoff)
-        dropped.resize(rows * columns);
+    Picture<Real> room = room_for<Real>(job);
     say_phase("load");
     build(job, tracer.shapes, in_lanes);
 
-    Counts counts;
-    render(job, [&] {
-        for (Worker<Real>& worker : workers)
-            worker.desk.counts = {};
-        sampler.render(workers, picture, dropped);
-        counts = {};
-        for (const Worker<Real>& worker : workers)
-            counts += worker.desk.counts;
-    });
-    say_rays(counts);
-
-    write_npy(job.out + "/image.npy", {rows, columns, 3}, picture);
-    const bool cuts = needs::cutoff && job.cutoff > 0;
-    if constexpr (needs::cutoff)
-        if (cuts)
-            write_npy(job.out + "/dropped.npy", {rows, columns}, dropped);
-    say_phase("save");
-    say("output", {{"file", "\"image.npy\""}, {"dropped", cuts ? "\"dropped.npy\"" : "null"}});
+    const Picture<Real> picture = render_with(job, std::move(room), sampler, workers);
+    const bool cuts = save(job, picture);
 
     std::string more = ", \"walk\": " + json(std::string(walks[int(walker.method())]));
     if (walker.has_rows())
@@ -293,11 +367,6 @@ void answer_ray(const Shapes<Real>& shapes, const Ray<Real>& ray, Desk<Real>& de
     std::fill(answer, answer + 8, 0.0);
     answer[0] = double(hit.t);
     answer[7] = -1;
-    if constexpr (needs::csg)
-        if (std::exchange(desk.scratch.overflow, false)) {  // CSG-6
-            answer[0] = NAN;
-            return;
-        }
     if (hit.shape < 0)
         return;
     const Surface<Real> at = shapes.surface(probe, hit);
@@ -339,13 +408,19 @@ void answer_rays(const Job& job)
     const bool in_lanes = takes_lanes(job, shapes, false);
     build(job, shapes, in_lanes);
 
-    render(job, [&] {
+    const auto answer_all = [&] {
         for_each_row(int((rays.size() + block - 1) / block), desks, [&](int row, Desk<Real>& desk) {
             const std::size_t first = std::size_t(row) * block;
             for (std::size_t i = first; i < std::min(first + block, rays.size()); i++)
                 answer_ray(shapes, rays[i], desk, hits.data() + i * 8);
         });
-    });
+    };
+    render(job, answer_all);
+#ifdef COUNT_OPERATIONS
+    operations = {};
+    answer_all();
+    say_operations();
+#endif
 
     write_npy(job.out + "/hits.npy", {rays.size(), 8}, hits);
     say_phase("save");

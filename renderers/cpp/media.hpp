@@ -79,10 +79,11 @@ public:
 
     const Medium<Real>& operator[](int medium) const { return of_material[std::size_t(medium)]; }
 
+    // MED-2: of a set.
+    int medium(Solids inside) const { return inside ? ranked[std::size_t(std::bit_width(inside) - 1)] : 0; }
+
 private:
     std::vector<Medium<Real>> of_material;  // that of the material in row i is number i + 1; AIR is 0
     std::vector<int> ranked;
     Solids eye = 0;
-
-    int medium(Solids inside) const { return inside ? ranked[std::size_t(std::bit_width(inside) - 1)] : 0; }
 };

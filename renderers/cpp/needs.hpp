@@ -13,6 +13,7 @@
     use(sphere, SPHERE) use(box, BOX) use(polygon, POLYGON) use(ellipsoid, ELLIPSOID) use(mesh, MESH) use(csg, CSG)    \
     use(ambient, AMBIENT) use(diffuse, DIFFUSE) use(phong, PHONG) use(shadows, SHADOWS) use(soft, SOFT)                \
     use(reflection, REFLECTION) use(transmission, TRANSMISSION) use(attenuation, ATTENUATION) use(media, MEDIA)        \
+    use(contact, CONTACT)                                                                                              \
     use(glossy, GLOSSY) use(supersampling, SUPERSAMPLING) use(adaptive, ADAPTIVE) use(lens, LENS)               \
     use(cutoff, CUTOFF)
 
@@ -31,6 +32,7 @@ constexpr bool image = !one_kind || BUILT(KIND_IMAGE);
 constexpr bool rays = !one_kind || BUILT(KIND_RAYS);
 constexpr bool float64 = BUILT(PRECISION_FLOAT64) || !BUILT(PRECISION_FLOAT32);
 constexpr bool float32 = BUILT(PRECISION_FLOAT32) || !BUILT(PRECISION_FLOAT64);
+constexpr bool touching = contact && media;  // MED-6
 constexpr bool random = soft || glossy || supersampling || lens;
 
 struct Need {

@@ -23,10 +23,12 @@ struct Surface {
         return point + side * distance(epsilon) * normal;
     }
 
-private:
+    // ε of OFF-1
     Real distance(Real epsilon) const
     {
-        if constexpr (methods::offset == Offset::relative)
+        if constexpr (methods::offset == Offset::none)
+            return 0;
+        else if constexpr (methods::offset == Offset::relative)
             return epsilon * std::max(largest(point), size);
         else if constexpr (methods::offset == Offset::fixed)
             return epsilon;

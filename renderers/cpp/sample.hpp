@@ -1,6 +1,7 @@
 // From a pixel to its samples (CAM-4, SAM-1 to SAM-6).
 #pragma once
 #include "camera.hpp"
+#include "frames.hpp"
 #include "rows.hpp"
 #include "walk.hpp"
 
@@ -28,8 +29,7 @@ class Sampler {
 public:
     Sampler(const Scene& scene, const Job& job, const Walker<Real>& walker)
         : job(job), camera(scene, job), walker(walker), side(needs::adaptive ? 1 << job.adaptive_depth : 1),
-          columns(job.x1 - job.x0), rows(job.y1 - job.y0), place_x(Real(job.sample_x)), place_y(Real(job.sample_y)),
-          shift_x(Real(job.sample_x - 0.5)), shift_y(Real(job.sample_y - 0.5)), threshold(Real(job.adaptive_threshold))
+          columns(job.x1 - job.x0), rows(job.y1 - job.y0), threshold(Real(job.adaptive_threshold))
     {
     }
 
@@ -44,20 +44,22 @@ public:
                 worker.points.resize(std::size_t(side + 1) * std::size_t(side + 1));
     }
 
-    // One frame. Each pixel is worked out by one thread, in an order that does not depend on how many there are.
-    void render(std::vector<Worker<Real>>& workers, std::vector<Real>& picture,
-                List<needs::cutoff, Real, 'D'>& dropped)
+    // One render, with its samples at a place. Each pixel is worked out by one thread, in an order that does not depend
+    // on how many there are.
+    void render(std::vector<Worker<Real>>& workers, Picture<Real>& picture, const SamplePlace& place)
     {
+        place_x = Real(place.x), place_y = Real(place.y), shift_x = Real(place.x - 0.5), shift_y = Real(place.y - 0.5);
         if constexpr (needs::adaptive)
             if (job.sampling == Sampling::adaptive)
                 trace_corners(workers);
         for_each_row(rows, workers, [&](int row, Worker<Real>& worker) {
-            Real* pixel = picture.data() + std::size_t(row) * std::size_t(columns) * 3;
+            Real* pixel = picture.pixels.data() + std::size_t(row) * std::size_t(columns) * 3;
             for (int i = job.x0; i < job.x1; i++, pixel += 3) {
                 const Vec3<Real> c = colour(i, job.y0 + row, worker);
                 pixel[0] = c.x, pixel[1] = c.y, pixel[2] = c.z;
                 if constexpr (needs::cutoff)
-                    dropped[std::size_t(row) * std::size_t(columns) + std::size_t(i - job.x0)] = take_dropped(worker);
+                    picture.dropped[std::size_t(row) * std::size_t(columns) + std::size_t(i - job.x0)] =
+                        take_dropped(worker);
             }
         });
     }
@@ -68,7 +70,8 @@ private:
     const Walker<Real>& walker;
     int side;  // of a pixel, in steps of the lattice
     int columns, rows;
-    Real place_x, place_y, shift_x, shift_y, threshold;
+    Real place_x = 0, place_y = 0, shift_x = 0, shift_y = 0;  // of the render's samples (CAM-4, SAM-6)
+    Real threshold;
     [[no_unique_address]] List<needs::adaptive, Vec3<Real>, 'c'> corners;  // of the region's pixels
 
     Vec3<Real> colour(int i, int j, Worker<Real>& worker) const
@@ -115,11 +118,6 @@ private:
         else
             ray = camera.ray(column, row);
         Vec3<Real> c = walker.colour(ray, worker.desk, worker.rows);
-        if constexpr (needs::csg)
-            if (worker.desk.scratch.overflow) {  // CSG-6
-                c = {NAN, NAN, NAN};
-                worker.desk.scratch.overflow = false;
-            }
         if constexpr (needs::cutoff)
             worker.dropped += std::exchange(worker.desk.dropped, Real(0));
         worker.desk.counts.primary++;

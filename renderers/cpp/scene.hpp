@@ -7,6 +7,7 @@ struct Scene {
     Array<double> spheres, boxes, polygon_vertices, ellipsoids, mesh_vertices, csg_spheres, csg_boxes, csg_ellipsoids;
     Array<std::int32_t> polygon_ranges, mesh_triangles, mesh_ranges, csg_meshes, csg_code, csg_ranges;
     Array<std::int32_t> sphere_ids, box_ids, polygon_ids, ellipsoid_ids, mesh_ids, csg_ids, media;
+    Array<std::int32_t> precedence;
 };
 
 [[noreturn]] inline void fail_scene(const char* name, const std::string& reason)
@@ -100,6 +101,11 @@ inline void check_scene(const Scene& scene)
     check_ids(scene.ellipsoid_ids, scene.ellipsoids.rows(), materials, "ellipsoid_ids");
     check_ids(scene.mesh_ids, scene.mesh_ranges.rows(), materials, "mesh_ids");
     check_ids(scene.csg_ids, scene.csg_ranges.rows(), materials, "csg_ids");
+    if (!scene.precedence.data.empty())
+        for (const Array<std::int32_t>* ids : {&scene.sphere_ids, &scene.box_ids, &scene.polygon_ids,
+                                               &scene.ellipsoid_ids, &scene.mesh_ids, &scene.csg_ids})
+            for (std::size_t i = 0; i < ids->rows(); i++)
+                check_row(ids->row(i)[0], scene.precedence.data.size(), "precedence");
     check_ids(scene.media, scene.media.rows(), materials, "media");
     if (scene.media.rows() > 63)
         fail_scene("media", "63 solids can have a rank, not " + std::to_string(scene.media.rows()));
@@ -150,5 +156,6 @@ inline void read_scene(const std::string& folder, Scene& scene)
     read_list(folder, "ambient", 3, scene.ambient);
     read_list(folder, "background", 3, scene.background);
     read_list(folder, "air", 5, scene.air);
+    read_npy(folder + "/precedence.npy", scene.precedence);
     check_scene(scene);
 }

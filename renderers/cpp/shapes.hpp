@@ -145,6 +145,42 @@ public:
         return at;
     }
 
+    // MED-6: calls visit(number) for all shapes that may come within `reach` of a point.
+    template<typename Visit>
+    void around(const Vec3<Real>& point, Real reach, const Visit& visit) const
+    {
+        if (!accelerated())
+            for (int number = 0; number < int(roles.size()); number++)
+                visit(number);
+        else {
+            hierarchy.around(point, reach, visit);
+            for (const int number : outside)
+                visit(number);
+        }
+    }
+
+    Real distance(int number, const Probe<Real>& probe) const
+    {
+        Real t = 0;
+        with_shape(number, [&](const auto& shape) { t = shape.distance(probe); });
+        return t;
+    }
+
+    // Of the shape, for OFF-1; of a solid, of its largest part.
+    Real extent(int number) const
+    {
+        Real size = 0;
+        with_shape(number, [&](const auto& shape) {
+            if constexpr (requires { shape.radius; })
+                size = shape.radius;
+            else if constexpr (requires { shape.extent(); })
+                size = shape.extent();
+            else
+                size = shape.size;
+        });
+        return size;
+    }
+
     // Calls visit(list of shapes) for every kind that there can be, in the order of HIT-2, until it answers true.
     template<typename Visit>
     bool any_kind(const Visit& visit) const
@@ -311,13 +347,6 @@ private:
         for (const int number : outside)
             found = look_at(number) || found;
         return found;
-    }
-
-    Real distance(int number, const Probe<Real>& probe) const
-    {
-        Real t = 0;
-        with_shape(number, [&](const auto& shape) { t = shape.distance(probe); });
-        return t;
     }
 
     // HIT-6: of equal t the first in the order of HIT-2, in whatever order they come.

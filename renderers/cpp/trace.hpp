@@ -1,7 +1,7 @@
 // From a ray to its light, and to the rays that come after it.
 #pragma once
+#include "contact.hpp"
 #include "counts.hpp"
-#include "media.hpp"
 #include "shapes.hpp"
 
 // A ray of the tree (REF-4): with the set of solids that it is in, and its path, which draws need.
@@ -19,6 +19,7 @@ struct Desk {
     [[no_unique_address]] Only<needs::csg, Scratch<Real>, 'c'> scratch;
     [[no_unique_address]] Only<needs::random, Draws, 'd'> draws;
     [[no_unique_address]] Only<needs::cutoff, Real, 'w'> dropped{0};  // CUT-2: of this sample
+    [[no_unique_address]] Only<needs::touching, Solids, 'a'> around{0};  // MED-8: the set that feelers start in
 
     Probe<Real> probe(const Ray<Real>& ray)
     {
@@ -49,6 +50,7 @@ template<typename Real>
 struct Tracer {
     Shapes<Real> shapes;
     Media<Real> media;
+    [[no_unique_address]] Only<needs::touching, Contact<Real>, 't'> contact;
     std::vector<Material<Real>> materials;
     std::vector<Light<Real>> lights;
     Vec3<Real> ambient, background;
@@ -57,9 +59,9 @@ struct Tracer {
     bool shadows, study_weight;
 
     Tracer(const Scene& scene, const Job& job)
-        : shapes(scene, job), media(scene), ambient(rounded<Real>(vec(scene.ambient.row(0)))),
-          background(rounded<Real>(vec(scene.background.row(0)))), epsilon(Real(job.epsilon)), depth(job.depth),
-          feelers(needs::soft ? job.feelers : 0), glossy_rays(0),
+        : shapes(scene, job), media(scene), contact(made_contact(scene, job)),
+          ambient(rounded<Real>(vec(scene.ambient.row(0)))), background(rounded<Real>(vec(scene.background.row(0)))),
+          epsilon(Real(job.epsilon)), depth(job.depth), feelers(needs::soft ? job.feelers : 0), glossy_rays(0),
           shadows(needs::shadows && job.shadows), study_weight(job.weight == Weight::study)
     {
         for (std::size_t i = 0; i < scene.materials.rows(); i++) {
@@ -90,6 +92,9 @@ struct Tracer {
     [[gnu::always_inline]] void follow(const Branch<Real>& branch, int order, Desk<Real>& desk, const OnLight& on_light,
                                        const Cuts& cuts, const OnChild& on_child) const
     {
+        if constexpr (needs::touching)
+            if (contact.possible())
+                return follow_touching(branch, order, desk, on_light, cuts, on_child);
         const Probe<Real> probe = desk.probe(branch.ray);
         const Hit<Real> hit = shapes.nearest(probe);
         if (hit.shape < 0)
@@ -101,7 +106,79 @@ struct Tracer {
         const bool enters = d_n <= 0;
         const Sides sides = media.sides(branch.inside, role.material, role.rank, enters);
         on_light(light(branch, at, material, desk), attenuation(media[sides.i], hit.t));
+        leave(branch, order, desk, cuts, on_child, at, role, material, sides, d_n, enters);
+    }
 
+private:
+    auto made_contact([[maybe_unused]] const Scene& scene, [[maybe_unused]] const Job& job) const
+    {
+        if constexpr (needs::touching)
+            return Contact<Real>(scene, shapes, media, Real(job.epsilon));
+        else
+            return 0;
+    }
+
+    // As `follow`, where surfaces may be in one place (MED-6 to MED-8).
+    template<typename OnLight, typename Cuts, typename OnChild>
+    void follow_touching(const Branch<Real>& branch, int order, Desk<Real>& desk, const OnLight& on_light,
+                         const Cuts& cuts, const OnChild& on_child) const
+    {
+        Ray<Real> ray = branch.ray;
+        auto inside = branch.inside;
+        Factor<Real> dimmed = no_attenuation<Real>();
+        for (;;) {
+            const Probe<Real> probe = desk.probe(ray);
+            const Hit<Real> hit = shapes.nearest(probe);
+            if (hit.shape < 0)
+                return on_light(background, no_attenuation<Real>());  // REF-6
+            const Place<Real> place = contact.meet(inside, ray.direction, shapes.surface(probe, hit), hit.shape,
+                                                   [&](const Ray<Real>& ray) { return desk.probe(ray); });
+            const Real d_n = dot(ray.direction, place.at.normal);
+            dimmed = dimmed * attenuation(media[place.sides.i], hit.t);
+            if (place.none) {
+                ray.origin = place.at.leave(d_n > 0 ? 1 : -1, epsilon);
+                inside = place.sides.beyond;
+                continue;
+            }
+            const Role& role = shapes.roles[std::size_t(place.shape)];
+            desk.around = d_n <= 0 ? place.sides.was : place.sides.beyond;
+            on_light(light(branch, place.at, materials[std::size_t(role.material)], desk), dimmed);
+            return leave(branch, order, desk, cuts, on_child, place.at, role, materials[std::size_t(role.material)],
+                         place.sides, d_n, d_n <= 0);
+        }
+    }
+
+    // Is a feeler stopped (HIT-5)? What is no surface stops none (MED-8).
+    bool stopped(Ray<Real> feeler, Real distance, Desk<Real>& desk) const
+    {
+        if (!contact.possible())
+            return shapes.blocked(desk.probe(feeler), distance);
+        distance = contact.reach(distance, feeler);
+        if (!shapes.blocked(desk.probe(feeler), distance))
+            return false;
+        Solids inside = desk.around;
+        while (inside != 0) {
+            const Probe<Real> probe = desk.probe(feeler);
+            const Hit<Real> hit = shapes.nearest(probe);
+            if (!(hit.t < distance))
+                return false;
+            const Place<Real> place = contact.meet(inside, feeler.direction, shapes.surface(probe, hit), hit.shape,
+                                                   [&](const Ray<Real>& ray) { return desk.probe(ray); });
+            if (!place.none)
+                return true;
+            feeler.origin = place.at.leave(dot(feeler.direction, place.at.normal) > 0 ? 1 : -1, epsilon);
+            distance -= hit.t;
+            inside = place.sides.beyond;
+        }
+        return shapes.blocked(desk.probe(feeler), distance);
+    }
+
+    // The rays that leave a surface (REF-4).
+    template<typename Cuts, typename OnChild>
+    [[gnu::always_inline]] void leave(const Branch<Real>& branch, int order, Desk<Real>& desk, const Cuts& cuts,
+                                      const OnChild& on_child, const Surface<Real>& at, const Role& role,
+                                      const Material<Real>& material, const Sides& sides, Real d_n, bool enters) const
+    {
         if (!needs::reflection || order == depth || material.specular == 0)  // REF-5
             return;
         const Interface<Real> interface = needs::media ? media.between(sides)
@@ -132,7 +209,6 @@ struct Tracer {
         }
     }
 
-private:
     // RND-4
     Only<needs::random, std::uint32_t, 'p'> child(const Branch<Real>& branch, int number) const
     {
@@ -200,7 +276,10 @@ private:
             return;
         if (needs::shadows && shadows) {
             desk.counts.shadow++;
-            if (shapes.blocked(desk.probe({at.leave(1, epsilon), l}), distance))
+            if constexpr (needs::touching) {
+                if (stopped({at.leave(1, epsilon), l}, distance, desk))
+                    return;
+            } else if (shapes.blocked(desk.probe({at.leave(1, epsilon), l}), distance))
                 return;
         }
         if constexpr (needs::diffuse)

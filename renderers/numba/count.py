@@ -26,6 +26,11 @@ def ranks(job):
     return _length(job, "media")
 
 
+def touches(job):
+    """Whether clear solids may touch (MED-6)."""
+    return _length(job, "precedence") > 0
+
+
 def largest_part(job):
     """Triangles of the largest mesh that is a part of a CSG solid."""
     return int(np.load(job.array("csg_meshes"))[:, 1].max(initial=0))
@@ -59,6 +64,9 @@ def bytes_of_scene(job):
         rows = _length(job, name)
         reals, integers = reals + rows * more_reals, integers + rows * more_integers
     reals += ("glossy" in job.needs) * (_length(job, "materials") + 1)  # exponents of lobes
+    if touches(job):
+        others = len(np.load(job.array("mesh_triangles"))) + sum(_length(job, name) for name in ROWS if "_ids" in name)
+        reals, integers = reals + others, integers + others
     free, parts = (int(np.load(job.array(name))[:, 1].sum()) for name in ("mesh_ranges", "csg_meshes"))
     reals, integers = reals + 13 * (free + parts), integers + 4 * free
     return reals * np.dtype(job.precision).itemsize + integers * 4

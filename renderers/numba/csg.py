@@ -7,7 +7,7 @@ from .box import face_of_box, span_box
 from .bvh import clip, slopes
 from .ellipsoid import ellipsoid_surface, span_ellipsoid
 from .mesh import cross_triangle, shear, triangle_surface
-from .needs import CROSSINGS, FAR, MERGE, MESH, TREE
+from .needs import CROSSINGS, FAR, LIMITED, MERGE, MESH, TREE
 from .sphere import span_sphere, sphere_surface
 from .target import called, kernel
 from .vector import along, dot, largest, negate
@@ -68,7 +68,7 @@ def put_triangles(scene, thread, count, limit, part, ray, triangles, first, last
 @kernel
 def put_mesh(scene, thread, count, origin, direction, part, mesh):
     """The boundaries of a mesh; the number of boundaries after them, -1 if there are too many (CSG-6)."""
-    limit = count + CROSSINGS
+    limit = count + CROSSINGS if LIMITED else scene.csg_reals.shape[1]
     ray = shear(origin, direction)
     if not TREE:
         first = scene.csg_meshes[mesh, 0]
@@ -162,7 +162,7 @@ def first_boundary(scene, thread, solid, origin, direction):
     first = scene.csg_ranges[solid, 0]
     last = first + scene.csg_ranges[solid, 1]
     count = put_parts(scene, thread, first, last, origin, direction)
-    if count < 0:
+    if LIMITED and count < 0:
         scene.csg_overflow[thread, 0] = 1
     for k in range(last - first):
         values[thread, k] = 0

@@ -79,6 +79,8 @@ def tables(job, real):
         "media": np.ascontiguousarray(media[:, 1]),
         "eye_media": sum(1 << rank for rank, (_, _, holds) in enumerate(media.tolist()) if holds),
     }
+    if needs.TOUCHING:
+        values |= _contact(read, shapes, sizes, values["ids"], rounded, real)
     if needs.LENS:
         values |= _lens(read("camera"), job, rounded, real)
     x0, y0, x1, y1 = job.region
@@ -224,6 +226,24 @@ def _ids(read, media):
     return np.column_stack([ids, rank, flat]).astype(np.int32)
 
 
+def _contact(read, shapes, sizes, ids, rounded, real):
+    """MED-6: precedence and extents of all shapes."""
+    precedence, extents = read("precedence"), sizes.copy()
+    code, meshes, of_triangles = shapes["csg_code"], shapes["csg_meshes"], shapes["csg_triangle_sizes"]
+    of_parts = shapes["csg_sizes"].copy()
+    for place in np.flatnonzero(code[:, 0] == 3):
+        first, count = meshes[code[place, 1]]
+        of_parts[place] = of_triangles[first : first + count].max()
+    solids = shapes["csg_ranges"]
+    for place, (first, count) in enumerate(solids, len(sizes) - len(solids)):
+        extents[place] = of_parts[first : first + count].max()
+    return {
+        "precedence": np.ascontiguousarray(precedence[ids[:, 0]] if len(precedence) else precedence, np.int32),
+        "extents": rounded(extents),
+        "largest_extent": real(extents.max(initial=0)),
+    }
+
+
 def _lens(camera, job, rounded, real):
     """LEN-1."""
     _, u, v, e = camera
@@ -262,7 +282,8 @@ def work(job, real, values):
     rows = walk.rows(job.depth, job.glossy_rays)
     code, ranges, meshes = values["csg_code"], values["csg_ranges"], values["csg_meshes"]
     crossings = np.where(code[:, 0] < 3, 2, 0)
-    crossings[code[:, 0] == 3] = np.minimum(meshes[code[code[:, 0] == 3, 1], 1], needs.CROSSINGS)
+    most = needs.CROSSINGS if needs.LIMITED else None
+    crossings[code[:, 0] == 3] = meshes[code[code[:, 0] == 3, 1], 1].clip(max=most)
     boundaries = max((int(crossings[first : first + count].sum()) for first, count in ranges), default=1)
     cells = 1 << (job.adaptive_depth if needs.ADAPTIVE else 0)
     points = (cells + 1) ** 2 if needs.ADAPTIVE else 0

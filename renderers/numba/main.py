@@ -10,7 +10,7 @@ from . import needs
 FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
-    *("reflection", "transmission", "glossy", "attenuation", "media"),
+    *("reflection", "transmission", "glossy", "attenuation", "media", "contact"),
     *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
@@ -39,7 +39,7 @@ CUDA_METHODS = METHODS | {
     "gpu_wait": ("auto", "spin", "yield", "block"),
 }
 # What there is in lanes (VEC-1); of methods that are not named here, the first.
-LANES = tuple(name for name in FEATURES if name != "rays")
+LANES = tuple(name for name in FEATURES if name not in ("rays", "contact"))
 LANE_METHODS = {name: METHODS[name] for name in ("precision", "accel", "vector", "glossy_weight")} | {
     "walk": ("least", "chain"),
 }
@@ -99,7 +99,7 @@ def prepare(job):
         floating_point=job.floating_point,
         jittered=job.sampler == "jittered" or "supersampling" in job.carried,
         study_weight=job.glossy_weight == "study",
-        limited="csg" in job.carried or largest_part(job) > needs.CROSSINGS,
+        limited=cuda and ("csg" in job.carried or largest_part(job) > needs.CROSSINGS),
     )
 
 
@@ -133,7 +133,7 @@ def lanes_pay(job):
 
 def on_gpu(job, walk, tree, in_shared):
     """Sets the GPU's constants and the walk."""
-    from .count import bytes_of_scene, streamable
+    from .count import bytes_of_scene, streamable, touches
 
     threads = job.block_width * job.block_height
     if job.max_registers * threads > needs.BLOCK_REGISTERS:
@@ -143,6 +143,8 @@ def on_gpu(job, walk, tree, in_shared):
         memory = "constant" if not tree and bytes_of_scene(job) <= needs.CONSTANT_BYTES else "global"
     streamed = in_shared and not tree and bytes_of_scene(job) + 8 * threads > needs.SHARED_BYTES
     if streamed:
+        if touches(job):
+            worker.refuse("scene_memory shared: the scene is too large for it at once, and touches; use global")
         large = "scene_memory shared: the scene is too large for it at once, and"
         if walk == "table":
             worker.refuse(f"{large} walk table cannot be streamed; use global")

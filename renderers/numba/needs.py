@@ -6,7 +6,7 @@
 # Features of the contract (README.md in the folder above).
 SPHERE = BOX = POLYGON = ELLIPSOID = MESH = CSG = False
 AMBIENT = DIFFUSE = PHONG = SHADOWS = SOFT = False
-REFLECTION = TRANSMISSION = GLOSSY = ATTENUATION = MEDIA = False
+REFLECTION = TRANSMISSION = GLOSSY = ATTENUATION = MEDIA = CONTACT = False
 SUPERSAMPLING = ADAPTIVE = LENS = CUTOFF = False
 FEATURES = tuple(name for name in list(globals()) if name.isupper())
 
@@ -38,7 +38,7 @@ VECTOR = False  # rays in lanes (VEC-1)
 FLOATING_POINT = "strict"  # of NUM-3
 JITTERED = False  # SAM-2
 STUDY_WEIGHT = False  # GLO-1
-LIMITED = False  # a mesh in a CSG solid may be crossed too often (CSG-6)
+LIMITED = False  # a mesh in a CSG solid may be crossed more often than the work memory of a GPU has room for (CSG-6)
 
 # The features that use a method; to a kernel without any of them it does not matter.
 MATTERS = {
@@ -46,7 +46,7 @@ MATTERS = {
     "OFFSET": ("REFLECTION", "TRANSMISSION", "SHADOWS"),
     "TRIANGLE": ("POLYGON", "MESH"),
     "SLAB": ("BOX", "CSG"),
-    "MERGE": ("CSG",),
+    "MERGE": ("CSG", "CONTACT"),
     "FRESNEL": ("REFLECTION", "TRANSMISSION"),
     "PHONG_METHOD": ("PHONG",),
     "RENORMALISE": ("SPHERE", "CSG", "REFLECTION", "TRANSMISSION"),
@@ -55,6 +55,7 @@ MATTERS = {
 USUAL = {name: globals()[name] for name in MATTERS}
 
 # What follows from them.
+TOUCHING = False  # surfaces may be in one place (MED-6)
 LIT = False  # lights are asked at all
 SCATTERED = False  # rays draw random numbers of their own, by their path (RND-4)
 RANDOM = False  # so do they or the samples
@@ -68,7 +69,7 @@ FAR = float("inf")  # distance of a miss; of fast-math, which knows no inf, a nu
 CONSTANT_BYTES, SHARED_BYTES, LOCAL_BYTES = 65536, 49152, 524288
 BLOCK_REGISTERS, GRID_ROWS = 65536, 65535
 
-CROSSINGS = 64  # of a line with one mesh (CSG-6)
+CROSSINGS = 64  # of a line with one mesh, on a GPU (CSG-6)
 LEAST_SIDE = 8  # pixels of a picture's width and height from which on rays in lanes take less time (VEC-4)
 MANY_FOR_LANES = {"float64": 112, "float32": 224}  # spheres from which on the tree takes less time than lanes (VEC-4)
 MANY = 64  # spheres from which on, or half as many of the other shapes, the tree is surely the faster way
@@ -89,6 +90,8 @@ def take(features, carried, **methods):
     chosen["RANDOM"] = chosen["SCATTERED"] or chosen["JITTERED"] or chosen["LENS"]
     chosen["FAST"] = chosen["FLOATING_POINT"] == "fast"
     chosen["FAR"] = 3e38 if chosen["FAST"] else float("inf")
+    chosen["TOUCHING"] = chosen["CONTACT"] and chosen["MEDIA"] and chosen.get("MERGE", MERGE) == "tolerant"
+    chosen["TOUCHING"] = chosen["TOUCHING"] and not (chosen.get("STREAMED") or chosen["VECTOR"])
     idle = [name for name, users in MATTERS.items() if not any(chosen[user] for user in users)]
     chosen |= {name: USUAL[name] for name in idle}
     globals().update(chosen)
@@ -108,7 +111,7 @@ def methods(job):
         "offset": (REFLECTION or TRANSMISSION or SHADOWS, OFFSET),
         "triangle": (POLYGON or MESH, TRIANGLE),
         "slab": (BOX, SLAB),
-        "merge": (CSG, MERGE),
+        "merge": (CSG or CONTACT, MERGE),
         "fresnel": (REFLECTION or TRANSMISSION, FRESNEL),
         "phong": (PHONG, PHONG_METHOD),
         "renormalise": (REFLECTION and job.kind == "image", RENORMALISE),

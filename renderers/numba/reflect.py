@@ -4,16 +4,41 @@ import math
 
 import numpy as np
 
-from .needs import FRESNEL, STUDY_WEIGHT
+from .needs import FRESNEL, OFFSET, STUDY_WEIGHT
 from .random import draw, turn
 from .scene import INDEX, LOBE, PERMEABILITY
 from .target import kernel
-from .vector import add, along, dot, renormalise, scale
+from .vector import add, along, dot, largest, renormalise, scale
 
 # Of the use of a random number (GLO-2).
 FIRST_GLOSSY = np.int64(2**31)
 
 CLAMPED = FRESNEL == "clamped"
+BOUNDED, RELATIVE, FIXED = (name == OFFSET for name in ("bounded", "relative", "fixed"))
+
+
+@kernel
+def offset(scene, point, normal, size):
+    """How far along the normal a ray starts from the point (OFF-1)."""
+    real = type(size)
+    if BOUNDED:
+        spread = abs(normal[0] * point[0]) + abs(normal[1] * point[1]) + abs(normal[2] * point[2])
+        return scene.epsilon * (size + real(0.125) * spread)
+    if RELATIVE:
+        return scene.epsilon * max(largest(point), size)
+    if FIXED:
+        return scene.epsilon
+    return real(0)
+
+
+@kernel
+def room_at_light(scene, place):
+    """ε at a light, with the largest size of all shapes (LOC-2)."""
+    if BOUNDED or RELATIVE:
+        return scene.epsilon * (scene.largest_extent + largest(place))
+    if FIXED:
+        return scene.epsilon
+    return type(scene.epsilon)(0)
 
 
 @kernel

@@ -3,6 +3,7 @@
 import hashlib
 import os
 import sys
+from operator import itemgetter
 from pathlib import Path
 
 from renderers import worker
@@ -85,12 +86,29 @@ def run(job):
                 load_kernel_alone(entry)
         entry(scene, *questions[0], 0, threads, *(answer[:0] for answer in answers))
 
-    def frame():
-        answers[-1][:] = 0
-        for question in questions:
-            entry(scene, *question, 0, threads, *answers)
+    if job.kind == "rays":
 
-    worker.render(job, frame)
+        def frame():
+            entry(scene, *questions[0], 0, threads, *answers)
+
+        worker.render(job, frame)
+    else:
+        pictures, counts = [answers[0]], answers[1]
+        others = counts, *([scene.dropped] if needs.CUTOFF else [])
+
+        def frame(number):
+            if number == len(pictures):
+                pictures.append(np.zeros_like(pictures[0]))
+            scene.sample[:] = job.sample
+            counts[:] = 0
+            for question in questions:
+                entry(scene, *question, 0, threads, pictures[number], counts)
+            return pictures[number], *others
+
+        def keep(arrays):
+            return [array.copy() for array in arrays]
+
+        answers = worker.render_checked(job, frame, itemgetter(0), keep)
 
     with worker.phase("save"):
         name = "hits.npy" if job.kind == "rays" else "image.npy"
@@ -98,7 +116,7 @@ def run(job):
         cut = {}
         if needs.CUTOFF:
             cut["dropped"] = "dropped.npy"
-            np.save(job.output(cut["dropped"]), scene.dropped)
+            np.save(job.output(cut["dropped"]), answers[2])
         worker.say("output", file=name, **cut)
         if job.kind == "image":
             primary, reflected, transmitted, shadow, non_finite = answers[1].sum(axis=0)

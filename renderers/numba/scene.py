@@ -48,6 +48,9 @@ FIELDS = {
     "sliver": CSG,  # of CSG-4
     "media": needs.MEDIA,  # int32 (n,): row of materials for each rank
     "eye_media": needs.MEDIA,  # the set that eye rays begin in, bit r for rank r
+    "precedence": needs.TOUCHING,  # int32 (n,), of each shape (MED-7); (0,) where nothing touches
+    "extents": needs.TOUCHING,  # (n,): size of each shape, of a CSG solid that of its largest part
+    "largest_extent": needs.TOUCHING,
     "cutoff": needs.CUTOFF,  # of CUT-1
     "infinite": needs.FAST,  # the bits of inf, as an integer
     "shadows": needs.ASK_SHADOWS,  # whether there are any; the next five are such answers too

@@ -2,8 +2,10 @@
 
 import math
 
-from .needs import AMBIENT, ASK_SHADOWS, DIFFUSE, LIT, PHONG, PHONG_METHOD, SHADOWS, SOFT, STREAMED
+from .contact import lets_by
+from .needs import AMBIENT, ASK_SHADOWS, DIFFUSE, LIT, PHONG, PHONG_METHOD, SHADOWS, SOFT, STREAMED, TOUCHING
 from .random import draw, turn
+from .reflect import room_at_light
 from .scene import AMBIENT as AMBIENT_ROW
 from .scene import EXPONENT, SPECULAR, occluded
 from .target import kernel
@@ -27,9 +29,10 @@ def on_light(scene, place, path, i, f):
 
 
 @kernel
-def local_light(scene, thread, place, path, material, point, normal, direction, outside, there):
+def local_light(scene, thread, place, path, material, point, normal, direction, outside, there, around):
     """Linear RGB (LOC-1 to LOC-5, SOF-1) at `point`, and the number of feelers, which leave from `outside`.
 
+    around: the set of clear solids that feelers start in (MED-8).
     there: whether there is a point at all. Threads that are in step ask for shadows without one too (gpu/tiles.py).
     """
     real = type(direction[0])
@@ -61,8 +64,15 @@ def local_light(scene, thread, place, path, material, point, normal, direction, 
                 if lit:
                     feelers += 1
                 reach = distance if lit else zero  # apart, as a branch beside a barrier may copy it (gpu/tiles.py)
+                if TOUCHING and len(scene.precedence) > 0:  # less far than what the light lies on
+                    reach -= real(512) * room_at_light(scene, place_of_light)
                 if occluded(scene, thread, outside, l, reach):
-                    continue
+                    if not TOUCHING:
+                        continue
+                    if len(scene.precedence) == 0 or around == 0:
+                        continue
+                    if not lets_by(scene, thread, outside, l, reach, around):
+                        continue
             if not lit:
                 continue
             highlight, received = zero, (zero, zero, zero)

@@ -4,18 +4,17 @@ import math
 
 import numpy as np
 
+from .contact import place_of
 from .media import sides
-from .needs import ATTENUATION, FAST, GLOSSY, OFFSET, REFLECTION, SCATTERED, SINGLE, STREAMED, TRANSMISSION
-from .reflect import fresnel, glossy, mirrored, refracted
+from .needs import ATTENUATION, FAST, GLOSSY, REFLECTION, SCATTERED, SINGLE, STREAMED, TOUCHING, TRANSMISSION
+from .reflect import fresnel, glossy, mirrored, offset, refracted
 from .scene import ATTENUATED, BACKGROUND, CLEAR, FLAT, LOBE, MATERIAL, SPECULAR, nearest, surface
 from .shade import local_light
-from .target import kernel
+from .target import called, kernel
 from .vector import add, along, dot, largest, multiply, row, scale
 
 # A ray is (origin, direction, set of clear solids it is in, path of RND-4). A weight is a number, or three where
 # anything is attenuated.
-
-BOUNDED, RELATIVE, FIXED = (name == OFFSET for name in ("bounded", "relative", "fixed"))
 
 # The number, and an integer of as many bits.
 REAL, BITS = (np.float32, np.int32) if SINGLE else (np.float64, np.int64)
@@ -68,18 +67,28 @@ def row_from(materials, i):
     return materials[i, ATTENUATED], materials[i, ATTENUATED + 1], materials[i, ATTENUATED + 2]
 
 
-@kernel
-def offset(scene, point, normal, size):
-    """How far along the normal a ray starts from the point (OFF-1)."""
-    real = type(size)
-    if BOUNDED:
-        spread = abs(normal[0] * point[0]) + abs(normal[1] * point[1]) + abs(normal[2] * point[2])
-        return scene.epsilon * (size + real(0.125) * spread)
-    if RELATIVE:
-        return scene.epsilon * max(largest(point), size)
-    if FIXED:
-        return scene.epsilon
-    return real(0)
+@called
+def settle(scene, thread, origin, direction, members, t, index, weight, met):
+    """Where a ray ends that hits a shape at `t`, beyond all that is no surface (MED-8), and its weight there.
+
+    met: point, normal and size of the hit. Returns the shape on top, or -1 and the weight as it was; the last `t`; the
+    weight; and the place: point, normal, size, sets and media as `place_of` has them.
+    """
+    given = weight
+    while True:
+        point, normal, size = met
+        index, place, none = place_of(scene, thread, members, direction, index, point, normal, size)
+        point, normal, size, _, beyond, i, _ = place
+        weight = attenuated(scene, weight, i, t)
+        if not none:
+            return index, t, weight, place
+        step = scale(offset(scene, point, normal, size), normal)
+        origin = add(point, step) if dot(direction, normal) > 0 else along(point, type(t)(-1), step)
+        members = beyond
+        t, index = nearest(scene, thread, origin, direction)
+        if index < 0:
+            return index, t, given, place
+        met = surface(scene, thread, index, origin, direction, t)
 
 
 @kernel
@@ -98,13 +107,24 @@ def meet(scene, thread, place, ray, weight, last):
             return row(scene.colours, BACKGROUND), weight, zero, zero, 0, nowhere
         t, index = type(t)(1), 0  # goes along with the threads that it is in step with (gpu/tiles.py)
     point, normal, size = surface(scene, thread, index, origin, direction, t)
+    settled, i, beyond_i, was, beyond, around = False, np.int64(0), np.int64(0), members, members, members
+    if TOUCHING and len(scene.precedence) > 0:
+        index, t, weight, (point, normal, size, was, beyond, i, beyond_i) = settle(
+            scene, thread, origin, direction, members, t, index, weight, (point, normal, size)
+        )
+        settled = True
+        if index < 0:
+            nowhere = origin, origin, direction, zero, -1, zero, zero, members, members, False
+            return row(scene.colours, BACKGROUND), weight, zero, zero, 0, nowhere
+        around = was if dot(direction, normal) <= 0 else beyond
     material = scene.ids[index, MATERIAL]
     step = scale(offset(scene, point, normal, size), normal)
     outside = add(point, step)
-    light, feelers = local_light(scene, thread, place, path, material, point, normal, direction, outside, hit)
+    light, feelers = local_light(scene, thread, place, path, material, point, normal, direction, outside, hit, around)
     cosine = dot(direction, normal)
-    i, beyond_i, was, beyond = sides(scene, index, material, cosine > 0, members)
-    if hit:
+    if not settled:
+        i, beyond_i, was, beyond = sides(scene, index, material, cosine > 0, members)
+    if hit and not settled:
         weight = attenuated(scene, weight, i, t)
     mirror, through, n, s, straight = zero, zero, zero, zero, False
     if REFLECTION:

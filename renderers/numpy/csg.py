@@ -8,7 +8,6 @@ from .shape import Shapes
 from .vector import dot, largest, of_rays
 
 OR, AND, NOT = 4, 5, 6
-MOST = 64  # crossings of a mesh (CSG-6)
 
 
 class Solid:
@@ -23,6 +22,10 @@ class Solid:
         rays, distances = self.kind.boundaries(self.row, origins, directions)
         t[:, rays] = distances
         return t, np.broadcast_to([[0], [1]], t.shape)
+
+    def extent(self):
+        """Its size."""
+        return self.kind.sizes[self.row]
 
     def surface(self, faces, origins, directions, t):
         """Points, normals (3, N) and sizes where ray i crosses face `faces[i]` at t[i]."""
@@ -41,23 +44,21 @@ class Mesh:
         self.triangles = triangles
 
     def boundaries(self, origins, directions):
-        """Distances (n, N) of the crossings, infinite after a line's last, and triangles (n, N) crossed.
-
-        All the distances of a line with more than MOST of them are NaN.
-        """
+        """Distances (n, N) of the crossings, infinite after a line's last, and triangles (n, N) crossed."""
         found = self.triangles.crossings(origins, directions, once=True)
         triangles, rays, distances = map(np.concatenate, zip(*found, strict=True))
         order = np.argsort(rays, kind="stable")
         triangles, rays, distances = triangles[order], rays[order], distances[order]
         counts = np.bincount(rays, minlength=directions.shape[1])
         ranks = np.arange(len(rays)) - (np.cumsum(counts) - counts)[rays]
-        few = counts[rays] <= MOST
-        ranks, rays = ranks[few], rays[few]
-        t = np.full((min(counts.max(), MOST), len(counts)), np.inf, directions.dtype)
+        t = np.full((counts.max(initial=0), len(counts)), np.inf, directions.dtype)
         faces = np.zeros(t.shape, int)
-        t[ranks, rays], faces[ranks, rays] = distances[few], triangles[few]
-        t[:, counts > MOST] = np.nan
+        t[ranks, rays], faces[ranks, rays] = distances, triangles
         return t, faces
+
+    def extent(self):
+        """Its largest size."""
+        return self.triangles.sizes.max()
 
     def surface(self, faces, origins, directions, t):
         return *self.triangles.points(faces, origins, directions, t), self.triangles.sizes[faces]
@@ -71,7 +72,6 @@ class Hits(NamedTuple):
     owners: Any  # the parts' numbers
     faces: Any
     enters: Any  # whether into the solid
-    failed: Any  # rays that cross a mesh too often, not among `rays`
 
 
 class Csg(Shapes):
@@ -86,28 +86,14 @@ class Csg(Shapes):
             self.parts.append([make(kind, row) for kind, row in leaves])
             rows[rows[:, 0] < OR, 1] = np.arange(len(leaves))
         self.tolerance = np.dtype(precision).type(sliver or 16 * np.finfo(precision).eps / 2)  # CSG-4: 16 u (NUM-2)
-        meshes = [part for parts in self.parts for part in parts if isinstance(part, Mesh)]
-        self.may_fail = any(len(mesh.triangles) > MOST for mesh in meshes)
 
     def __len__(self):
         return len(self.codes)
 
-    def nearest(self, first, origins, directions, t, shapes):
-        """As for other shapes; `t` becomes NaN where a line crosses a mesh too often (CSG-6)."""
-        for shape in range(len(self)):
-            hits = self._hits(shape, origins, directions)
-            closer = hits.t < t[hits.rays]
-            rays = hits.rays[closer]
-            t[rays], shapes[rays] = hits.t[closer], first + shape
-            t[hits.failed], shapes[hits.failed] = np.nan, -1
-
-    def block(self, origins, directions, limits, blocked):
-        """As for other shapes; `blocked` becomes NaN where a feeler crosses a mesh too often (CSG-6)."""
-        for shape in range(len(self)):
-            hits = self._hits(shape, origins, directions)
-            blocked[hits.rays[hits.t < limits[hits.rays]]] = True
-            if len(hits.failed):
-                blocked[hits.failed] = np.nan
+    def hits(self, shape, origins, directions):
+        """The rays that hit solid number `shape`: their indices, and the distances t (CSG-5)."""
+        hits = self._hits(shape, origins, directions)
+        return hits.rays, hits.t
 
     def surface(self, shapes, origins, directions, t):
         """Points, normals (3, N) and sizes where ray i hits solid `shapes[i]` (CSG-5)."""
@@ -131,9 +117,7 @@ class Csg(Shapes):
         found = [part.boundaries(origins, directions) for part in parts]
         t, faces = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
         owners = np.repeat(np.arange(len(parts)), [len(distances) for distances, _ in found])
-        failed = np.flatnonzero(np.isnan(t).any(axis=0)) if self.may_fail else np.zeros(0, int)
         front = ((t > 0) & (t < np.inf)).any(axis=0)
-        front[failed] = False
         rays = np.flatnonzero(front)
         t = t.take(rays, axis=1)
         order = np.argsort(t, axis=0, kind="stable")
@@ -146,7 +130,7 @@ class Csg(Shapes):
         kept &= t > 0
         hit = np.flatnonzero(kept.any(axis=0))
         at = kept[:, hit].argmax(axis=0) if len(hit) else hit, hit  # of meshes that no line crosses there are no rows
-        return Hits(rays[hit], t[at], owners[at], faces[at], value[at], failed)
+        return Hits(rays[hit], t[at], owners[at], faces[at], value[at])
 
     def _kept(self, parts, changes, owners, faces, origins, directions, t):
         """Those of the boundaries `changes` of a solid that do not bound a sliver or a gap (CSG-4)."""

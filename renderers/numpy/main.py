@@ -2,13 +2,25 @@
 
 import os
 import sys
+from operator import itemgetter
 
 from renderers import worker
 
 FEATURES = [
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft", "reflection", "glossy"),
-    *("transmission", "attenuation", "media", "supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
+    *(
+        "transmission",
+        "attenuation",
+        "media",
+        "contact",
+        "supersampling",
+        "adaptive",
+        "lens",
+        "cutoff",
+        "region",
+        "rays",
+    ),
 ]
 METHODS = {
     "precision": ("float64", "float32"),
@@ -57,7 +69,7 @@ def main(arguments):
         else:
             rays = np.load(job.array("rays")).T.astype(job.precision)
     if job.kind == "image":
-        answer, counts, dropped = worker.render(job, lambda: render(scene, camera, job))
+        answer, counts, dropped = worker.render_checked(job, lambda _: render(scene, camera, job), itemgetter(0))
     else:
         answer = worker.render(job, lambda: first_hits(scene, rays))
     output = {"file": "image.npy" if job.kind == "image" else "hits.npy"}

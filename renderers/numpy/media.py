@@ -28,8 +28,8 @@ class Media:
             return np.where(inward, self.air, own), np.where(inward, own, self.air), None, None
         bits = self.bits[shapes]
         without, within = sets & ~bits, sets | bits
-        outside = self._medium(without)
-        inside = np.where(bits != 0, self._medium(within), own)
+        outside = self.medium(without)
+        inside = np.where(bits != 0, self.medium(within), own)
         return (
             np.where(inward, outside, inside),
             np.where(inward, inside, outside),
@@ -37,7 +37,7 @@ class Media:
             np.where(inward, within, without),
         )
 
-    def _medium(self, sets):
+    def medium(self, sets):
         """The material of the highest-ranking solid of each set (MED-2)."""
         for shift in (1, 2, 4, 8, 16, 32):  # fill in all bits below the highest, and count
             sets = sets | (sets >> shift)

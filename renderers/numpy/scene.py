@@ -3,6 +3,7 @@
 import numpy as np
 
 from .box import Boxes
+from .contact import Contact
 from .csg import Box, Csg, Mesh, Solid
 from .ellipsoid import Ellipsoids
 from .media import Media
@@ -49,7 +50,6 @@ class Scene:
                 counts.append(len(kind))
                 ids.append(rows if name != "mesh" else np.repeat(rows, _load(job, "mesh_ranges")[:, 1], axis=0))
         self.objects, rows = np.concatenate(ids).T
-        self.may_fail = any(isinstance(kind, Csg) and kind.may_fail for _, kind in self.kinds)
         self.flat = np.concatenate([np.zeros(0, bool), *(_flat(kind) for _, kind in self.kinds)])
 
         self.diffuse, (self.k_s, self.exponent) = np.split(materials[:5, rows].astype(precision), [3])
@@ -65,12 +65,11 @@ class Scene:
         self.attenuation = np.where(opaque, 1, attenuation).astype(precision)  # ATT-1
         ranked = _load(job, "media") if "media" in job.needs else []
         self.media = Media(ranked, self.objects, rows, materials.shape[1])
+        touches = "contact" in job.needs and job.merge == "tolerant"
+        self.contact = Contact(self, _load(job, "precedence")) if touches else None
 
     def nearest(self, origins, directions):
-        """Distance t (N,) to the first hit of each ray, inf if none, and number of the shape, -1 if none.
-
-        Where a line crosses a mesh too often (CSG-6) t is NaN.
-        """
+        """Distance t (N,) to the first hit of each ray, inf if none, and number of the shape, -1 if none."""
         t = np.full(directions.shape[1], np.inf, self.precision)
         shapes = np.full(directions.shape[1], -1)
         for first, kind in self.kinds:
@@ -78,8 +77,8 @@ class Scene:
         return t, shapes
 
     def blocked(self, origins, directions, limits):
-        """Whether anything is hit with 0 < t < limit (N,) (HIT-5); NaN where a line fails (CSG-6)."""
-        blocked = np.zeros(len(limits), self.precision if self.may_fail else bool)
+        """Whether anything is hit with 0 < t < limit (N,) (HIT-5)."""
+        blocked = np.zeros(len(limits), bool)
         for _, kind in self.kinds if len(limits) else ():
             kind.block(origins, directions, limits, blocked)
         return blocked

@@ -8,15 +8,23 @@ from .vector import dot, largest, normalise
 
 def offsets(scene, points, normals, sizes):
     """From points to where rays leave the surface on the side of the normals (OFF-1)."""
+    return shifts(scene, points, normals, sizes) * normals
+
+
+def shifts(scene, points, normals, sizes):
+    """ε (N,) of OFF-1."""
     if scene.offset == "bounded":
-        return scene.epsilon * (sizes + dot(np.abs(normals), np.abs(points)) / 8) * normals
+        return scene.epsilon * (sizes + dot(np.abs(normals), np.abs(points)) / 8)
     if scene.offset == "relative":
-        return scene.epsilon * np.maximum(largest(points), sizes) * normals
-    return (scene.epsilon if scene.offset == "fixed" else 0) * normals
+        return scene.epsilon * np.maximum(largest(points), sizes)
+    return np.full_like(sizes, scene.epsilon if scene.offset == "fixed" else 0)
 
 
-def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams):
-    """Colours (3, N) of `points` seen along `directions`, and the number of feelers, from `starts` (LOC-1 to LOC-5)."""
+def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams, outside):
+    """Colours (3, N) of `points` seen along `directions`, and the number of feelers, from `starts` (LOC-1 to LOC-5).
+
+    outside: the sets that feelers start in, None where none of MED-8 are told.
+    """
     diffuse = scene.diffuse.take(shapes, axis=1)
     colours = diffuse * scene.ambient
     feelers = 0
@@ -30,10 +38,16 @@ def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams):
         lit = cosines > 0
         if scene.shadows:
             rays = np.flatnonzero(lit)
-            blocked = scene.blocked(starts.take(rays, axis=1), l.take(rays, axis=1), distances[rays])
-            lit[rays] = blocked == 0
-            if scene.may_fail:
-                total[:, rays[np.isnan(blocked)]] = np.nan
+            reach = distances[rays]
+            if outside is not None:
+                reach = scene.contact.reach(reach, position)
+            feeler = starts.take(rays, axis=1), l.take(rays, axis=1), reach
+            blocked = scene.blocked(*feeler)
+            if outside is not None:
+                asked = np.flatnonzero(blocked & (outside[rays] != 0))
+                passed = scene.contact.lets_by(*(a.take(asked, axis=-1) for a in (*feeler, outside[rays])))
+                blocked[asked[passed]] = False
+            lit[rays] = ~blocked
             feelers += len(rays)
         light = diffuse * np.where(lit, cosines, 0)
         highlights = dot(l, directions) - 2 * cosines * d_dot_n  # -(r·d) with r = 2 (n·l) n - l

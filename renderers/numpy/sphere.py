@@ -13,6 +13,7 @@ class Spheres(Shapes):
     def __init__(self, rows, precision, method="robust"):
         rows = rows.T.astype(precision)
         self.centres, self.radii = rows[:3], rows[3]
+        self.sizes = self.radii
         self.root = ROOTS.get(method)
         self.meet = self._meet_widely if method == "wide" else self._meet
         is_narrow = method == "robust" and rows.dtype == np.float32

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from .contact import Places, onward
 from .random import Streams
-from .rays import Queue, Rays, Surfaces, leaving
+from .rays import Queue, Rays, Surfaces, join, leaving
 from .shade import local, offsets
 from .vector import dot, normalise, of_rays
 
@@ -62,38 +63,71 @@ def eye_rays(scene, samples, first, count, size):
     for begin in range(0, count, size):
         targets = np.arange(begin, min(begin + size, count))
         origins, directions = samples.rays(first + targets)
-        sets = np.full(len(targets), scene.media.eye) if scene.media.any else None
+        sets = np.full(len(targets), scene.media.eye) if scene.media.any or scene.contact else None
         paths = np.zeros(len(targets), np.uint64) if scene.draws else None
         yield Rays(origins, directions, np.ones(len(targets), scene.precision), targets, sets, paths)
 
 
-def see(scene, rays, samples, first, layer, last, counts):
-    """Add what the rays see to the two arrays of `layer`; unless it is the `last` order, return the rays that leave."""
+def see(scene, rays, samples, first, layer, last, counts, dimmed=None):
+    """Add what the rays see to the two arrays of `layer`; unless it is the `last` order, return the rays that leave.
+
+    dimmed: what is left of the light of hits on the way so far, by ray (MED-8).
+    """
     t, shapes = scene.nearest(rays.origins, rays.directions)
     missed, hit = np.flatnonzero(shapes < 0), np.flatnonzero(shapes >= 0)
-    background = scene.background
-    if scene.may_fail:
-        background = np.where(np.isnan(t[missed]), t[missed], background)
-    add(layer[0][:3], rays.targets[missed], rays.weights.take(missed, axis=-1) * background)
+    add(layer[0][:3], rays.targets[missed], rays.weights.take(missed, axis=-1) * scene.background)
 
     t, shapes = t[hit], shapes[hit]
     rays = rays.take(hit)
+    if dimmed is not None:
+        dimmed = dimmed.take(hit, axis=-1)
     points, normals, sizes = scene.surface(shapes, rays.origins, rays.directions, t)
     d_dot_n = dot(rays.directions, normals)
+    media = streams = outside = passed = None
+    if scene.contact:
+        places = scene.contact.meet(rays.sets, rays.directions, points, normals, sizes, shapes)
+        go_on = np.flatnonzero(places.none)
+        if go_on.size:
+            passed = passing(scene, rays, places, t, go_on, dimmed)
+            stop = np.flatnonzero(~places.none)
+            rays, t, shapes = rays.take(stop), t[stop], shapes[stop]
+            dimmed = dimmed if dimmed is None else dimmed.take(stop, axis=-1)
+            places = Places(*(_some(array, stop) for array in places))
+        points, normals, sizes, shapes, d_dot_n, media, _ = places
+        outside = np.where(d_dot_n <= 0, media[2], media[3])
     off = offsets(scene, points, normals, sizes)
-    media = streams = None
-    if scene.attenuates or not last:
+    if media is None and (scene.attenuates or not last):
         media = scene.media.sides(rays.sets, shapes, d_dot_n <= 0)
     if scene.attenuates:
         rays = rays._replace(weights=rays.weights * scene.attenuation.take(media[0], axis=1) ** t)
+    if dimmed is not None:
+        rays = rays._replace(weights=rays.weights * dimmed)
     if scene.draws:
         streams = Streams(scene.seed, scene.precision, *samples.words(first + rays.targets), rays.paths)
-    colours, feelers = local(scene, rays.directions, points, points + off, normals, d_dot_n, shapes, streams)
+    colours, feelers = local(scene, rays.directions, points, points + off, normals, d_dot_n, shapes, streams, outside)
     add(layer[1][:3], rays.targets, rays.weights * colours)
     counts.shadow += feelers
-    if last:
-        return None
-    return leaving(scene, rays, Surfaces(points, normals, off, d_dot_n, shapes, media), streams, layer, counts)
+    children = None
+    if not last:
+        children = leaving(scene, rays, Surfaces(points, normals, off, d_dot_n, shapes, media), streams, layer, counts)
+    if passed is not None:
+        more = see(scene, passed[0], samples, first, layer, last, counts, passed[1])
+        children = children if more is None else join([children, more])
+    return children
+
+
+def passing(scene, rays, places, t, go_on, dimmed):
+    """The rays `go_on` beyond what is no surface, of the same order, and what is left of the light there (MED-8)."""
+    if scene.attenuates:
+        factors = scene.attenuation.take(places.media[0][go_on], axis=1) ** t[go_on]
+        dimmed = factors if dimmed is None else factors * dimmed.take(go_on, axis=-1)
+    origins = onward(scene, places).take(go_on, axis=1)
+    return rays.take(go_on)._replace(origins=origins, sets=places.media[3][go_on]), dimmed
+
+
+def _some(array, rays):
+    """Entries `rays` of an array (.., N), or of each in a tuple."""
+    return tuple(_some(each, rays) for each in array) if isinstance(array, tuple) else array.take(rays, axis=-1)
 
 
 def add(light, targets, colours):

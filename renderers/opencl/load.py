@@ -63,6 +63,7 @@ class Scene:
         self.part_boxes = self._take_parts(read)
         self.boxes = self._take_shapes(read)
         self._take_roles(read)
+        self._take_contact(read)
         if job.sphere in ("textbook", "stable"):  # whose roots err by more than any padding (HIT-6)
             self.always[: len(read["spheres"])] = True
             self.always[self._kinds == SHAPES.index("ellipsoid")] = True
@@ -233,6 +234,44 @@ class Scene:
         table, flat = np.concatenate(list(ids.values())), np.concatenate(list(flat.values()))
         rank = np.array([of_object.get(number, -1) for number in table[:, 0].tolist()], int)
         self.layout["roles_at"] = self.integers.add(np.column_stack([table, np.where(flat, -1, rank), flat]))
+
+    def _take_contact(self, read):
+        """Precedence of all shapes, and their sizes: of a CSG solid that of its largest part (MED-6)."""
+        precedence, code = read["precedence"], read["csg_code"]
+        self.layout["touching"] = int(len(precedence) > 0)
+        if not len(precedence):
+            return
+        counts = read["mesh_ranges"][:, 1]
+        ids = [read[f"{name}_ids"] for name in SHAPES]
+        ids[SHAPES.index("mesh")] = np.repeat(read["mesh_ids"], counts, axis=0)
+        parts = np.zeros(len(code))
+        vertices, triangles = read["mesh_vertices"], read["mesh_triangles"]
+        of_kinds = [read["csg_spheres"][:, 3], _across(read["csg_boxes"]), _across(read["csg_ellipsoids"])]
+        of_kinds.append([_sides(vertices[triangles[first : first + n]]).max() for first, n in read["csg_meshes"]])
+        for kind, sizes in enumerate(of_kinds):
+            parts[code[:, 0] == kind] = np.asarray(sizes)[code[code[:, 0] == kind, 1]]
+        polygons = [read["polygon_vertices"][first : first + n] for first, n in read["polygon_ranges"]]
+        extents = [
+            read["spheres"][:, 3],
+            _across(read["boxes"]),
+            [np.abs(vertices - vertices[0]).max() for vertices in polygons],
+            _across(read["ellipsoids"]),
+            _sides(vertices[triangles[_rows_of(read["mesh_ranges"])]]),
+            [parts[first : first + count].max() for first, count in read["csg_ranges"]],
+        ]
+        extents = np.concatenate(extents)
+        self.layout["precedence_at"] = self.integers.add(precedence[np.concatenate(ids)[:, 0]])
+        self.layout["extents_at"] = self.numbers.add([*extents, extents.max(initial=0)])
+
+
+def _across(shapes):
+    """Size of boxes or ellipsoids (OFF-1)."""
+    return np.abs(shapes[:, 3:]).max(axis=1, initial=0)
+
+
+def _sides(triangles):
+    """Size of triangles (n, 3, 3) (OFF-1)."""
+    return np.abs(triangles - triangles[:, :1]).max(axis=(1, 2), initial=0)
 
 
 def _head(read, job, real):

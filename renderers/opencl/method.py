@@ -7,7 +7,7 @@ from renderers import worker
 FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
-    *("reflection", "transmission", "glossy", "attenuation", "media"),
+    *("reflection", "transmission", "glossy", "attenuation", "media", "contact"),
     *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
@@ -108,6 +108,8 @@ def memory_of(job, walk, scene, tree, room):
     if fault_of(job) or tree or scene.size() <= room:
         return "shared"
     large = "scene_memory shared: the scene is too large for it at once, and"
+    if scene.layout["touching"]:
+        worker.refuse(f"{large} clear solids that touch cannot be streamed; use global")
     if walk.name == "table":
         worker.refuse(f"{large} walk table cannot be streamed; use global")
     if job.sampler == "adaptive":
@@ -133,7 +135,7 @@ def used(job, walk, tree):
         "offset": bounces or "shadows" in needs,
         "triangle": {"polygon", "mesh"} & needs,
         "slab": "box" in needs,
-        "merge": "csg" in needs,
+        "merge": {"csg", "contact"} & needs,
         "fresnel": bounces,
         "phong": "phong" in needs,
         "renormalise": bounces,

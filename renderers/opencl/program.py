@@ -5,11 +5,11 @@ from pathlib import Path
 FOLDER = Path(__file__).parent / "kernel"
 FILES = (
     *("target", "vector", "random", "scene", "sphere", "box", "mesh", "polygon", "ellipsoid", "bvh", "csg", "search"),
-    *("shade", "trace", "walk", "render"),
+    *("shade", "contact", "trace", "walk", "render"),
 )
 FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg", "ambient", "diffuse", "phong", "shadows", "soft"),
-    *("reflection", "transmission", "glossy", "attenuation", "media"),
+    *("reflection", "transmission", "glossy", "attenuation", "media", "contact"),
     *("supersampling", "adaptive", "lens", "cutoff"),
 )
 FORMS = ("sphere", "offset", "triangle", "slab", "merge", "fresnel", "phong", "renormalise", "floating_point")

@@ -137,6 +137,20 @@ class Tree:
         found.sort(key=lambda row: row[-1].order)
         return found
 
+    def around(self, point, reach):
+        """Pairs (search, row) of all shapes whose boxes come within `reach` of a point."""
+        reach += self.offset + self.padding * largest(point)
+        low, high = [x - reach for x in point], [x + reach for x in point]
+        waiting = [node for _, node in self.roots]
+        while waiting:
+            box, children, groups = waiting.pop()
+            if box is not None and any(box[a] > high[a] or box[a + 3] < low[a] for a in range(3)):
+                continue
+            if children is None:
+                yield from ((search, row) for search, rows in groups for row in rows)
+            else:
+                waiting += children
+
 
 class Entry:
     """A shape on its way into the tree: its box, and as machine floats too, to sort it by."""

@@ -5,11 +5,6 @@ from .shape import Shape
 from .vector import add, corners, dot, largest, scale, subtract
 
 OR, AND, NOT = "OR", "AND", "NOT"
-MOST_CROSSINGS = 64  # of one mesh (CSG-6)
-
-
-class TooManyCrossings(ArithmeticError):
-    """A line crosses a mesh more often than CSG-6 allows: the sample is not finite."""
 
 
 class Mesh:
@@ -34,8 +29,6 @@ class Mesh:
         """The boundaries (t, shape, face) on the whole line, in rising order (CSG-1)."""
         rows = self.rows if self.tree is None else self.tree.along(origin, direction)
         found = mesh.crossings(rows, origin, direction)
-        if len(found) > MOST_CROSSINGS:
-            raise TooManyCrossings
         found.sort(key=lambda boundary: boundary[0])
         return found
 
@@ -43,7 +36,7 @@ class Mesh:
 class Boundary:
     """A crossing of the surface of a solid; `nearest` returns it in place of a shape."""
 
-    flat = False
+    flat, sets = False, None
 
     def __init__(self, solid, t, shape, face, leaves, origin, direction):
         self.material, self.identity, self.bit, self.order = solid.material, solid.identity, solid.bit, solid.order
@@ -153,7 +146,7 @@ class Stepping(Solid):
     def __init__(self, code, material, identity, number, leave):
         super().__init__(code, material, identity, number)
         self.leave = leave
-        self.most = sum(min(len(part.rows), MOST_CROSSINGS) if isinstance(part, Mesh) else 2 for part in self.parts)
+        self.most = sum(len(part.rows) if isinstance(part, Mesh) else 2 for part in self.parts)
         self.common = not self.meshes and not {OR, NOT} & set(self.code)  # an AND of convex parts alone
 
     def boundaries(self, origin, direction):

@@ -4,10 +4,7 @@ import math
 from functools import partial
 
 from .camera import Camera, Lens
-from .csg import TooManyCrossings
 from .trace import Tracer
-
-NOT_FINITE = math.nan, math.nan, math.nan
 
 
 class Eye:
@@ -55,10 +52,7 @@ class Eye:
         """The colour of an eye ray, counted (CNT-1, CNT-2)."""
         counts = self.tracer.counts
         counts.primary += 1
-        try:
-            colour = self.tracer.colour(origin, direction, pixel, sample)
-        except TooManyCrossings:
-            colour = NOT_FINITE
+        colour = self.tracer.colour(origin, direction, pixel, sample)
         red, green, blue = colour
         if not (math.isfinite(red) and math.isfinite(green) and math.isfinite(blue)):
             counts.non_finite += 1

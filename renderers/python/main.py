@@ -8,9 +8,9 @@ with worker.importing():
     from array import array
     from functools import partial
     from itertools import chain
+    from operator import itemgetter
 
     from . import npy
-    from .csg import TooManyCrossings
     from .eye import Eye
     from .number import number
     from .sample import SAMPLERS
@@ -22,7 +22,7 @@ with worker.importing():
 FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
-    *("reflection", "transmission", "attenuation", "media", "glossy"),
+    *("reflection", "transmission", "attenuation", "media", "contact", "glossy"),
     *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
@@ -47,7 +47,7 @@ USED_WITH = {  # methods, each with the features for which it matters
     "triangle": ("polygon", "mesh"),
     "slab": ("box",),
     "csg": ("csg",),
-    "merge": ("csg",),
+    "merge": ("csg", "contact"),
     "offset": ("reflection", "transmission", "shadows"),
     "fresnel": ("reflection", "transmission"),
     "phong": ("phong",),
@@ -72,11 +72,7 @@ def hits(scene, rays):
     """One frame: a row (t, point, normal, object) of floats for each ray."""
     rows = []
     for ray in rays:
-        try:
-            hit = first_hit(scene, ray[0:3], unit(ray[3:6], scene.number), math.inf)
-        except TooManyCrossings:
-            rows.append((math.nan,) * 7 + (-1,))
-            continue
+        hit = first_hit(scene, ray[0:3], unit(ray[3:6], scene.number), math.inf)
         if hit is None:
             rows.append((math.inf, 0, 0, 0, 0, 0, 0, -1))
         else:
@@ -90,17 +86,25 @@ def frames(job, scene, eye, rays, number):
     if job.variant not in PARTED:
         if job.kind == "rays":
             return worker.render(job, lambda: hits(scene, rays))
-        return worker.render(job, lambda: picture(eye, job, number, job.region))
+        return worker.render_checked(job, lambda _: picture(eye, job, number, job.region), itemgetter(0))
     from . import parts  # whose modules the baseline does without
 
     if job.kind == "rays":
         lists = [rays[i : i + parts.RAYS] for i in range(0, len(rays), parts.RAYS)]
         with parts.workers(job, partial(hits, scene)) as deal:
             return worker.render(job, lambda: list(chain.from_iterable(deal(lists))))
-    painter = parts.Painter(lambda: Eye(scene, job, eye), lambda own, region: picture(own, job, number, region))
-    regions = parts.regions(job)
+
+    def part(own, task):
+        region, job.sample = task  # which another process has not heard of
+        return picture(own, job, number, region)
+
+    painter, regions = parts.Painter(lambda: Eye(scene, job, eye), part), parts.regions(job)
     with parts.workers(job, painter) as deal:
-        return worker.render(job, lambda: parts.joined(deal(regions), Counts()))
+
+        def frame(_):
+            return parts.joined(deal([(region, job.sample) for region in regions]), Counts())
+
+        return worker.render_checked(job, frame, itemgetter(0))
 
 
 def unit(direction, number):

@@ -12,6 +12,11 @@ class Medium:
         self.clear = any(attenuation)
         self.attenuation = attenuation if self.clear and any(a != 1 for a in attenuation) else None
 
+    def same(self, other):
+        """Whether light cannot tell one from the other (MED-8)."""
+        mine, others = ((medium.n, medium.mu_r, medium.attenuation) for medium in (self, other))
+        return mine == others
+
 
 class Media:
     """The solids of a scene that have a rank, lowest first, as rows (object, material, 1 if it holds the eye)."""

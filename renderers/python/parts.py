@@ -44,19 +44,19 @@ def _do(task):
 
 
 class Painter:
-    """Renders a region: `picture` of main.py with an eye that no other thread uses.
+    """Renders a region with its samples at a place, both of which are a task, with an eye that no other thread uses.
 
-    make_eye: makes an eye of the job. picture(eye, region): pixels, counts, dropped weights.
+    make_eye: makes an eye of the job. picture(eye, task): pixels, counts, dropped weights.
     """
 
     def __init__(self, make_eye, picture):
         self.make_eye, self.picture = make_eye, picture
         self.own = threading.local()
 
-    def __call__(self, region):
+    def __call__(self, task):
         if not hasattr(self.own, "eye"):
             self.own.eye = self.make_eye()
-        return self.picture(self.own.eye, region)
+        return self.picture(self.own.eye, task)
 
 
 def joined(answers, counts):

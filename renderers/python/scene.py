@@ -4,8 +4,9 @@ from functools import partial
 from itertools import groupby
 
 from . import box, bvh, csg, ellipsoid, mesh, npy, polygon, sphere
+from .contact import Contact
 from .media import Media, Medium
-from .shade import leaving, power
+from .shade import leaving, power, shifting
 
 
 class Material(Medium):
@@ -57,6 +58,11 @@ class Scene:
         self.rough = any(material.rough for material in self.materials)
         self.media = Media(read.integers("media"), self.air, self.materials)
         self.accelerate(job.accel, shapes(read, self.materials, job.accel, self.leave))
+        self.contact = None
+        numbers = read.integers("precedence")
+        if "contact" in job.needs and job.merge == "tolerant" and len(numbers):
+            epsilon = number.real(job.epsilon)
+            self.contact = Contact(self, numbers, shifting(job.offset, epsilon), job.offset, epsilon)
 
     def accelerate(self, accel, items):
         """Choose the search among `items`, pairs (search, shape) in the order of HIT-2. grown: is it by a tree?"""

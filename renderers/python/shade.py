@@ -31,6 +31,20 @@ def leaving(offset, epsilon):
     return {"bounded": bounded, "relative": relative, "fixed": fixed, "none": none}[offset]
 
 
+def shifting(offset, epsilon):
+    """The function (point, normal, size) -> ε of a method `offset` (OFF-1)."""
+
+    def bounded(point, normal, size):
+        return epsilon * size + epsilon / 8 * sum(abs(n * x) for n, x in zip(normal, point, strict=True))
+
+    return {
+        "bounded": bounded,
+        "relative": lambda point, _normal, size: epsilon * max(largest(point), size),
+        "fixed": lambda *_: epsilon,
+        "none": lambda *_: 0,
+    }[offset]
+
+
 def local(scene, lights, direction, point, normal, shape, shadows, counts):
     """Returns the colour of the light at `point`, seen along `direction` (LOC-1 to LOC-5)."""
     material = shape.material
@@ -54,7 +68,11 @@ def local(scene, lights, direction, point, normal, shape, shadows, counts):
         if shadows:
             counts.shadow += 1
             start = scene.leave(point, normal, shape.size, 1)
-            if scene.nearest(start, (lx, ly, lz), distance) is not None:
+            if scene.contact is not None:
+                distance = scene.contact.reach(distance, (x, y, z))
+            if scene.nearest(start, (lx, ly, lz), distance) is not None and not (
+                shape.sets and lets_by(scene, start, (lx, ly, lz), distance, shape.sets[dot(direction, normal) > 0])
+            ):
                 continue
         # -(r · d) with r = 2 (n · l) n - l
         highlight = lx * dx + ly * dy + lz * dz - 2 * cosine * (nx * dx + ny * dy + nz * dz)
@@ -68,9 +86,14 @@ def local(scene, lights, direction, point, normal, shape, shadows, counts):
     return red, green, blue
 
 
+def lets_by(scene, start, direction, distance, inside):
+    """Whether what stops a feeler in the set `inside` is no surface (MED-8): a feeler in AIR meets none such."""
+    return inside and scene.contact.lets_by(start, direction, distance, inside)
+
+
 def facing(scene, lights, direction, point, normal, shape, shadows, counts):
     """As `local`, but a triangle of a closed mesh is a flat thing, lit on the side that the ray comes from (TRI-4)."""
-    if isinstance(shape, Triangle) and dot(direction, normal) > 0:
+    if isinstance(shape.thing if shape.sets else shape, Triangle) and dot(direction, normal) > 0:
         normal = scale(normal, -1)
     return local(scene, lights, direction, point, normal, shape, shadows, counts)
 

@@ -13,6 +13,7 @@ class Shape:
 
     flat = False  # bounds no medium (MED-4)
     bit = 0  # the solid's bit in a set of media (media.py), 0 if it has no rank
+    sets = None  # of a Place (contact.py)
     condition = 1  # how much larger than that of its vectors the rounding of a hit can be
 
     def __init__(self, material, identity):

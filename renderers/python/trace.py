@@ -111,6 +111,8 @@ class Tracer:
         scene = self.scene
         origin, direction, inside, path = ray
         hit = first_hit(scene, origin, direction, math.inf)
+        if scene.contact is not None:
+            hit, dimmed = self.settle(hit, direction, inside)
         if hit is None:
             return scene.background, ()
         t, point, normal, shape = hit
@@ -122,9 +124,15 @@ class Tracer:
         if last and not self.attenuates:
             return colour, ()
         d_dot_n = dot(direction, normal)
-        here, beyond, i, o = scene.media.sides(inside, shape, d_dot_n <= 0)
-        if i.attenuation is not None:  # ATT-1
-            ar, ag, ab = (a**t for a in i.attenuation)
+        if shape.sets is None:
+            here, beyond, i, o = scene.media.sides(inside, shape, d_dot_n <= 0)
+        else:
+            (here, beyond), i, o = shape.sets, shape.i, shape.o
+        factor = None if i.attenuation is None else tuple(a**t for a in i.attenuation)  # ATT-1
+        if scene.contact is not None:
+            factor = dim(factor, dimmed)
+        if factor is not None:
+            ar, ag, ab = factor
             colour = colour[0] * ar, colour[1] * ag, colour[2] * ab
             if self.cuts:
                 weight = weight[0] * ar, weight[1] * ag, weight[2] * ab
@@ -132,9 +140,26 @@ class Tracer:
             return colour, ()
         most = max(weight) if self.cuts else None
         children = self.children(ray, point, normal, d_dot_n, shape, here, beyond, i, o, most)
-        if i.attenuation is not None:
+        if factor is not None:
             return colour, [((share * ar, share * ag, share * ab), child) for share, child in children]
         return colour, [((share, share, share), child) for share, child in children]
+
+    def settle(self, hit, direction, inside):
+        """The hit of a ray in the set `inside` with the Place that it is in (MED-7), beyond all that is no surface, and
+        the factor of light on the way there, None where that is 1 (MED-8).
+        """
+        scene, dimmed = self.scene, None
+        while hit is not None:
+            t, point, normal, shape = hit
+            point, normal, place = scene.contact.meet(inside, direction, point, normal, shape)
+            if not place.none:
+                return (t, point, normal, place), dimmed
+            if place.i.attenuation is not None:
+                dimmed = dim(dimmed, tuple(a**t for a in place.i.attenuation))
+            start = scene.leave(point, normal, place.size, 1 if dot(direction, normal) > 0 else -1)
+            inside = place.sets[1]
+            hit = first_hit(scene, start, direction, math.inf)
+        return None, None
 
     def children(self, ray, point, normal, d_dot_n, shape, here, beyond, i, o, weight):
         """The reflected and transmitted rays of a hit, as pairs (weight, ray) (REF-4, MED-5).
@@ -184,3 +209,10 @@ class Tracer:
             return False
         self.dropped += weight * share
         return True
+
+
+def dim(factor, other):
+    """The product of two factors of light, by channel, of which either may be None for 1."""
+    if factor is None or other is None:
+        return other if factor is None else factor
+    return tuple(a * b for a, b in zip(factor, other, strict=True))

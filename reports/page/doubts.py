@@ -4,6 +4,7 @@ import itertools
 import re
 from pathlib import Path
 
+from harness.store.record import UNCHECKED
 from harness.system import trouble
 from reports.page.summary import where
 from reports.paper import markdown
@@ -48,12 +49,22 @@ def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
     found += _of_rows([results.records[row] for row in cell.timed])
     loaded = [results.records[row] for row in cell.loaded]
     found += _of_rows(loaded, "" if cell.as_meant else "a repetition of its load pass")
+    if not cell.apart and _are_unchecked([results.records[row] for row in cell.counting]):
+        text = f"{UNCHECKED}none of its repetitions had its turn before the run ended"
+        found.append((text, text))
     share = _share_of_a_core(cell)
     if share is not None and share < STARVED and not cell.gpu:
         found.append(
             ("starved", f"used {share:.0%} of one core over its life: it waited, or other programs took the cores")
         )
     return found
+
+
+def _are_unchecked(records: list[dict]) -> bool:
+    """Returns whether no later frame of a cell was checked, though its renderer keeps contract 2."""
+    return bool(records) and all(
+        "checked" in record and record["checked"] is None and len(record["frames_s"] or []) > 1 for record in records
+    )
 
 
 def _of_rows(records: list[dict], what: str = "") -> list[tuple[str, str]]:

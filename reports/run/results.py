@@ -16,7 +16,7 @@ import pandas as pd
 from harness.statistics import statistics
 from harness.statistics.statistics import Floor
 from harness.store import store
-from harness.store.record import CONTRADICTED
+from harness.store.record import CONTRADICTED, FALSE_FRAMES
 from reports.run import repetition
 from reports.run.cell import Cell, Missing, Table
 
@@ -179,9 +179,11 @@ def _load(folder: Path, hosts: Collection[str] | None) -> Results:
 def _apart(records: list[dict]) -> str:
     """Returns why no comparison includes a cell, from its records; "" if all do.
 
-    A contradiction counts in more than half of the good timed repetitions: the machine disturbs a few.
+    A contradiction counts in more than half of the good timed repetitions: the machine disturbs a few. One later frame
+    that was not what it should be counts for all.
     """
-    always = [why for record in records if (why := record.get("unranked") or "") and not why.startswith(CONTRADICTED)]
+    reasons = [record.get("unranked") or "" for record in records]
+    always = [why for why in reasons if why.startswith(FALSE_FRAMES) or (why and not why.startswith(CONTRADICTED))]
     if always:
         return always[0]
     good = [record for record in records if record["status"] == "ok" and (record.get("pass") or "timed") == "timed"]

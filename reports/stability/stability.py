@@ -246,13 +246,13 @@ def interval(failures: int, count: int) -> tuple[float, float]:
 
     The rule of three is Hanley's (JAMA 249, 1983). The interval holds for answers that fail independently.
     """
-    from scipy import stats
-
     if count == 0:
         return 0.0, 1.0
     if failures == 0:
         return 0.0, min(1.0, 3 / count)
     if failures == count:
         return max(0.0, 1 - 3 / count), 1.0
+    from scipy import stats
+
     found = stats.binomtest(failures, count).proportion_ci(LEVEL, method="wilson")
     return float(found.low), float(found.high)

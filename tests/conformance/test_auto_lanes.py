@@ -14,8 +14,9 @@ from harness.scene.generate.generated import generated
 from harness.scene.needs import needs, shapes
 
 pytestmark = pytest.mark.slow
-AUTO = [name for name, entry in registry.entries().items() if "auto" in entry.methods.get("vector", ())]
-ONE_CORE = [name for name in AUTO if registry.entries()[name].variant.threads == 1]
+KNOWN = registry.entries()
+AUTO = [name for name, entry in KNOWN.items() if "auto" in entry.methods.get("vector", ())]
+ONE_CORE = [name for name in AUTO if KNOWN[name].variant.threads == 1]
 SIZE = {"width": 70, "height": 41, "depth": 4}
 GLASS = "SPHERE (0.1,0.2,0.3) 0.7 (0.4,0.5,0.3) 0.6 12 (0.9,0.8,0.9) 1.5 1\n"
 

@@ -298,3 +298,26 @@ def test_pictures_of_solids_agree_with_their_parts(bench, serial):
     results = [bench.result(serial, STAGE + shapes, **jobs) for shapes in (apart, together)]
     np.testing.assert_allclose(results[0].array, results[1].array, rtol=0, atol=1e-12)
     assert results[0].said.rays == results[1].said.rays
+
+
+def test_a_line_may_cross_a_mesh_often(bench, serial, tmp_path):
+    """Through a comb of 50 teeth, the first of them cut away: all 100 boundaries have to be known (CSG-6)."""
+    rng = np.random.default_rng(64)
+    turn, teeth, pitch = turned(rng), 50, 0.3
+    vertices, triangles = (np.asarray(part) for part in block())
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    tooth = (vertices - (low + high) / 2) / (high - low) * (1, 1, 0.1)
+    comb = np.concatenate([tooth - (0, 0, pitch * k) for k in range(teeth)]) @ turn.T
+    (tmp_path / "comb.obj").write_text(obj(comb, np.concatenate([triangles + len(vertices) * k for k in range(teeth)])))
+    gone = 43
+    edges = " ".join(words(turn @ edge) for edge in np.diag([4.0, 4.0, pitch * gone + 3]))
+    corner = words(turn @ [-2, -2, -pitch * (gone - 0.5)])
+    scene = f'CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,1)\nAND MESH "{tmp_path / "comb.obj"}" (0,0,0) (0,0,0) 1\n'
+    scene += f"NOT BOX {corner} {edges} END END (1,1,1) 0 1 (0,0,0) 1 1\n"
+    starts = np.column_stack([rng.uniform(-0.3, 0.3, (20, 2)), np.full(20, 2.0)])
+    rays = np.hstack([starts @ turn.T, np.tile(turn @ [0, 0, -1], (20, 1))])
+    t = bench.hits(serial, scene, rays)[:, 0]
+    if serial.startswith(("opencl", "cuda", "numba-cuda")):
+        assert np.isnan(t).all()
+    else:
+        np.testing.assert_allclose(t, 2 + pitch * gone - 0.05, rtol=0, atol=1e-12)

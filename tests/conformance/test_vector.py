@@ -14,14 +14,15 @@ from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs, shapes
 
-IN_LANES = [name for name, entry in registry.entries().items() if "on" in entry.methods.get("vector", ())]
+KNOWN = registry.entries()
+IN_LANES = [name for name, entry in KNOWN.items() if "on" in entry.methods.get("vector", ())]
 SIZE = {"width": 70, "height": 41}  # more than a tile, and no multiple of anything
 MIRROR = "(0.4,0.5,0.3) 0.6 12 (0,0,0) 1e6 1"
 STAGE = "CAMERA (0.1,0,0) (1.9,0,0.1) (0,1.4,0) (0.3,0.4,5)\nAMBIENT (0.1,0.1,0.2)\nBACKGROUND (0.2,0.1,0.3)\n"
 LIGHTS = "LIGHT (3,5,6) (0.8,0.7,0.6) 0\nLIGHT (-4,1,-3) (0.3,0.5,0.6) 0\n"
 
 
-@pytest.fixture(params=[name for name in IN_LANES if registry.entries()[name].variant.threads == 1])
+@pytest.fixture(params=[name for name in IN_LANES if KNOWN[name].variant.threads == 1])
 def laned(request):
     return request.param
 

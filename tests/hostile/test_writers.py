@@ -28,6 +28,7 @@ OTHERWISE = {
     "harness/process/measurer.py": "a series, whose place the bench has cleared",
     "harness/process/scratch.py": "moves, in a temporary folder",
     "harness/process/session.py": "a pipe, in a temporary folder",
+    "harness/process/dialog.py": "two pipes, in a new folder within a temporary one",
     "harness/contract/check_scenes.py": "a mesh, in a temporary folder",
     "harness/store/packed.py": "what a packed run holds, in a temporary folder",
     "rayrace/main.py": "/dev/null",

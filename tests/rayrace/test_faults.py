@@ -186,7 +186,7 @@ def test_words_that_typer_refuses(words, rayrace):
 
 
 def test_faulty_renderer_on_the_search_path(rayrace, write, tmp_path):
-    write("renderer.toml", "contract = 2\n")
+    write("renderer.toml", "contract = 3\n")
     done = rayrace("list", env={"RAYRACE_RENDERERS": str(tmp_path)})
     assert_wrong_use(done, "renderer.toml:1: contract: Input should be 1")
     assert "name: Field required" in done.stderr

@@ -1,11 +1,18 @@
 """What the shell of the Python renderers prints."""
 
 import json
+import os
+import struct
+import zlib
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
+from harness.renderer import places
 from renderers import worker
+
+SPEC = Path(worker.__file__).with_name("SPEC.md").read_text("utf-8")
 
 
 class Slow:
@@ -109,3 +116,96 @@ def test_flags_of_a_gpu():
 def test_flag_of_batches():
     assert worker.Job(["--job=j", "--out=o"]).least_frame == 0
     assert worker.Job(["--job=j", "--out=o", "--least_frame=0.001"]).least_frame == 1e-3
+
+
+# FRM-1: the test vectors of SPEC.md.
+PLACES = [
+    ((0, 0), 1, 0, (0.5, 0.5), (0.5299325585365295, 0.47286444902420044)),
+    ((4096, 123456789), 3, 17, (0.5, 0.5), (0.5168552547693253, 0.5258451886475086)),
+    ((2**32 - 1, 2**31), 70000, 4095, (0.25, 0.75), (0.2774752601981163, 0.7143061235547066)),
+]
+
+
+@pytest.mark.parametrize(("key", "frame", "number", "sample", "place"), PLACES)
+def test_places_of_later_frames(key, frame, number, sample, place):
+    assert worker.place(key, frame, number, sample) == places.place(key, frame, number, sample) == place
+    assert all(f"{value!r}" in SPEC for value in place)
+
+
+class Dialog:
+    """The two pipes, with an answer that waits in one; and a job whose frames are checked."""
+
+    def __init__(self, folder, key=(7, 9), **more):
+        for name in ("question", "answer"):
+            os.mkfifo(folder / name)
+            setattr(self, name, os.open(folder / name, os.O_RDWR | os.O_NONBLOCK))
+        os.write(self.answer, "{} {}\n".format(*key).encode())
+        self.job = SimpleNamespace(
+            **{"frames": 2, "least_frame": 0.0, "sample": (0.5, 0.5), **more}, dialog=str(folder)
+        )
+
+    def close(self):
+        os.close(self.question)
+        os.close(self.answer)
+
+
+@pytest.fixture
+def dialog(tmp_path):
+    made = []
+
+    def make(**more):
+        made.append(Dialog(tmp_path, **more))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def test_checked_frames_have_places_and_checksums(dialog, capsys):
+    open_one = dialog()
+    seen = []
+
+    def frame(number):
+        seen.append((number, open_one.job.sample))
+        return f"{open_one.job.sample}".encode(), len(seen)
+
+    first = worker.render_checked(open_one.job, frame, lambda answer: answer[0])
+    assert os.read(open_one.question, 99) == b"places\n"
+    wanted = [(0.5, 0.5), *(places.place((7, 9), index, 0, (0.5, 0.5)) for index in (1, 2))]
+    assert seen == [(0, sample) for sample in wanted] and first == (b"(0.5, 0.5)", 1)
+    assert open_one.job.sample == (0.5, 0.5)
+    told = [line["checksums"] for line in said(capsys, "frame")]
+    assert told == [f"{zlib.crc32(str(sample).encode()):08x}" for sample in wanted]
+
+
+def test_each_render_of_a_batch_has_its_own(dialog, capsys):
+    """They are of one frame, with answers that are there at once; what later calls overwrite is kept before."""
+    open_one, rooms = dialog(least_frame=1e-4), []
+
+    def frame(number):
+        if number == len(rooms):
+            rooms.append(bytearray(16))
+        rooms[number][:] = struct.pack("dd", *open_one.job.sample)
+        return rooms[number]
+
+    first = worker.render_checked(open_one.job, frame, lambda room: room, keep=bytes)
+    assert first == struct.pack("dd", 0.5, 0.5)
+    _, *later = said(capsys, "frame")
+    for line in later:
+        wanted = [places.place((7, 9), line["index"], number, (0.5, 0.5)) for number in range(line["renders"])]
+        assert line["checksums"] == "".join(f"{zlib.crc32(struct.pack('dd', *place)):08x}" for place in wanted)
+    assert later[0]["renders"] > 8
+
+
+@pytest.mark.parametrize(("size", "most"), [(16, worker.MOST_RENDERS), (worker.MOST_BYTES // 5, 4)])
+def test_a_batch_has_an_end(dialog, capsys, size, most):
+    picture = bytes(size)
+    worker.render_checked(dialog(frames=1, least_frame=60.0).job, lambda _: picture, lambda answer: answer)
+    assert said(capsys, "frame")[1]["renders"] == most
+
+
+def test_without_a_dialog_frames_are_unchecked(capsys):
+    alone = SimpleNamespace(frames=1, least_frame=0.0, sample=(0.25, 0.5), dialog="")
+    assert worker.render_checked(alone, lambda number: number, None) == 0 and alone.sample == (0.25, 0.5)
+    assert all("checksums" not in line for line in said(capsys, "frame"))

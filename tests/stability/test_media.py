@@ -17,6 +17,20 @@ def test_what_is_seen_through_balls(strain, serial, name, level, precision):
         assert finding.failures == 0 and finding.count > 0
 
 
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("level", [1, 8, DRAWN])
+def test_a_pane_in_slices_is_a_pane(strain, serial, level, precision):
+    for seed in (SEED, SEED + 1):
+        finding = strain(serial, "media-cut", level, precision, seed, merge="tolerant")
+        assert finding.failures == 0 and finding.count > 0
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_face_by_face_the_medium_is_lost(strain, serial, precision):
+    finding = strain(serial, "media-cut", 2, precision, SEED, merge="none")
+    assert finding.failures > 0.5 * finding.count
+
+
 def bent(way, normal, inside_of, outside, inside):
     """Snell's law for a ray at a face, which is an exit if `inside_of`."""
     cosine = way @ normal

@@ -221,10 +221,17 @@ def space(renderer: str) -> Space:
         return Space(told, allowed, of_reference, lambda _: 60, begin if len(begin) > 1 else {})
     begin = {name: told[name] for name in compiled} | {"kernel": ("general",), "vector": ("off",)}
     if renderer == "cpp":
-        return Space(told, allowed, kernel_of_cpp, lambda _: 60, begin)
+        return Space(told, allowed, kernel_of_cpp, price_of_cpp, begin)
     begin |= {"accel": ("none", "bvh"), "walk": tuple(value for value in told["walk"] if value != "least")}
     alike = {"walk": {"stack": ("least",)}, "accel": {"none": ("auto",), "bvh": ("auto",)}}
-    # Numba compiles a general kernel five times as long as one for a scene.
-    return Space(
-        told, allowed, kernel_of_numba, lambda case: 300 if case["kernel"] == "general" else 60, begin, 1, alike
-    )
+    return Space(told, allowed, kernel_of_numba, price_of_numba, begin, 1, alike)
+
+
+def price_of_cpp(case: Case) -> int:
+    """Returns the price of a kernel: with rays in lanes it takes three times as long to compile."""
+    return 60 if case["vector"] == "off" else 180
+
+
+def price_of_numba(case: Case) -> int:
+    """Returns the price of a kernel: a general one takes five times as long to compile, one of threads three times."""
+    return 300 if case["kernel"] == "general" else 200 if case["threads"] > 1 else 60

@@ -18,6 +18,7 @@
 #define __global__
 #define __constant__
 #define __forceinline__ inline
+#define __noinline__
 #define __shared__ static  // blocks come one after another
 #define __launch_bounds__(...)
 #define __maxnreg__(...)

@@ -4,11 +4,10 @@ import os
 import re
 import secrets
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from forking import Commands
 
 from harness.experiment import experiment as experiments
 from harness.plan import plan
@@ -45,18 +44,10 @@ def environment(tmp_path_factory):
 @pytest.fixture(scope="session")
 def rayrace(environment):
     """Run the real command line: rayrace("list", cwd=.., env={..}) is a CompletedProcess. It may show no traceback."""
-    program = Path(sys.executable).with_name("rayrace")
+    commands = Commands(environment)
 
     def run(*words, cwd=None, env=None, timeout=300, code=None):
-        done = subprocess.run(
-            [program, *map(str, words)],
-            cwd=cwd,
-            env={**environment, **(env or {})},
-            capture_output=True,
-            text=True,
-            timeout=timeout,
-            stdin=subprocess.DEVNULL,
-        )
+        done = commands.run(words, cwd, {**environment, **(env or {})}, timeout)
         assert "Traceback" not in done.stdout + done.stderr, done.stderr
         if code is not None:
             assert done.returncode == code, done.stdout + done.stderr

@@ -15,7 +15,8 @@ import re
 import resource
 import signal
 import tempfile
-from contextlib import contextmanager
+import time
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
@@ -26,6 +27,7 @@ from harness.errors import UserError
 CASES = int(os.environ.get("RAYRACE_FUZZ_CASES", "1000"))
 SEED = int(os.environ.get("RAYRACE_FUZZ_SEED", "20"))
 FIRST = 1000  # cases that Hypothesis draws
+BUDGET, LEAST = 20.0, 100  # s by day for the cases of a kind, of which so many are tried in any case
 SECONDS, WALL, MEMORY = 5, 120, 1 << 30  # of a case: of CPU time, until a sleeper is woken; bytes of address space
 LONGEST = 25_000  # characters of an error
 
@@ -43,6 +45,10 @@ _TOKEN = re.compile(r'"[^"\n]*"|[A-Za-z_]\w*|[-+]?[\d.]+(?:[eE][-+]?\d+)?|\s+|.'
 
 class Hang(BaseException):
     """No case may catch it."""
+
+
+class Enough(BaseException):
+    """The time of a kind is over: no failure, which Hypothesis would make small."""
 
 
 @contextmanager
@@ -105,10 +111,12 @@ def refused(run, *names, match=""):
 def fuzz(kind, try_one, tell):
     """Let try_one(random) go through CASES cases; tell: pytest's record_property. The seed is printed.
 
-    The first are drawn by Hypothesis, which makes what fails small; the others are only drawn, which is quicker.
+    The first are drawn by Hypothesis, which makes what fails small; the others are only drawn, which is quicker. By day
+    there are as many as BUDGET has time for; their number is told.
     """
     print(f"{kind}: {CASES} cases, RAYRACE_FUZZ_SEED={SEED}")
-    done = 0
+    done, failed = 0, False
+    end = time.monotonic() + (BUDGET if CASES <= FIRST else math.inf)
 
     @seed(SEED)
     @settings(
@@ -121,11 +129,18 @@ def fuzz(kind, try_one, tell):
     )
     @given(st.randoms(use_true_random=False))
     def first(random):
-        nonlocal done
-        try_one(random)
+        nonlocal done, failed
+        try:
+            try_one(random)
+        except BaseException:
+            failed = True  # from here on it is made small, whatever the time
+            raise
         done += 1
+        if done >= LEAST and not failed and time.monotonic() > end:
+            raise Enough
 
-    first()
+    with suppress(Enough):
+        first()
     for number in range(FIRST, CASES):
         try:
             try_one(random.Random(f"{SEED} {kind} {number}"))

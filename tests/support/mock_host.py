@@ -6,7 +6,7 @@ harness but the processes: the plan's order, the store, the judge, the reports.
 """
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +14,11 @@ import numpy as np
 from harness.experiment import experiment as experiments
 from harness.plan import plan
 from harness.process import process
+from harness.process.dialog import Answer
 from harness.process.repetition import Result
-from harness.renderer import events, manifest, registry
+from harness.renderer import events, manifest, places, registry
 
-MANIFEST = """contract = 1
+MANIFEST = """contract = 2
 name = "{name}"
 technology = "mock"
 description = "takes as long as it is told to"
@@ -37,7 +38,7 @@ class Behaviour:
     """Times in s. noise: relative standard deviation of a process; frame_noise: of its frames. outliers: the share of
     frames that take 2 to 10 times as long; process_outliers: of processes, likewise. warmup: frames at the start that
     take `warmup_factor` times as long. fails: the status of every process. false: so many of its first
-    processes say that each frame took 1 us."""
+    processes say that each frame took 1 us. copies: its later frames are not the pictures of their places."""
 
     frame: float
     start: float = 0.05
@@ -49,6 +50,7 @@ class Behaviour:
     warmup_factor: float = 3.0
     fails: str = ""
     false: int = 0
+    copies: bool = False
 
 
 class Mock:
@@ -75,7 +77,7 @@ class Mock:
         return dict.fromkeys(COUNTERS, "a mock machine")
 
     def run(self, entry, arrays, parameters, needs, timeout=600.0, series=None, cache=None, **more):
-        if entry.name not in self.behaviours:  # the judge
+        if entry.name not in self.behaviours or parameters.frames == 0:  # the judge; a frame that is made again
             return Result("ok", "", self._outcome(self.now), self._said([], self.now), _picture(parameters))
         told = self.behaviours[entry.name]
         self.started.append(entry.name)
@@ -92,7 +94,10 @@ class Mock:
             self._pass(seconds * (told.warmup_factor if index < told.warmup else 1))
             end = start + 1e-6 if false else self.now
             frames.append({"index": index, "start": start, "end": end, "parts": None, "renders": 1})
-        return Result("ok", "", self._outcome(spawned), self._said(frames, spawned), _picture(parameters))
+            frames[-1]["checksums"] = "0" * 8 if told.copies else places.checksum(_picture(parameters))
+        answer = Answer(frames[0]["end"], (0, 0), frames[:1])
+        outcome = replace(self._outcome(spawned), places=answer)
+        return Result("ok", "", outcome, self._said(frames, spawned), _picture(parameters))
 
     def untimed(self):
         return contextlib.nullcontext(self)

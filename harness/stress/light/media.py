@@ -1,4 +1,4 @@
-"""S16: the medium that a ray is in. Balls with the index of the air, balls in balls, and balls that overlap."""
+"""S16: the medium that a ray is in. Balls with the index of the air, in balls, that overlap; a pane cut in slices."""
 
 import itertools
 from functools import cache
@@ -6,14 +6,15 @@ from functools import cache
 import mpmath as mp
 import numpy as np
 
-from harness.scene.model import Air, Material, Scene, Sphere
+from harness.scene.model import Air, Box, Material, Scene, Sphere
 from harness.stress.exact import triple
 from harness.stress.light.optics import reflectance, white_light
 from harness.stress.row import Row, Trial, directions, in_general_position, rounded, within
 from harness.stress.view import DIGITS, OPAQUE, WHITE, camera, cross, exact_rays, exactly, eye_rays, glass, minus
 
 SIDE, FEW = 12, 4  # pixels
-DEPTH = 9
+DEPTH, SHALLOW = 9, 2  # SHALLOW: what a pane needs, whatever it is cut into
+WIDE, THICK = 4.0, 0.8  # of the pane
 WATER, GLASS, AIR = (1.75, 1.0), (2.25, 1.0), (1.0, 1.0)
 GATE = {"float32": 1e-5, "float64": 1e-12}
 CERTAIN = 1e-3  # pixels whose ray passes an edge closer than this are not judged
@@ -125,7 +126,34 @@ def overlapping(count, precision, rng):
     return judged(scene, precision, truth, 1)
 
 
-def judged(scene, precision, truth, side):
+def cut(count, precision, rng):
+    """A pane of glass in general position, cut by `count` planes along it, in a white world. No cut may be seen."""
+    turn, middle = in_general_position(rng), rng.uniform(-1, 1, 3)
+    parts = np.diff([0, *np.sort(rng.uniform(0, 1, count)), 1]) if count else [1.0]
+    places = THICK * np.cumsum([0, *parts[:-1]])
+
+    def vector(values):
+        return triple(rounded(values, precision))
+
+    slices = [
+        Box(
+            glass(*GLASS),
+            vector(middle + turn @ [-WIDE / 2, -WIDE / 2, place]),
+            (vector(WIDE * turn[:, 0]), vector(WIDE * turn[:, 1]), vector(THICK * part * turn[:, 2])),
+        )
+        for place, part in zip(places, parts, strict=True)
+    ]
+    seen = camera(middle - 3 * turn[:, 2], middle, 0.5 * turn[:, 0], 0.5 * turn[:, 1], precision)
+    scene = Scene(seen, tuple(slices[k] for k in rng.permutation(len(slices))), background=WHITE)
+
+    def truth(_, way):
+        r = reflectance(AIR, GLASS, abs(mp.fdot(exactly(turn[:, 2]), way)))
+        return white_light([r, r], SHALLOW)
+
+    return judged(scene, precision, truth, FEW, SHALLOW)
+
+
+def judged(scene, precision, truth, side, depth=DEPTH):
     """The Trial of a picture whose pixels are truth(eye, direction) in every channel."""
 
     @cache
@@ -138,10 +166,10 @@ def judged(scene, precision, truth, side):
         off = np.abs(result.array.astype(float) - picture()).max(axis=-1)
         return within(off, GATE[precision])
 
-    return Trial(scene, judge, parameters={"width": side, "height": side, "depth": DEPTH})
+    return Trial(scene, judge, parameters={"width": side, "height": side, "depth": depth})
 
 
-def row(name, title, stress, levels, make):
+def row(name, title, stress, levels, make, method=""):
     return Row(
         name=name,
         code="S16",
@@ -150,6 +178,7 @@ def row(name, title, stress, levels, make):
         failure="pixels off by more than 1e-12 (float32: 1e-5)",
         error="|Δ pixel|",
         levels=levels,
+        method=method,
         source="Schmidt and Budge, Simple nested dielectrics, JGT 7(2), 2002",
         make=lambda level, precision, rng: make(int(level), precision, rng),
         expected=lambda level, u, methods: 4 * u,
@@ -166,4 +195,12 @@ ROWS = (
     ),
     row("media-nested", "Balls in balls, of water and glass", "balls", (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0), nested),
     row("media-overlap", "Balls that overlap", "balls in a row", (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0), overlapping),
+    row(
+        "media-cut",
+        "A pane of glass cut in slices that touch",
+        "cuts",
+        (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0),
+        cut,
+        "merge",
+    ),
 )

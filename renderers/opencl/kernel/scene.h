@@ -15,6 +15,7 @@ typedef struct {
     int ellipsoids, ellipsoids_at, triangles, triangles_at;
     int solids, solids_at, code_at, part_spheres_at, part_boxes_at, part_ellipsoids_at;
     int part_meshes_at, part_triangles_at;
+    int touching, precedence_at, extents_at;                           // of MED-6; the last extent is the largest
     int tree_at, links_at, items_at, in_tree, loose, loose_at, roots_at;
 } Layout;
 

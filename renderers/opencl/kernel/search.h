@@ -58,7 +58,7 @@ DEVICE Probe probe_of(Ray ray)
 #define TRIANGLE_T(i) triangle_distance(TRIED(triangles, TRIANGLE, i), probe->ray, &probe->shear)
 #define SOLID_T(i) solid_distance(scene, &desk->scratch, probe->ray, i)
 
-#if TREE
+#if TREE || (NEED_CONTACT && !STREAMED)
 
 DEVICE real distance_to(const Scene *scene, const Probe *probe, Desk *desk, int shape)
 {
@@ -93,6 +93,10 @@ DEVICE real distance_to(const Scene *scene, const Probe *probe, Desk *desk, int 
     return 0;
 #endif
 }
+
+#endif
+
+#if TREE
 
 // HIT-6: of equal t the first in the order of HIT-2, in whatever order they come. True if the search can end.
 DEVICE bool look_at(const Scene *scene, const Probe *probe, Desk *desk, int shape, bool any, Hit *hit)

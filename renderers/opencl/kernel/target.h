@@ -20,6 +20,7 @@ typedef float3 real3;
 typedef double3 real3;
 #endif
 #define DEVICE static
+#define CALLED static  // of what is large and stands in several places
 #define KERNEL __kernel __attribute__((reqd_work_group_size(GROUP_WIDTH, GROUP_HEIGHT, 1))) void
 #define GLOBAL __global
 #define LOCAL __local
@@ -44,6 +45,7 @@ typedef double3 real3;
 #else
 
 #define DEVICE static __device__ __forceinline__
+#define CALLED static __device__ __noinline__
 #ifdef MAX_REGISTERS  // a cap stands alone: CUDA takes no bounds beside it
 #define KERNEL extern "C" __global__ __maxnreg__(MAX_REGISTERS) void
 #else
@@ -92,6 +94,12 @@ DEVICE real3 operator*(real s, real3 a) { return R3(s * a.x, s * a.y, s * a.z); 
 DEVICE real3 operator/(real3 a, real s) { return R3(a.x / s, a.y / s, a.z / s); }
 DEVICE real3 operator-(real3 a) { return R3(-a.x, -a.y, -a.z); }
 
+#endif
+
+#ifdef MERGE_NONE
+#define MERGES 0
+#else
+#define MERGES 1
 #endif
 
 #define THREADS (GROUP_WIDTH * GROUP_HEIGHT)  // of a group

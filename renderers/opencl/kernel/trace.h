@@ -43,8 +43,9 @@ DEVICE Factor attenuation_of(const Scene *scene, int medium, real t)
 }
 
 // LOC-2 to LOC-4: of a light at a place. lit: whether there are a light and a surface; else it keeps step (search.h).
+// around: the set of clear solids that feelers start in (MED-8).
 DEVICE real3 light_from(const Scene *scene, Desk *desk, real3 place, real3 colour, Ray ray, const Surface *at,
-                        SCENE const real *material, bool lit)
+                        SCENE const real *material, bool lit, ulong around)
 {
     real3 sum = R3(0, 0, 0);
     const real3 to_light = place - at->point;
@@ -60,8 +61,18 @@ DEVICE real3 light_from(const Scene *scene, Desk *desk, real3 place, real3 colou
         Ray feeler;
         feeler.origin = leave(*at, 1, number(scene, EPSILON_OF_RAYS)), feeler.direction = l;
         desk->shadow += asks;
-        if (search(scene, feeler, desk, distance, true, asks).shape >= 0)
-            return sum;
+        real reach = distance;
+#if TOUCHING
+        if (scene->at.touching)  // less far than what the light lies on
+            reach = reach - 512 * room_at_light(number(scene, EPSILON_OF_RAYS),
+                                                number(scene, scene->at.extents_at + scene->at.shapes), place);
+#endif
+        if (search(scene, feeler, desk, reach, true, asks).shape >= 0) {
+#if TOUCHING
+            if (!scene->at.touching || !around || !lets_by(scene, desk, feeler, reach, around))
+#endif
+                return sum;
+        }
     }
 #endif
     if (!faced)
@@ -78,7 +89,7 @@ DEVICE real3 light_from(const Scene *scene, Desk *desk, real3 place, real3 colou
 
 // LOC: the light that reaches the eye from a surface without a mirror. met: whether the ray met it.
 DEVICE real3 light_at(const Scene *scene, Desk *desk, const Branch *branch, const Surface *at, SCENE const real *material,
-                      bool met)
+                      bool met, ulong around)
 {
     real3 sum = R3(0, 0, 0);
 #if NEED_AMBIENT
@@ -101,11 +112,11 @@ DEVICE real3 light_at(const Scene *scene, Desk *desk, const Branch *branch, cons
                 target =
                     place +
                     light[6] * on_unit_sphere(draw(desk->draws, branch->path, 1 + (uint)i * (uint)feelers + (uint)f));
-            of_light = of_light + light_from(scene, desk, target, colour, branch->ray, at, material, lit);
+            of_light = of_light + light_from(scene, desk, target, colour, branch->ray, at, material, lit, around);
         } while (++f < feelers);
         sum = sum + (soft ? of_light / (real)feelers : of_light);
 #else
-        sum = sum + light_from(scene, desk, place, colour, branch->ray, at, material, lit);
+        sum = sum + light_from(scene, desk, place, colour, branch->ray, at, material, lit, around);
 #endif
     } while (++i < scene->at.lights);
 #endif
@@ -126,17 +137,43 @@ DEVICE Meeting meet(const Scene *scene, Desk *desk, const Branch *branch, int or
         return meeting;
     if (!met)
         hit.t = 1, hit.shape = 0;  // to keep step from: any place does, as nothing is asked there
-    const Surface at = surface_of(scene, ray, desk, hit);
+    Surface at = surface_of(scene, ray, desk, hit);
+    ulong around = 0;
+#if TOUCHING
+    Factor dimmed = UNDIMMED;
+    Place place;
+    if (scene->at.touching) {
+        place = touched_place(scene, desk, branch->inside, ray.direction, hit.shape, at);
+        while (place.none) {
+            dimmed = dimmed * attenuation_of(scene, place.sides.i, hit.t);
+            const Ray onward = onward_of(scene, &place, ray.direction);
+            hit = search(scene, onward, desk, FAR, false, true);
+            if (hit.shape < 0)
+                return meeting;
+            at = surface_of(scene, onward, desk, hit);
+            place = touched_place(scene, desk, place.sides.beyond, ray.direction, hit.shape, at);
+        }
+        at = place.at, hit.shape = place.shape;
+        around = dot3(ray.direction, at.normal) <= 0 ? place.sides.was : place.sides.beyond;
+    }
+#endif
     SCENE const int *role = scene->integers + scene->at.roles_at + ROLE * hit.shape;
     SCENE const real *material = scene->numbers + scene->at.materials_at + MATERIAL * role[MATERIAL_ROW];
     const real d_n = dot3(ray.direction, at.normal);
     const bool enters = d_n <= 0;
-    const Sides sides = sides_of(scene, branch->inside, role[MATERIAL_ROW], role[RANK], enters);
-    const real3 light = light_at(scene, desk, branch, &at, material, met);
+    Sides sides = sides_of(scene, branch->inside, role[MATERIAL_ROW], role[RANK], enters);
+#if TOUCHING
+    if (scene->at.touching)
+        sides = place.sides;
+#endif
+    const real3 light = light_at(scene, desk, branch, &at, material, met, around);
     if (!met)
         return meeting;
     meeting.light = light;
     meeting.attenuation = attenuation_of(scene, sides.i, hit.t);
+#if TOUCHING
+    meeting.attenuation = meeting.attenuation * dimmed;
+#endif
 #if NEED_REFLECTION
     if (order == scene->at.depth || material[SPECULAR] == 0)  // REF-5
         return meeting;

@@ -56,17 +56,39 @@ DEVICE Surface surface_at(real3 point, real3 normal, real size)
     return at;
 }
 
+// ε of OFF-1
+DEVICE real shift_of(Surface at, real epsilon)
+{
+#if defined(OFFSET_NONE)
+    return 0;
+#elif defined(OFFSET_FIXED)
+    return epsilon;
+#elif defined(OFFSET_RELATIVE)
+    return epsilon * most(largest(at.point), at.size);
+#else
+    const real along = fabs(at.normal.x * at.point.x) + fabs(at.normal.y * at.point.y) + fabs(at.normal.z * at.point.z);
+    return epsilon * (at.size + along / 8);
+#endif
+}
+
+// LOC-2: ε at a light, with the largest size of all shapes.
+DEVICE real room_at_light(real epsilon, real size, real3 place)
+{
+#if defined(OFFSET_NONE)
+    return 0;
+#elif defined(OFFSET_FIXED)
+    return epsilon;
+#else
+    return epsilon * (size + largest(place));
+#endif
+}
+
 // OFF-1: where a ray starts that leaves on the side the normal points to (+1) or on the other (-1).
 DEVICE real3 leave(Surface at, real side, real epsilon)
 {
 #if defined(OFFSET_NONE)
     return at.point;
-#elif defined(OFFSET_FIXED)
-    return at.point + side * epsilon * at.normal;
-#elif defined(OFFSET_RELATIVE)
-    return at.point + side * (epsilon * most(largest(at.point), at.size)) * at.normal;
 #else
-    const real along = fabs(at.normal.x * at.point.x) + fabs(at.normal.y * at.point.y) + fabs(at.normal.z * at.point.z);
-    return at.point + side * (epsilon * (at.size + along / 8)) * at.normal;
+    return at.point + side * shift_of(at, epsilon) * at.normal;
 #endif
 }

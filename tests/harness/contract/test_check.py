@@ -1,5 +1,6 @@
 """`rayrace check`: the shipped renderers pass, and a bad one fails by the name of the rule it breaks."""
 
+import cheats
 import liars
 import pytest
 from nightly import by_night
@@ -9,6 +10,7 @@ from harness.judge.judge import Verdict
 from harness.renderer import registry
 from harness.renderer.parameters import Parameters
 from harness.scene import text
+from harness.store.record import UNCHECKED
 from harness.system import cuda
 
 FOLDERS = registry.folders()
@@ -82,6 +84,14 @@ def test_false_times(variant, rayrace, tmp_path):
     assert len(failed) == 1 and failed[0].startswith(f"FAIL  liar-{variant}: {rule}{liars.LIES[variant]}"), done.stdout
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("cheat", "words"), [("ninth", cheats.OTHER), ("unmoved", cheats.WRONG), ("true", "")])
+def test_a_later_frame_is_checked(cheat, words, rayrace, tmp_path):
+    done = rayrace("check", cheats.folder(tmp_path / "cheats", 2, cheat), code=1 if words else 0)
+    (told,) = [line for line in done.stdout.splitlines() if "a later frame is the picture of its place" in line]
+    assert told.startswith("FAIL  " if words else "ok    ") and words in told and UNCHECKED not in told
+
+
 LISTED = """import sys
 from renderers import worker
 with worker.importing():
@@ -93,8 +103,7 @@ def main(arguments):
     jobs.append(job)
     with worker.phase("load"):
         background, _ = (np.load(job.array(name)) for name in ("background", "camera"))
-        picture = np.tile(background, (job.height, job.width, 1))
-    worker.render(job, lambda: None)
+    picture = worker.render(job, lambda: np.tile(background, (job.height, job.width, 1)))
     with worker.phase("save"):
         np.save(job.output("image.npy"), picture FAULT)
     worker.say("output", file="image.npy")

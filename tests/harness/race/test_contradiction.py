@@ -3,9 +3,11 @@
 from dataclasses import replace
 
 import liars
+import numpy as np
 import pytest
 
 from harness.process import measurer, process, repetition
+from harness.process.dialog import Answer
 from harness.process.repetition import Result
 from harness.race import contradiction
 from harness.renderer import registry
@@ -197,11 +199,71 @@ def test_a_first_frame_counts_as_ten_others():
         assert contradiction.unframed_cpu(result, wanted) == pytest.approx(5.0 - explained)
 
 
-def test_a_blank_is_one_pixel():
-    whole = Parameters(width=640, height=480, frames=5, least_frame=1e-3, depth=3)
-    one = contradiction.blank(whole, has_region=True)
-    assert one.shape()[:2] == (1, 1) and (one.width, one.height, one.depth, one.frames) == (640, 480, 3, 0)
-    assert contradiction.blank(replace(whole, region=(1, 1, 9, 9)), has_region=False).shape()[:2] == (1, 1)
+@pytest.mark.parametrize("region", [None, (100, 50, 500, 450), (5, 6, 6, 7)])
+def test_a_blank_is_smaller_at_random(region):
+    """No renderer can tell it from other jobs, as from a single pixel or one frame."""
+    whole = Parameters(width=640, height=480, frames=5, least_frame=1e-3, depth=3, region=region)
+    found = {contradiction.blank(whole) for _ in range(50)}
+    for one in found:
+        (height, width, _), (high, wide, _) = one.shape(), whole.shape()
+        for side, longer in ((width, wide), (height, high)):
+            assert side == 1 or longer / 10.1 - 1 < side < longer / 5.9 + 1
+        x0, y0, x1, y1 = one.bounds()
+        assert region is None or (region[0] <= x0 < x1 <= region[2] and region[1] <= y0 < y1 <= region[3])
+        assert (one.depth, one.least_frame) == (3, 1e-3) and one.frames in range(4)
+    assert len({one.frames for one in found}) > 1 and (region == (5, 6, 6, 7) or len(found) > 20)
+
+
+def test_a_frame_is_not_shorter_than_writing_it(monkeypatch):
+    """By memset(3) of two threads, which may be three times as quick at other times."""
+    monkeypatch.setattr(contradiction.bandwidth, "write_s", lambda size: size * 1e-9)
+    result, _ = made_up([(0, 1), (1, 1.1), (1.1, 1.1 + 3e-6)], [("render", 0, 2)])
+    result.array = np.zeros((40, 30, 3))  # 28.8 kB: 4.8 us at the least
+    told = contradiction.written(result, 2)
+    assert told.startswith(f"{MARKS}the memory: frame 2 took 3e-06 s, in which nobody writes its 28.8 kB here")
+    result.array = np.zeros((20, 30, 3), np.float32)
+    assert contradiction.written(result, 2) is None
+
+
+def talked(frames, given, end, **more):
+    """A Result of contract 2, whose renderer was told the places of its later frames at `given`."""
+    result, lines = made_up(frames, [("render", 0, end)], **more)
+    result.outcome = replace(result.outcome, places=Answer(given, (0, 0), []))
+    result.array = np.zeros((4, 4, 3))
+    return result, lines
+
+
+def test_what_lies_before_the_answer_is_no_frame(tmp_path):
+    """A renderer searches for the size of a batch, and waits: for its later frames it can do nothing yet."""
+    series = tmp_path / "series.csv"
+    for begin, why in ((2.0, None), (2.05, None), (2.3, f"{MARKS}its phases: its frames")):
+        result, lines = talked([(0, 0.1), (begin, begin + 0.4), (begin + 0.4, begin + 0.8)], 2.0, begin + 0.8)
+        series.write_text(lines)
+        told = contradiction.marks(result, series, 1)
+        assert told is None if why is None else told.startswith(why), told
+
+
+@pytest.mark.parametrize(
+    ("pauses", "told"),
+    [
+        ((0, 0.02, 0), False),
+        ((0.02, 0, 0.02), False),
+        ((0.02, 0.02, 0), True),  # before each frame
+        ((0, 0.02, 0.02), True),  # after each
+        ((0.02, 0.02), False),  # of one frame
+    ],
+)
+def test_pauses_of_more_than_a_checksum(tmp_path, pauses, told):
+    frames, at = [(0, 0.5)], 0.6
+    for pause in pauses[:-1]:
+        frames.append((at + pause, at + pause + 0.5))
+        at += pause + 0.5
+    result, lines = talked(frames, 0.6, at + pauses[-1])
+    (tmp_path / "series.csv").write_text(lines)
+    found = contradiction.marks(result, tmp_path / "series.csv", 1)
+    assert bool(found) == told
+    assert not told or found.startswith(f"{MARKS}its phases: it pauses for 0.02 s or more at each later frame")
+    assert contradiction.marks(result, tmp_path / "series.csv", 1, lost=0.045) is None
 
 
 @pytest.mark.alone

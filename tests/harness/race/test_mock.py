@@ -8,8 +8,10 @@ from mock_host import Behaviour, Mock, entries
 from harness.experiment import experiment as experiments
 from harness.machine import environment
 from harness.plan import plan
-from harness.race import race
+from harness.race import frames, race
 from harness.statistics import statistics
+from harness.store.record import FALSE_FRAMES, UNCHECKED
+from reports.page import doubts
 from reports.run import ranking, results
 
 SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n"
@@ -159,6 +161,27 @@ def test_a_cell_of_false_times_has_no_rank(mock_run, false, ranked):
         assert found.unranked.startswith(words) and isinstance(found.steady, results.Missing)
     assert [c.variant for c in ranking.ranked(loaded, found.place)] == (["b", "a"] if ranked else ["b"])
     assert ranking.baseline(loaded, found.scene) == ("a" if ranked else "b")
+
+
+def test_one_false_frame_takes_the_rank_of_a_cell(mock_run):
+    """It is looked for in one repetition of five to nine, at random: the others say nothing of it."""
+    records, loaded = mock_run(Mock({"a": Behaviour(0.1, copies=True), "b": Behaviour(0.2)}), processes=11)
+    told = [record for record in records if record["variant"] == "a" and record["pass"] == "timed"]
+    found = [record for record in told if record["unranked"]]
+    assert sorted(record["repetition"] // 6 for record in found) == [0, 1]
+    assert all(record["unranked"].startswith(FALSE_FRAMES) and record["checked"]["frame"] in (1, 2) for record in found)
+    assert all(record["checked"] is None for record in told if record not in found)
+    a = cell(loaded, "a")
+    assert a.unranked.startswith(FALSE_FRAMES) and [c.variant for c in ranking.ranked(loaded, a.place)] == ["b"]
+
+
+def test_a_run_that_ends_early_says_whose_frames_are_unchecked(mock_run, monkeypatch):
+    """A finished one has looked at a frame of each cell."""
+    _, loaded = mock_run(Mock({"a": Behaviour(0.1), "b": Behaviour(0.2)}))
+    assert not [text for text in doubts.found(loaded) if UNCHECKED in text]
+    monkeypatch.setattr(frames.Turns, "is_due", lambda *_: False)
+    _, loaded = mock_run(Mock({"a": Behaviour(0.1), "b": Behaviour(0.2)}), name="early")
+    assert len([text for text in doubts.found(loaded) if UNCHECKED in text]) == 2
 
 
 def test_the_noise_floor_is_not_made_of_false_times(mock_run):

@@ -9,7 +9,7 @@ from feature_scenes import features
 from fixtures import a_copy
 
 from harness.plan.plan import Cell
-from harness.race import counting, operations
+from harness.race import counting
 from harness.race.host import ThisHost
 from harness.renderer import events
 from harness.renderer.parameters import Parameters
@@ -25,7 +25,7 @@ def counted(entry, source, cache, **parameters):
     scene, wanted = text.read(source, "scene of the test"), Parameters(**{"width": 16, "height": 16, **parameters})
     rest = {"processes": 1, "timeout": 300.0, "point": {}, "objects": 1, "lights": 1}
     cell = Cell("k", entry, "scene", "version", wanted, needs(scene, wanted), **rest)
-    return operations.count(cell, flatten(scene), ThisHost(), cache)
+    return counting.operations(cell, flatten(scene), ThisHost(), cache)
 
 
 def spheres(number):

@@ -12,7 +12,7 @@ from harness.race import turns
 from harness.race.audit import Audit, Task
 from harness.renderer.parameters import Parameters
 from harness.statistics import steady
-from harness.store.record import CONTRADICTED
+from harness.store.record import CONTRADICTED, FALSE_FRAMES
 from harness.system import trouble
 
 SCENE = """CAMERA (0,0,0) (1,0,0) (0,0.8,0) 4
@@ -58,6 +58,11 @@ def test_a_process_that_contradicts_itself_does_not_count(take):
     assert found.seconds.value == pytest.approx(0.4) and found.doubts == [found.records[0]["unranked"]]
     found = take(Mock({"a": Behaviour(0.4, false=3)}), 5)["a"]
     assert found.broken.startswith(CONTRADICTED) and found.record()["unavailable"] == found.broken
+
+
+def test_one_false_frame_takes_the_time(take):
+    found = take(Mock({"a": Behaviour(0.1, copies=True), "b": Behaviour(0.1)}), 3)
+    assert found["a"].broken.startswith(FALSE_FRAMES) and not found["b"].broken and found["b"].doubts == []
 
 
 def test_what_has_no_steady_state_has_no_time(take):

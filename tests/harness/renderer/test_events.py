@@ -34,7 +34,8 @@ def device(**more):
 
 def test_all_events(read):
     said = read(
-        phase("load", 1, 2.5), frame(0, 3, 4), frame(1, 4, 5, {"kernel": 0.25, "download": 0}, renders=3),
+        phase("load", 1, 2.5), frame(0, 3, 4),
+        frame(1, 4, 5, {"kernel": 0.25, "download": 0}, renders=3, checksums="c0ffee00" * 3),
         {"event": "rays", **RAYS}, {"event": "memory", "peak_bytes": 10},
         {"event": "versions", "compiler": {"name": "x"}}, {"event": "used", "features": [], "methods": {"threads": 1}},
         b"\n", {"event": "output", "file": "image.npy"}, {"event": "error", "reason": "so\nit is"},
@@ -42,8 +43,15 @@ def test_all_events(read):
     assert said.faults == []
     assert said.phases == [{"name": "load", "start": 1, "end": 2.5}]
     assert said.frames == [
-        {"index": 0, "start": 3, "end": 4, "parts": None, "renders": 1},
-        {"index": 1, "start": 4, "end": 5, "parts": {"kernel": 0.25, "download": 0}, "renders": 3},
+        {"index": 0, "start": 3, "end": 4, "parts": None, "renders": 1, "checksums": None},
+        {
+            "index": 1,
+            "start": 4,
+            "end": 5,
+            "parts": {"kernel": 0.25, "download": 0},
+            "renders": 3,
+            "checksums": "c0ffee00" * 3,
+        },
     ]
     assert said.rays == RAYS and said.output == "image.npy" and said.error == "so it is"
     assert said.memory == {
@@ -79,6 +87,7 @@ def test_device(read):
         frame(parts={"kernel": float("nan")}), frame(parts={"kernel": 10**400}), frame(parts=3),
         *(frame(renders=n) for n in (0, -1, 1.0, True, "2", None, [2], float("inf"), 2**63)),
         frame(parts={str(n): 0 for n in range(100)}),
+        *(frame(checksums=text) for text in ("", "c0ffee0", "C0FFEE00", "c0ffee00" * 2, 5, ["c0ffee00"], "c0ffee0\n")),
         {"event": "device"}, device(simulated=1), device(simulated=None), device(compute_capability=[9]),
         device(compute_capability=9), device(compute_capability=[9, 0.5]), device(multiprocessors=-1),
         device(multiprocessors="many"), device(clock_mhz="fast"), device(peak_fp32_flops=float("inf")),

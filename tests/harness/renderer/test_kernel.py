@@ -23,12 +23,11 @@ from harness.scene.generate.comparison import comparison
 from harness.scene.needs import SHAPES, needs, shapes
 from harness.system import cuda
 
+KNOWN = registry.entries()
 ABLE = [
-    name
-    for name, entry in registry.entries().items()
-    if "general" in entry.methods.get("kernel", ()) and not entry.variant.exhibit
+    name for name, entry in KNOWN.items() if "general" in entry.methods.get("kernel", ()) and not entry.variant.exhibit
 ]
-SERIAL = [name for name in ABLE if registry.entries()[name].variant.threads == 1]  # the others run the same code
+SERIAL = [name for name in ABLE if KNOWN[name].variant.threads == 1]  # the others run the same code
 # Scenes that use each need between them, and none of them all.
 MIXED = (
     *("air", "glossy, the study's weight", "mix: adaptive glass", "mix: glass mesh and solid in water"),

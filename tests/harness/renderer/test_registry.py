@@ -24,7 +24,7 @@ command = ["true"]
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("contract = 1", "contract = 2", "contract: Input should be 1"),
+        ("contract = 1", "contract = 3", "contract: Input should be 1 or 2"),
         ("contract = 1\n", "", "contract: Field required"),
         ('name = "mine"\nt', 'name = "My Own"\nt', "name: String should match pattern"),
         ('["true"]', '"true"', "variant.0.command: Input should be a valid list"),

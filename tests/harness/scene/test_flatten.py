@@ -51,7 +51,7 @@ def contract():
 def test_arrays_are_those_of_the_contract(content, tmp_path):
     arrays = flatten(text.read(content))
     expected = contract()
-    assert len(expected) == 27
+    assert len(expected) == 28
     assert arrays.keys() == expected.keys()
     for name, (dtype, sizes) in expected.items():
         array = arrays[name]

@@ -144,9 +144,9 @@ def test_media_are_needed_if_solids_touch():
     camera = replace(CAMERA, e=(0.0, 0.0, 5.0))
     expected = ("polygon", "reflection", "sphere", "transmission")
     assert needs(Scene(camera, (glass, above)), Parameters(depth=1)) == expected
-    assert needs(Scene(camera, (glass, below)), Parameters(depth=1)) == ("media", *expected)
+    assert needs(Scene(camera, (glass, below)), Parameters(depth=1)) == ("contact", "media", *expected)
     tinted = replace(glass, material=TINTED)  # ranked, but nothing gets in
-    assert needs(Scene(camera, (tinted, below)), Parameters(depth=0)) == ("media", "polygon", "sphere")
+    assert needs(Scene(camera, (tinted, below)), Parameters(depth=0)) == ("contact", "media", "polygon", "sphere")
 
 
 def test_shapes():
@@ -154,7 +154,7 @@ def test_shapes():
         Box(MATT, (0, 0, 0), AXES),
         Polygon(MATT, AXES),
         Ellipsoid(MATT, (0, 0, 0), AXES),
-        Ellipsoid(MATT, (0, 0, 0), AXES),
+        Ellipsoid(MATT, (9, 0, 0), AXES),
     )
     assert shapes(Scene(CAMERA, things)) == {"box", "polygon", "ellipsoid"}
     assert needs(Scene(CAMERA, things), Parameters(depth=0)) == ("box", "ellipsoid", "polygon")

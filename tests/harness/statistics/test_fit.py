@@ -4,8 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-from scipy import stats
-from scipy.optimize import curve_fit
 
 from harness.statistics import fit
 
@@ -23,6 +21,8 @@ def medians(seconds, noise, rng, processes=5):
 
 def rate(covered):
     """Share of runs, which at 95 % lies in here but once in 10,000 times; HC3 errs to the safe side."""
+    from scipy import stats  # here, as it takes a second to import
+
     low = stats.binom.ppf(1e-4, RUNS, 0.95) / RUNS
     share = sum(covered) / RUNS
     print(f"seeds 0 to {RUNS - 1}: covered {share:.3f}, at least {low:.3f}")
@@ -50,6 +50,8 @@ def test_exponents_are_in_their_intervals_as_often_as_promised():
 def test_it_is_least_squares_of_relative_errors():
     seconds = medians(A + B * WORK, 0.1, np.random.default_rng(1))
     line = fit.line(WORK, seconds)
+    from scipy.optimize import curve_fit
+
     (a, b), _ = curve_fit(lambda work, a, b: a * 1e-3 + b * 1e-9 * work, WORK, seconds, p0=(1, 1), sigma=seconds)
     assert (line.a.value, line.b.value) == pytest.approx((a * 1e-3, b * 1e-9), rel=1e-5)
     errors = line.seconds(WORK) / seconds - 1

@@ -1,0 +1,260 @@
+"""Finds whether faces of several objects can be in one place over an area, where that is seen (MED-6, MED-9).
+
+Conservative: it takes for one place what only comes close, and faces of parts that are no surface of their CSG solid.
+What crosses at an angle is not in one place.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from harness.scene.bounds import bounds, padded
+from harness.scene.media import OPAQUE, close, density, media, solid
+from harness.scene.model import Csg, Ellipsoid, Mesh, Polygon, Sphere
+
+# Distances count as none up to this share of a face's extent, and of the coordinates: 4 times what float32 takes for
+# one place (OFF-1). Faces at smaller angles than the first, in radians, count as parallel.
+OF_EXTENT, OF_COORDINATES = 2.0**-17, 2.0**-20
+FEW = 64  # triangles of an object from which on those far from all other objects are left out
+
+
+class Flats(NamedTuple):
+    """Triangles (n, 3, 3), their unit normals (n, 3) and boxes (n, 2, 3), and the indices of their objects (n,)."""
+
+    corners: np.ndarray
+    normals: np.ndarray
+    boxes: np.ndarray
+    owners: np.ndarray
+
+    def take(self, which):
+        return Flats(*(array[which] for array in self))
+
+
+@lru_cache(maxsize=8)
+def contact(scene):
+    """Whether a clear solid with a rank touches another object, two other surfaces in one place are both seen, or a
+    light lies on a surface.
+    """
+    if len(scene.objects) < 2 and not scene.lights:
+        return False
+    ranked = np.zeros(len(scene.objects), bool)
+    ranked[[i for i, _ in media(scene)]] = True
+    boxes = bounds(scene.objects)
+    slack = _slack(np.where(np.isfinite(boxes), boxes, 0))[:, None, None]
+    boxes = boxes + slack * [[[-1.0], [1.0]]]
+    places = np.array([light.position for light in scene.lights]).reshape(-1, 3)
+    flats = _flats(scene.objects, np.concatenate([boxes, np.repeat(places[:, None], 2, axis=1)]))
+    rounds = [[*map(_ellipsoid, filter(_is_round, _parts(thing)))] for thing in scene.objects]
+    if any(_light_on(place, flats, rounds) for place in places):
+        return True
+    return _flats_touch(scene, flats, ranked) or _rounds_touch(scene, rounds, flats, boxes, ranked)
+
+
+def precedence(scene):
+    """int32 (objects,): of surfaces in one place that of the object with the largest number is there (MED-7).
+
+    Empty if there is no contact.
+    """
+    if not contact(scene):
+        return np.zeros(0, np.int32)
+    rank = {i: place for place, (i, _) in enumerate(media(scene))}
+    extent = np.nan_to_num(padded(bounds(scene.objects)), posinf=1e30, neginf=-1e30)
+
+    def key(i):
+        thing = scene.objects[i]
+        if i in rank:
+            return (0, rank[i])
+        clear_and_flat = thing.material.attenuation != OPAQUE and not solid(thing)
+        across = float(f"{np.linalg.norm(extent[i][1] - extent[i][0]):.8e}")
+        return (1 if clear_and_flat else 2, -across, density(thing.material), i)
+
+    numbers = np.empty(len(scene.objects), np.int32)
+    numbers[sorted(range(len(scene.objects)), key=key)] = np.arange(len(scene.objects))
+    return numbers
+
+
+def _slack(boxes):
+    """What counts as no distance, for faces with these boxes (n, 2, 3)."""
+    extent = (boxes[:, 1] - boxes[:, 0]).max(axis=1, initial=0)
+    return OF_EXTENT * extent + OF_COORDINATES * np.abs(boxes).max(axis=(1, 2), initial=0)
+
+
+def _parts(thing):
+    return thing.parts() if isinstance(thing, Csg) else [thing]
+
+
+def _is_round(part):
+    return isinstance(part, Sphere | Ellipsoid)
+
+
+def _ellipsoid(part):
+    """Centre (3,) and semi-axes (3, 3)."""
+    axes = part.radius * np.eye(3) if isinstance(part, Sphere) else np.array(part.axes)
+    return np.array(part.centre, float), axes
+
+
+def _flats(objects, boxes):
+    """The plane faces of all objects as Flats, but those of large objects that meet no other of the boxes (n, 2, 3)."""
+    corners, owners = [np.zeros((0, 3, 3))], [np.zeros(0, int)]
+    for i, thing in enumerate(objects):
+        found = [_triangles(part) for part in _parts(thing) if not _is_round(part)]
+        triangles = np.concatenate([np.zeros((0, 3, 3)), *found])
+        if len(triangles) > FEW:
+            triangles = triangles[_near_others(triangles, i, boxes)]
+        corners.append(triangles)
+        owners.append(np.full(len(triangles), i))
+    corners, owners = np.concatenate(corners), np.concatenate(owners)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    proper = lengths > 0
+    corners, owners, normals = corners[proper], owners[proper], normals[proper] / lengths[proper, None]
+    return Flats(corners, normals, np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1), owners)
+
+
+def _triangles(part):
+    """Triangles (n, 3, 3) of a part with plane faces, outward if it is a solid."""
+    if isinstance(part, Mesh):
+        return part.vertices[part.triangles]
+    if isinstance(part, Polygon):
+        v = np.array(part.vertices)
+        return np.stack([np.broadcast_to(v[0], v[2:].shape), v[1:-1], v[2:]], axis=1)
+    corner, edges = np.array(part.corner), np.array(part.edges)
+    right = np.linalg.det(edges) > 0
+    found = []
+    for a in range(3):
+        b, c = edges[a - 2], edges[a - 1]
+        for start, outward in ((corner, False), (corner + edges[a], True)):
+            for one in ([start, start + b, start + b + c], [start, start + b + c, start + c]):
+                found.append(one if outward == right else one[::-1])
+    return np.array(found)
+
+
+def _near_others(triangles, i, boxes):
+    """Those that meet the box of an object other than `i`."""
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    meets = ((boxes[:, 0] <= boxes[i, 1]) & (boxes[i, 0] <= boxes[:, 1])).all(axis=1)
+    meets[i] = False
+    found = np.zeros(len(triangles), bool)
+    for j in np.flatnonzero(meets):
+        found |= ((low <= boxes[j, 1]) & (boxes[j, 0] <= high)).all(axis=1)
+    return found
+
+
+def _light_on(place, flats, rounds):
+    """Whether a point (3,) lies on a surface."""
+    room = _slack(flats.boxes) + OF_COORDINATES * np.abs(place).max()
+    on = np.abs(((place - flats.corners[:, 0]) * flats.normals).sum(axis=1)) <= room
+    on &= ((flats.boxes[:, 0] - room[:, None] <= place) & (place <= flats.boxes[:, 1] + room[:, None])).all(axis=1)
+    return bool(on.any()) or any(
+        abs(np.linalg.norm((place - centre) @ np.linalg.inv(axes)) - 1)
+        <= OF_EXTENT + OF_COORDINATES * np.abs(place).max() / np.linalg.norm(axes, axis=1).min()
+        for some in rounds
+        for centre, axes in some
+    )
+
+
+def _flats_touch(scene, flats, ranked):
+    """Whether plane faces of two objects overlap in one plane."""
+    eye = np.add(scene.camera.centre, scene.camera.e)
+    solids = np.array([solid(thing) for thing in scene.objects], bool)
+    slack = _slack(flats.boxes)
+    low, high = flats.boxes[:, 0] - slack[:, None], flats.boxes[:, 1] + slack[:, None]
+    for some in close(low):
+        near = ((low <= high[some].max(axis=0)) & (low[some].min(axis=0) <= high)).all(axis=1)
+        near = np.flatnonzero(near & (flats.owners > flats.owners[some].min()))
+        a, b = np.nonzero(_one_plane(flats, some, near, slack, low, high))
+        a, b = some[a], near[b]
+        outside = [((eye - flats.corners[k, 0]) * flats.normals[k]).sum(axis=1) > 0 for k in (a, b)]
+        seen = (outside[0] | ~solids[flats.owners[a]]) & (outside[1] | ~solids[flats.owners[b]])
+        one, room = ranked[flats.owners[a]] | ranked[flats.owners[b]] | seen, slack[a] + slack[b]
+        if _overlap(flats.corners[a[one]], flats.corners[b[one]], flats.normals[a[one]], room[one]).any():
+            return True
+    return False
+
+
+def _one_plane(flats, some, near, slack, low, high):
+    """Which of `some` and `near` (n, m) are faces of two objects in one plane whose boxes meet, each pair once."""
+    normals = flats.normals[some]
+    found = flats.owners[some][:, None] < flats.owners[near]
+    found &= 1 - (normals @ flats.normals[near].T) ** 2 <= OF_EXTENT**2
+    start = (flats.corners[some, 0] * normals).sum(axis=1)[:, None]
+    for corner in range(3):
+        found &= np.abs(normals @ flats.corners[near, corner].T - start) <= 3 * (slack[some][:, None] + slack[near])
+    for axis in range(3):
+        found &= low[some, axis][:, None] <= high[near, axis]
+        found &= low[near, axis] <= high[some, axis][:, None]
+    return found
+
+
+def _overlap(a, b, normals, room):
+    """Which triangles a and b (n, 3, 3), two in one plane, share more than an edge: no side parts them."""
+    apart = np.zeros(len(a), bool)
+    for triangles in (a, b):
+        for k in range(3):
+            across = np.cross(triangles[:, k] - triangles[:, k - 1], normals)
+            across /= np.linalg.norm(across, axis=1, keepdims=True)
+            first, second = ((some * across[:, None]).sum(axis=2) for some in (a, b))
+            common = np.minimum(first.max(axis=1), second.max(axis=1)) - np.maximum(
+                first.min(axis=1), second.min(axis=1)
+            )
+            apart |= common <= room
+    return ~apart
+
+
+def _rounds_touch(scene, rounds, flats, boxes, ranked):
+    """Whether a round face touches a plane one or another round one without crossing it, or is the same."""
+    for i, some in enumerate(rounds):
+        mine = flats.take((flats.owners != i) & (ranked[flats.owners] | ranked[i])) if some else None
+        if any(_round_touches(each, mine) for each in some):
+            return True
+    with_rounds = [i for i, some in enumerate(rounds) if some]
+    low, high = boxes[with_rounds, 0], boxes[with_rounds, 1]
+    for place, i in enumerate(with_rounds):
+        meets = ((low[place + 1 :] <= high[place]) & (low[place] <= high[place + 1 :])).all(axis=1)
+        for j in np.array(with_rounds[place + 1 :], int)[meets]:
+            meeting = _touch if ranked[i] or ranked[j] else _same
+            if any(meeting(a, b) for a in rounds[i] for b in rounds[j]):
+                return True
+    return False
+
+
+def _round_touches(ellipsoid, flats):
+    """Whether a plane face touches an ellipsoid without crossing it."""
+    centre, axes = ellipsoid
+    reach = np.sqrt((axes**2).sum(axis=0))
+    slack = _slack(flats.boxes) + _slack(np.array([[centre - reach, centre + reach]]))
+    away = np.abs(((centre - flats.corners[:, 0]) * flats.normals).sum(axis=1))
+    tangent = np.abs(away - np.linalg.norm(flats.normals @ axes.T, axis=1)) <= slack
+    room = slack[:, None]
+    meet = (flats.boxes[:, 0] - room <= centre + reach) & (centre - reach <= flats.boxes[:, 1] + room)
+    return bool((tangent & meet.all(axis=1)).any())
+
+
+def _same(a, b):
+    """Whether two ellipsoids are one."""
+    (centre, axes), (other, other_axes) = a, b
+    size = np.abs(axes).max()
+    moved = np.abs(centre - other).max() + np.abs(axes.T @ axes - other_axes.T @ other_axes).max() / size
+    return bool(moved <= OF_EXTENT * size + OF_COORDINATES * np.abs(centre).max())
+
+
+def _touch(a, b):
+    """Whether two ellipsoids touch: neither apart, nor one within the other, nor spheres that cross."""
+    radii = [np.linalg.norm(axes[0]) for _, axes in (a, b)]
+    if all(np.abs(axes.T @ axes - r * r * np.eye(3)).max() <= 1e-12 * r * r
+           for (_, axes), r in zip((a, b), radii, strict=True)):  # fmt: skip
+        away = np.linalg.norm(a[0] - b[0])
+        slack = 4 * OF_EXTENT * max(radii) + OF_COORDINATES * max(np.abs(a[0]).max(), np.abs(b[0]).max())
+        return bool(min(abs(away - sum(radii)), abs(away - abs(radii[0] - radii[1]))) <= slack)
+    return not any(_clear_of(first, second) for first, second in ((a, b), (b, a)))
+
+
+def _clear_of(a, b):
+    """Whether, where `a` is the unit sphere, a sphere around `b` is surely outside or inside of it."""
+    (centre, axes), (other, other_axes) = a, b
+    inverse = np.linalg.inv(axes)
+    away = np.linalg.norm((other - centre) @ inverse)
+    reach = np.linalg.norm(other_axes @ inverse, 2)
+    slack = 8 * OF_EXTENT * max(1, away)
+    return away - reach > 1 + slack or away + reach < 1 - slack
