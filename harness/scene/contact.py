@@ -203,7 +203,7 @@ def _overlap(a, b, normals, room):
 
 
 def _rounds_touch(scene, rounds, flats, boxes, ranked):
-    """Whether a round face touches a plane one or another round one without crossing it, or is the same."""
+    """Whether a round face touches a plane one or another round one, or is the same."""
     for i, some in enumerate(rounds):
         mine = flats.take((flats.owners != i) & (ranked[flats.owners] | ranked[i])) if some else None
         if any(_round_touches(each, mine) for each in some):
@@ -240,21 +240,32 @@ def _same(a, b):
 
 
 def _touch(a, b):
-    """Whether two ellipsoids touch: neither apart, nor one within the other, nor spheres that cross."""
-    radii = [np.linalg.norm(axes[0]) for _, axes in (a, b)]
-    if all(np.abs(axes.T @ axes - r * r * np.eye(3)).max() <= 1e-12 * r * r
-           for (_, axes), r in zip((a, b), radii, strict=True)):  # fmt: skip
-        away = np.linalg.norm(a[0] - b[0])
-        slack = 4 * OF_EXTENT * max(radii) + OF_COORDINATES * max(np.abs(a[0]).max(), np.abs(b[0]).max())
-        return bool(min(abs(away - sum(radii)), abs(away - abs(radii[0] - radii[1]))) <= slack)
-    return not any(_clear_of(first, second) for first, second in ((a, b), (b, a)))
+    """Whether two ellipsoids touch: their surfaces are parallel where they meet.
 
-
-def _clear_of(a, b):
-    """Whether, where `a` is the unit sphere, a sphere around `b` is surely outside or inside of it."""
+    Where `a` is the unit sphere, |x| = 1, and `b` is x' M x - 2 x' M c + c' M c = 1, they are parallel where
+    M (x - c) = t x. All such t are eigenvalues (Gander, Golub, von Matt, "A constrained eigenvalue problem", Linear
+    Algebra and its Applications 114, 1989).
+    """
     (centre, axes), (other, other_axes) = a, b
     inverse = np.linalg.inv(axes)
-    away = np.linalg.norm((other - centre) @ inverse)
-    reach = np.linalg.norm(other_axes @ inverse, 2)
-    slack = 8 * OF_EXTENT * max(1, away)
-    return away - reach > 1 + slack or away + reach < 1 - slack
+    slack = 4 * OF_EXTENT * max(np.abs(axes).max(), np.abs(other_axes).max())
+    slack = np.linalg.norm(inverse, 2) * (slack + OF_COORDINATES * max(np.abs(centre).max(), np.abs(other).max()))
+    form = axes @ np.linalg.inv(other_axes)
+    m, turn = np.linalg.eigh(form @ form.T)
+    c = (other - centre) @ inverse @ turn
+    system = np.block([[np.diag(m), -np.eye(3)], [-np.outer(m * c, m * c), np.diag(m)]])
+    for t in np.linalg.eigvals(system).real:
+        apart = np.where(np.abs(m - t) < 1e-16 * m.max(), 1e-16 * m.max(), m - t)
+        x = m * c / apart
+        k = np.abs(apart).argmin()  # where M (x - c) = t x leaves x[k] free, |x| = 1 decides it
+        rest = np.delete(x, k)
+        free = np.sqrt(max(0, 1 - rest @ rest))
+        for place in (x, np.insert(rest, k, free), np.insert(rest, k, -free)):
+            length = np.linalg.norm(place)
+            if not 0 < length < np.inf:
+                continue
+            away = place / length - c
+            slope = 2 * np.linalg.norm(m * away)
+            if abs(m @ away**2 - 1) <= slack * (slope + slack * m.max()):
+                return True
+    return False

@@ -82,6 +82,38 @@ def test_what_does_not(seed):
     assert not touches(f"SPHERE {at(0, 0, 0)} 1{GLASS}SPHERE {at(3, 0, 0)} 1{GLASS}")
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_ellipsoids_that_touch(seed):
+    """In the frame where one is the unit sphere, the other's form M fits it at x if M (x - c) is along x."""
+    print("seed", seed)
+    rng = np.random.default_rng([11, seed])
+    frame, away = turned(rng) @ np.diag(rng.uniform(0.2, 2, 3)) @ turned(rng), rng.normal(size=3)
+
+    def pair(centre, axes):
+        ellipsoids = ((np.zeros(3), np.eye(3), GLASS), (centre, axes, WATER))
+        return "".join(
+            f"ELLIPSOID {words(c @ frame + away)} {' '.join(words(axis) for axis in a @ frame)}{material}"
+            for c, a, material in ellipsoids
+        )
+
+    axes = turned(rng) @ np.diag(rng.uniform(0.2, 2, 3)) @ turned(rng)
+    x = rng.normal(size=3)
+    x /= np.linalg.norm(x)
+    across = x @ axes.T @ axes  # M⁻¹ x
+    across /= np.sqrt(across @ x)
+    for side in (-1, 1):  # within each other, across each other, or beside each other
+        assert touches(pair(x - side * across, axes))
+        gap = 0.01 * x
+        assert not touches(pair(x - side * across + gap, axes))
+        assert not touches(pair(x - side * across - gap, axes))
+    spin = turned(rng)
+    assert touches(pair(np.zeros(3), spin @ np.diag([1, 1, 2.0]) @ spin.T))  # along a circle
+    assert touches(pair(np.zeros(3), spin @ np.diag([0.5, 1, 2.0]) @ spin.T))  # at two points
+    assert touches(pair(np.zeros(3), spin))
+    assert not touches(pair(np.zeros(3), spin @ np.diag([0.9, 1.1, 2.0]) @ spin.T))  # across each other
+    assert not touches(pair(np.zeros(3), spin @ np.diag([1.1, 1.2, 2.0]) @ spin.T))
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_opaque_faces_in_one_place_count_where_they_are_seen(seed):
     print("seed", seed)
