@@ -110,17 +110,7 @@ def render(
         float, typer.Option(min=0, help="With --max-error: seconds for all of it. 0: until nothing better is known.")
     ] = 0.0,
     frames: Annotated[int, typer.Option(min=0, help="Frames after the first, to time.")] = 0,
-    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds; of each tile.")] = 3600.0,
-    tiles: Annotated[
-        int | None,
-        typer.Option(min=1, help="Render squares of so many pixels a side one by one, to a .tif or .npy of any size."),
-    ] = None,
-    executor: Annotated[str, typer.Option(help="Who renders tiles: local, slurm or dask.", metavar="NAME")] = "",
-    slurm: Annotated[
-        list[str] | None,
-        typer.Option(help="Of its jobs, as [slurm] of an experiment: time='2 h'.", metavar="KEY=VALUE"),
-    ] = None,
-    dask: Annotated[str, typer.Option(help="The scheduler's.", metavar="ADDRESS")] = "",
+    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
     renderer: RendererOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -142,20 +132,6 @@ def render(
         block_height=block_height, total_threads=total_threads, max_registers=max_registers, gpu_wait=gpu_wait,
         device=device,
     )  # fmt: skip
-    if tiles:
-        from harness.single import mosaic
-
-        if frames:
-            raise UserError("--frames: not with --tiles, where nothing is timed")
-        if max_error:
-            raise UserError("--max-error: not with --tiles; render a small picture with it, and take its method")
-        if out is None:
-            raise UserError("--tiles: name the picture", remedy="add -o picture.tif, or .npy")
-        chosen = mosaic.way(executor, tuple(slurm or ()), dask)
-        mosaic.render(scene, variant, out, image, tiles, chosen, timeout, tuple(renderer or ()), as_json)
-        return
-    if executor or slurm or dask:
-        raise UserError("--executor, --slurm and --dask are for tiles", remedy="add --tiles 1024, say")
     with nullcontext(out) if out else unnamed("picture.png", "-o") as path:
         if max_error:
             from rayrace import choice

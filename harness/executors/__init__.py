@@ -1,4 +1,4 @@
-"""Executors run tasks in this process or on hosts of a scheduler, one task at a time on each host.
+"""Executors run tasks on hosts of a scheduler, one task at a time on each host.
 
 A task is `work(folder, number)`: a function of a module, a folder that all machines see, and the number of the task.
 Its input and output are files in that folder, so the process that submitted it may end.
@@ -41,7 +41,7 @@ class Executor(Protocol):
         """Cancels jobs; has no effect on ended ones."""
 
 
-NAMES = ("local", "slurm", "dask")
+NAMES = ("local", "slurm", "dask")  # local: in this process, without an executor
 
 
 def find(name: str, settings, logs: Path) -> Executor:
@@ -49,10 +49,6 @@ def find(name: str, settings, logs: Path) -> Executor:
 
     UserError for an unknown name, or if a program or package that it needs is missing.
     """
-    if name == "local":
-        from harness.executors.local import Local
-
-        return Local()
     if name == "slurm":
         from harness.executors.slurm import Slurm
 
@@ -61,7 +57,7 @@ def find(name: str, settings, logs: Path) -> Executor:
         from harness.executors.dask import Dask
 
         return Dask(settings)
-    raise UserError(f"--executor {name}: known: {', '.join(NAMES)}")
+    raise UserError(f"--executor {name}: known: {', '.join(NAMES[1:])}")
 
 
 def first_line(error: BaseException) -> str:

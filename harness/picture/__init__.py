@@ -1,1 +1,1 @@
-"""Pixels: picture files, colours, tiles, perceptual differences."""
+"""Pixels: picture files, colours, perceptual differences."""

@@ -31,6 +31,14 @@ class Flats(NamedTuple):
         return Flats(*(array[which] for array in self))
 
 
+class Rounds(NamedTuple):
+    """Ellipsoids: centres (n, 3), semi-axes (n, 3, 3), and the indices of their objects (n,)."""
+
+    centres: np.ndarray
+    axes: np.ndarray
+    owners: np.ndarray
+
+
 @lru_cache(maxsize=8)
 def contact(scene):
     """Whether a clear solid with a rank touches another object, two other surfaces in one place are both seen, or a
@@ -45,8 +53,8 @@ def contact(scene):
     boxes = boxes + slack * [[[-1.0], [1.0]]]
     places = np.array([light.position for light in scene.lights]).reshape(-1, 3)
     flats = _flats(scene.objects, np.concatenate([boxes, np.repeat(places[:, None], 2, axis=1)]))
-    rounds = [[*map(_ellipsoid, filter(_is_round, _parts(thing)))] for thing in scene.objects]
-    if any(_light_on(place, flats, rounds) for place in places):
+    rounds = _rounds(scene.objects)
+    if _light_on(places, flats, rounds):
         return True
     return _flats_touch(scene, flats, ranked) or _rounds_touch(scene, rounds, flats, boxes, ranked)
 
@@ -88,10 +96,12 @@ def _is_round(part):
     return isinstance(part, Sphere | Ellipsoid)
 
 
-def _ellipsoid(part):
-    """Centre (3,) and semi-axes (3, 3)."""
-    axes = part.radius * np.eye(3) if isinstance(part, Sphere) else np.array(part.axes)
-    return np.array(part.centre, float), axes
+def _rounds(objects):
+    """The spheres and ellipsoids of all objects as Rounds."""
+    parts = [(part, i) for i, thing in enumerate(objects) for part in _parts(thing) if _is_round(part)]
+    centres = np.array([part.centre for part, _ in parts], float).reshape(-1, 3)
+    axes = [part.radius * np.eye(3) if isinstance(part, Sphere) else part.axes for part, _ in parts]
+    return Rounds(centres, np.array(axes, float).reshape(-1, 3, 3), np.array([i for _, i in parts], int))
 
 
 def _flats(objects, boxes):
@@ -141,17 +151,18 @@ def _near_others(triangles, i, boxes):
     return found
 
 
-def _light_on(place, flats, rounds):
-    """Whether a point (3,) lies on a surface."""
-    room = _slack(flats.boxes) + OF_COORDINATES * np.abs(place).max()
-    on = np.abs(((place - flats.corners[:, 0]) * flats.normals).sum(axis=1)) <= room
-    on &= ((flats.boxes[:, 0] - room[:, None] <= place) & (place <= flats.boxes[:, 1] + room[:, None])).all(axis=1)
-    return bool(on.any()) or any(
-        abs(np.linalg.norm((place - centre) @ np.linalg.inv(axes)) - 1)
-        <= OF_EXTENT + OF_COORDINATES * np.abs(place).max() / np.linalg.norm(axes, axis=1).min()
-        for some in rounds
-        for centre, axes in some
-    )
+def _light_on(places, flats, rounds):
+    """Whether one of the points (n, 3) lies on a surface."""
+    inverse = np.linalg.inv(rounds.axes)
+    least = np.linalg.norm(rounds.axes, axis=2).min(axis=1, initial=np.inf)
+    for place in places:
+        room = _slack(flats.boxes) + OF_COORDINATES * np.abs(place).max()
+        on = np.abs(((place - flats.corners[:, 0]) * flats.normals).sum(axis=1)) <= room
+        on &= ((flats.boxes[:, 0] - room[:, None] <= place) & (place <= flats.boxes[:, 1] + room[:, None])).all(axis=1)
+        away = np.linalg.norm(((place - rounds.centres)[:, None] @ inverse)[:, 0], axis=1)
+        if on.any() or (np.abs(away - 1) <= OF_EXTENT + OF_COORDINATES * np.abs(place).max() / least).any():
+            return True
+    return False
 
 
 def _flats_touch(scene, flats, ranked):
@@ -204,17 +215,16 @@ def _overlap(a, b, normals, room):
 
 def _rounds_touch(scene, rounds, flats, boxes, ranked):
     """Whether a round face touches a plane one or another round one, or is the same."""
-    for i, some in enumerate(rounds):
-        mine = flats.take((flats.owners != i) & (ranked[flats.owners] | ranked[i])) if some else None
-        if any(_round_touches(each, mine) for each in some):
+    low, high = boxes[rounds.owners, 0], boxes[rounds.owners, 1]
+    each = [*zip(rounds.centres, rounds.axes, strict=True)]
+    for k, owner in enumerate(rounds.owners):
+        other = (flats.owners != owner) & (ranked[flats.owners] | ranked[owner])
+        if other.any() and _round_touches(each[k], flats.take(other)):
             return True
-    with_rounds = [i for i, some in enumerate(rounds) if some]
-    low, high = boxes[with_rounds, 0], boxes[with_rounds, 1]
-    for place, i in enumerate(with_rounds):
-        meets = ((low[place + 1 :] <= high[place]) & (low[place] <= high[place + 1 :])).all(axis=1)
-        for j in np.array(with_rounds[place + 1 :], int)[meets]:
-            meeting = _touch if ranked[i] or ranked[j] else _same
-            if any(meeting(a, b) for a in rounds[i] for b in rounds[j]):
+        meets = (low[k + 1 :] <= high[k]).all(axis=1) & (low[k] <= high[k + 1 :]).all(axis=1)
+        for j in k + 1 + np.flatnonzero(meets & (rounds.owners[k + 1 :] != owner)):
+            meeting = _touch if ranked[owner] or ranked[rounds.owners[j]] else _same
+            if meeting(each[k], each[j]):
                 return True
     return False
 

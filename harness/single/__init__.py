@@ -1,1 +1,1 @@
-"""One picture from the command line: whole, in tiles, or as another program's file."""
+"""One picture from the command line: rendered, or as another program's file."""

@@ -43,7 +43,7 @@ def test_every_command(name, tmp_path):
         rayrace("export", run, "--format", form, "-o", f"{made}.{ending}")
     rayrace("compare", run, f"{made}.tar.xz")
     rayrace("report", run, f"{made}.tar.xz", "-o", made)
-    for more in (["-o", f"{made}.png"], ["-o", f"{made}.tif", "--tiles", "2"]):
+    for more in (["-o", f"{made}.png"], ["-o", f"{made}.tif"]):
         rayrace("render", f"./{name}.txt", "-r", "python", "--width", "6", "--height", "5", *more)
     rayrace("trace", f"./{name}.txt", f"./{name}.csv", "-r", "python")
     for kind in ("report", "status"):

@@ -119,37 +119,6 @@ def test_parts_of_pictures_overwrite_nothing(rayrace, tmp_path):
     assert all(path.read_text() == "mine" for path in tmp_path.glob("*.part"))
 
 
-def test_a_folder_of_tiles_keeps_files_of_others(rayrace, tmp_path):
-    (tmp_path / "s.txt").write_text("CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\n")
-    place = tmp_path / "a.npy.tiles"
-    words = ("render", "s.txt", "-r", "python", "--width", 8, "--height", 8, "-o", "a.npy", "--tiles", 4)
-    place.mkdir()
-    (place / "lock").touch()
-    rayrace(*words, cwd=tmp_path, code=0)
-    assert not place.exists()
-    place.mkdir()
-    (place / "spec.json.part").write_text("{")
-    (place / "lock").touch()
-    (place / "logs").mkdir()
-    rayrace(*words, cwd=tmp_path, code=0)
-    assert not place.exists()
-
-
-@pytest.mark.parametrize("name", ["mine.txt", "notes.npy", "1.npy.orig"])
-def test_tiles_that_are_done_leave_files_of_others(tmp_path, name):
-    from harness.single import tiles
-
-    place = tiles.Folder(tmp_path / "a.npy.tiles")
-    place.path.mkdir()
-    for own in ("spec.json", "batches.json", "jobs.jsonl", "0.npy", "0.json", "1-host-77.npy.part", "refused-0.txt"):
-        (place.path / own).touch()
-    (place.path / name).write_text("mine")
-    place.forget()
-    assert (place.path / name).exists()
-    place.remove()
-    assert [path.name for path in place.path.iterdir()] == [name]
-
-
 def test_a_report_overwrites_reports_alone(rayrace, tmp_path):
     run = ROOT / "results" / "reference" / "xeon-2x" / "startup.tar.xz"
     (tmp_path / "mine").mkdir()

@@ -312,8 +312,6 @@ def test_files_that_nobody_named_stay(rayrace, write, tmp_path):
     assert (tmp_path / "picture.png").read_bytes() != b"mine"
     failed = rayrace("render", "nowhere.txt", cwd=tmp_path, code=2)
     assert "note" not in failed.stderr and not (tmp_path / "picture-4.png").exists()
-    nameless = rayrace("render", "scene.txt", "--tiles", 4, cwd=tmp_path, code=2)
-    assert "--tiles: name the picture; add -o picture.tif, or .npy" in nameless.stderr
 
 
 def test_lengths_that_float32_cannot_square(rayrace, write, tmp_path):

@@ -259,16 +259,3 @@ def test_a_thousand_cells(shell):
     assert {told["state"] for told in status["jobs"]} == {"waiting (JobHeldUser)"}
     shell.rayrace("status", "run", "--cancel")
     shell.until(lambda: not shell.slurm("squeue", "--noheader"))
-
-
-def test_a_picture_in_tiles(shell):
-    """Over two hosts, and the same bytes as from one process."""
-    shell.rayrace("generate", "comparison", "--spheres", "7", "-o", "scene.txt")
-    asked = ("scene.txt", "--width", "75", "--height", "52", "--depth", "3", "-r", "cpp", "--samples", "2")
-    shell.rayrace("render", *asked, "-o", "one.tif")
-    told = shell.rayrace(
-        "render", *asked, "-o", "tiles.tif", "--tiles", "20", "--executor", "slurm", "--slurm", "cells=6"
-    )
-    assert "12 tiles" in told
-    assert (shell.folder / "tiles.tif").read_bytes() == (shell.folder / "one.tif").read_bytes()
-    assert not (shell.folder / "tiles.tif.tiles").exists()

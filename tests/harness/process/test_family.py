@@ -138,7 +138,7 @@ def test_pages_of_who_ends_meanwhile_count_once(monkeypatch):
     monkeypatch.setattr("harness.process.family.PSS_SHARE", 0.9)
     for number in range(3):
         root = subprocess.Popen([sys.executable, "-S", "-c", FORKS, str(seed + number)])
-        watched = Family(root.pid, os.getpid())
+        watched = Family(root.pid, root.pid)
         while root.poll() is None:
             sample = watched.sample(time.monotonic())
             sums += [sample.pss] if sample and sample.pss else []
@@ -157,12 +157,12 @@ def test_files_in_memory_count(kind):
         "given to a child": "here = mmap.mmap(file, 0); here.read(); os.fork(); here.seek(0); here.read()\n",
     }[kind]
     source = f"import mmap, os, time; file = os.memfd_create('f')\nos.write(file, b'x' * 50 * {MB})\n{source}"
-    root = subprocess.Popen([sys.executable, "-S", "-c", f"{source}print('there', flush=True); time.sleep(60)"],
+    root = subprocess.Popen([sys.executable, "-S", "-c", f"{source}os.write(1, b'there'); time.sleep(60)"],
                             stdout=subprocess.PIPE, start_new_session=True)  # fmt: skip
     try:
-        assert root.stdout.readline() == b"there\n"
+        assert root.stdout.read(5) == b"there"
         time.sleep(0.3)
-        watched = Family(root.pid, os.getpid())
+        watched = Family(root.pid, root.pid)
         sample = watched.sample(time.monotonic())
         print(sample, watched.files_peak)
         assert 50 * MB <= watched.files_peak <= 51 * MB and 53 * MB <= sample.pss == watched.pss <= 66 * MB

@@ -61,14 +61,13 @@ def test_a_command_says_it_once(rayrace, write, tmp_path):
     told = {}
     for name, words in {
         "render": ("render", "scene.txt", *small, "--json"),
-        "tiles": ("render", "scene.txt", *small, "--tiles", 5, "-o", "a.npy", "--json"),
         "plan": ("run", "e.toml", "--dry-run", "--json"),
         "run": ("run", "e.toml", "--out", "run"),
     }.items():
         done = rayrace(*words, cwd=tmp_path, code=0)
         assert done.stderr.count("degrees") == 1 and f"warning: {SAID}\n" in done.stderr
         told[name] = done.stdout
-    for name in ("render", "tiles", "plan"):
+    for name in ("render", "plan"):
         assert json.loads(told[name])["warnings"] == [SAID]
     assert store.read(tmp_path / "run")[0]["warnings"] == [SAID]
     several.make([tmp_path / "run"], tmp_path / "report")
