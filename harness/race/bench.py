@@ -18,6 +18,7 @@ from harness.race.judging import Judging
 from harness.renderer import events, job
 from harness.renderer.builder import BuildError
 from harness.renderer.registry import Entry
+from harness.scene import doubts
 from harness.store import record as rows
 from harness.store import store
 from harness.system import output
@@ -100,6 +101,8 @@ class Bench:
             if cell.parameters.kind == "rays":
                 record["rays"] = {**dict.fromkeys(RAYS, 0), "primary": len(result.array)}
             record["picture"] = self._keep(cell, result.array, record["warnings"])
+            if number == 0 and record["picture"] and cell.parameters.region is None and any(record["shapes"].values()):
+                record["warnings"] += filter(None, [doubts.one_colour(result.array)])
             told = self.judging.judge(cell, result, record["picture"])
             record["agreement"], record["error"], record["bound"], wrong = told
             record["truth_s"] = self.judging.truth_s

@@ -59,11 +59,9 @@ def of_methods(scene, jobs, free=()) -> list[tuple[str, str]]:
 
 def of_picture(scene, picture: np.ndarray) -> list[str]:
     """The warning that a whole picture (height, width, 3) has one colour, and why; [] if it has several."""
-    first = picture[0, 0]
-    if picture.shape[:2] == (1, 1) or not (picture == first).all():
+    what = one_colour(picture)
+    if what is None or dark(scene):  # which is told with the scene
         return []
-    if dark(scene):
-        return []  # it is told with the scene
     if not scene.objects:
         why, remedy = "the scene has no objects", "add one"
     elif not any(light.colour != BLACK for light in scene.lights) and scene.ambient == BLACK:
@@ -71,8 +69,15 @@ def of_picture(scene, picture: np.ndarray) -> list[str]:
     else:
         why = "one surface fills the picture, or no light reaches what the eye sees"
         remedy = "look at where the eye, the lights and the objects are"
-    colour = ", ".join(f"{channel:.3g}" for channel in first.tolist())
-    return [_text(scene, 0, f"every pixel of the picture is ({colour}): {why}", remedy)]
+    return [_text(scene, 0, f"{what}: {why}", remedy)]
+
+
+def one_colour(picture: np.ndarray) -> str | None:
+    """That every pixel of a picture (height, width, 3) has one colour; None if it has several, or one pixel."""
+    first = picture[0, 0]
+    if picture.shape[:2] == (1, 1) or not (picture == first).all():
+        return None
+    return f"every pixel of the picture is ({', '.join(f'{channel:.3g}' for channel in first.tolist())})"
 
 
 def _text(scene, line: int, what: str, remedy: str) -> str:

@@ -24,6 +24,7 @@ SAMPLES_S = 6.0  # s that the frames take of which samples are taken
 RATE = 250  # samples a second
 MOST = 2000  # frames
 QUIET = 'exec 3>&1; exec "$@" >/dev/null'  # py-spy writes to standard output too, which is the program's
+BETWEEN = "Failed to get process executable name"  # it looked in the moment when the shell became the program
 NO_PY_SPY = "py-spy is not installed (pip install 'rayrace[profile]')"
 
 
@@ -111,7 +112,10 @@ def _sampled(run: Callable, version: str) -> Profile | str:
         with scratch() as here:
             file = here / "stacks"
             record = [_py_spy().name, "record", "-f", "raw", "-F", "-r", str(RATE), "-o", str(file), "--"]
-            result = run(count, ["sh", "-c", QUIET, "py-spy", *record, "sh", "-c", 'exec "$@" >&3', "program"])
+            for _ in range(3):
+                result = run(count, ["sh", "-c", QUIET, "py-spy", *record, "sh", "-c", 'exec "$@" >&3', "program"])
+                if BETWEEN not in result.stderr:
+                    break
             if result.status != "ok":
                 return f"in py-spy: {result.status}: {result.reason} {result.stderr.strip()[-200:]}"
             if not file.is_file():

@@ -215,6 +215,25 @@ def test_pictures_of_one_colour(content, said, rayrace, write, tmp_path):
     assert "every pixel" not in done.stdout + done.stderr
 
 
+def test_a_run_of_a_picture_of_one_colour(rayrace, write, tmp_path):
+    """Its first repetition says so, and so does the report; not of other pictures, nor of the first pixels of one."""
+    write(
+        "black.txt",
+        VIEW + f"POLYGON 4 (-99,-99,0) (99,-99,0) (99,99,0) (-99,99,0) {OPAQUE}".replace("(1,1,1)", "(0,0,0)"),
+    )
+    write("ball.txt", VIEW + BALL)
+    head = 'title = "t"\nscenes = ["black.txt", "ball.txt"]\nrenderers = ["python"]\nprocesses = 2\nframes = 0\n'
+    write("e.toml", head + '[image]\nwidth = 8\nheight = 8\n[sweep]\nregion = ["all", [0, 0, 2, 2]]\n')
+    rayrace("run", "e.toml", "--out", "run", cwd=tmp_path, code=0)
+    said = "every pixel of the picture is (0, 0, 0)"
+    found = [record for record in store.read(tmp_path / "run")[1] if said in record["warnings"]]
+    assert [(record["scene"], record["repetition"], record["parameters"]["region"]) for record in found] == [
+        ("black.txt", 0, "0,0,8,8")
+    ]
+    several.make([tmp_path / "run"], tmp_path / "report")
+    assert f"- python: {said} (" in (tmp_path / "report" / "report.md").read_text()
+
+
 PLAIN = """CAMERA (0,0,0) (1,0,0) (0,1,0) 4
 LIGHT (1,2,3) (1,1,1) 0
 SPHERE (0,0,0) 1 (1,1,1) 0.5 20 (0,0,0) 9 1
