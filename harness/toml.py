@@ -2,13 +2,12 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError, create_model
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from harness import textfile
 from harness.errors import UserError
@@ -16,7 +15,6 @@ from harness.errors import UserError
 LARGEST = 1 << 22  # bytes
 DOTS = 10**7  # sum of the squares of dots in each line, at most; a list of 3000 numbers in one line has that many
 FAULTS = 100  # faults that are reported for a file, at most
-ROUNDS = 20  # rounds of validation, each without the faulty values of earlier ones
 
 # A place in a file, step by step: keys, and numbers of tables or values.
 Place = tuple[str | int, ...]
@@ -58,33 +56,18 @@ def validated(
 ) -> BaseModel:
     """`tables` as a `model`. UserError with a line for each mistake: file, line, key, probable correction.
 
-    Faulty values are set aside, so that mistakes of other kinds are found too. given: dotted keys from the command line
-    instead of the file. check: yields more mistakes, (place, message), in the tables without the faulty values.
+    What concerns several values is looked at where each of them is right. given: dotted keys from the command line
+    instead of the file. check: yields more mistakes, (place, message), of tables that are right so far.
     """
     try:
-        tables = _frozen(tables)
-        found, faults, rest, kind = None, {}, tables, model
-        for _ in range(ROUNDS):
-            try:
-                found = kind.model_validate(rest)
-                break
-            except ValidationError as error:
-                if lacking := [name for name in _lacking(error) if (name,) in faults]:
-                    kind = _with_blanks(kind, lacking)
-                    continue
-                new = _faults(error, rest, model, faults)
-                aside = {place if is_value else place[:-1] for place, (_, is_value) in new.items()} - {()}
-                if faults and () in new:  # ignore faults that follow from values set aside
-                    texts = [text for line in new.pop(())[0] for text in line.split("\n")]
-                    kept = [text for text in texts if not _follows(text, faults)]
-                    new |= {(): (["\n".join(kept)], False)} if kept else {}
-                faults = {place: texts for place, (texts, _) in new.items()} | faults
-                if not aside or error.error_count() > FAULTS:
-                    break
-                for place in sorted(aside, key=lambda one: (len(one), str(one)), reverse=True):
-                    rest = _without(rest, place)
-        for place, text in check(rest):
-            faults.setdefault(place, []).append(text)
+        tables, faults = _frozen(tables), {}
+        try:
+            found = model.model_validate(tables)
+        except ValidationError as error:
+            faults = _faults(error, tables, model)
+        else:
+            for place, text in check(tables):
+                faults.setdefault(place, []).append(text)
     except RecursionError:
         raise _too_deep(path) from None
     if not faults:
@@ -104,48 +87,18 @@ def validated(
     raise UserError("\n".join(text for _, text in sorted(told, key=lambda one: one[0])))
 
 
-def _follows(text: str, faults: Iterable[Place]) -> bool:
-    """Whether a message about the whole file may follow from a value that was set aside: it begins with its key."""
-    places = [tuple(step for step in place if isinstance(step, str)) for place in faults]
-    key = text.partition(":")[0].partition('"')[0].strip()
-    if "." not in key:
-        return bool({place[0] for place in places if place} & set(re.findall(r"\w+", key)))
-    steps = _parts(key)
-    return any(all(a == b for a, b in zip(place, steps, strict=False)) for place in places if place)
+def _faults(error: ValidationError, tables: dict, model: type[BaseModel]) -> dict[Place, list[str]]:
+    """The messages for each place.
 
-
-def _lacking(error: ValidationError) -> list[str]:
-    """Names of required top-level fields that are missing."""
-    return [fault["loc"][0] for fault in error.errors() if fault["type"] == "missing" and len(fault["loc"]) == 1]
-
-
-def _with_blanks(model: type[BaseModel], names: list[str]) -> type[BaseModel]:
-    """The model with blank defaults, "" or (), for required fields that were set aside, to check the others."""
-
-    def blank(kind):
-        return get_args(kind)[0] if get_origin(kind) is Literal else (get_origin(kind) or kind)()
-
-    blanks = {name: (Any, blank(model.model_fields[name].annotation)) for name in names}
-    return create_model(model.__name__, __base__=model, **blanks)
-
-
-def _faults(
-    error: ValidationError, tables: dict, model: type[BaseModel], before: Iterable[Place]
-) -> dict[Place, tuple[list[str], bool]]:
-    """The messages for each place, and whether it is a value, which can be set aside, or a missing key.
-
-    before: places of known faults. Leaves out faults that follow from one further down, such as a list that is too
-    short without its faulty values, or a value that has no other type of a union either.
+    Leaves out faults that follow from one further down, such as a value that has no other type of a union either.
     """
-    found: dict[Place, tuple[list[str], bool]] = {}
+    found: dict[Place, list[str]] = {}
     errors = error.errors(include_url=False)[:FAULTS]
     places = [_place(fault, tables) for fault in errors]
-    above = {place[:n] for place in (*before, *places) for n in range(1, len(place))}
+    above = {place[:n] for place in places for n in range(1, len(place))}
     for fault, place in zip(errors, places, strict=True):
-        if place in above and fault["type"] != "value_error":
-            continue
-        texts, _ = found.setdefault(place, ([], bool(place) and fault["type"] != "missing"))
-        texts.append(_message(fault, model, place))  # a value of a union type has a fault for each type
+        if place not in above or fault["type"] == "value_error":
+            found.setdefault(place, []).append(_message(fault, model, place))  # one for each type of a union
     return found
 
 
@@ -154,18 +107,6 @@ def _frozen(value):
     if isinstance(value, dict):
         return {key: _frozen(item) for key, item in value.items()}
     return tuple(map(_frozen, value)) if isinstance(value, list) else value
-
-
-def _without(value, place: Place):
-    """`value` without the value at `place`."""
-    step, *more = place
-    if isinstance(value, dict):
-        if not more:
-            return {key: item for key, item in value.items() if key != step}
-        return {key: _without(item, tuple(more)) if key == step else item for key, item in value.items()}
-    if not more:
-        return value[:step] + value[step + 1 :]
-    return tuple(_without(item, tuple(more)) if number == step else item for number, item in enumerate(value))
 
 
 def _place(error: dict, tables: dict) -> Place:

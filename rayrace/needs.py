@@ -22,14 +22,13 @@ from rayrace.options import (
     LensRadiusOption,
     PrecisionOption,
     RendererOption,
-    SamplerOption,
     SamplesOption,
     SceneArgument,
     SeedOption,
     ShadowsOption,
     VariantOption,
-    VectorOption,
     WidthOption,
+    choosing,
     unnamed,
 )
 
@@ -37,6 +36,7 @@ CHARTS = (".png", ".svg", ".pdf")
 FRAMES = 3  # steady frames of a process, of which the median counts
 
 
+@choosing("sampler", "vector")
 def needs(
     scene: SceneArgument,
     variant: VariantOption = "",
@@ -44,7 +44,6 @@ def needs(
     height: HeightOption = 512,
     depth: DepthOption = 10,
     shadows: ShadowsOption = True,
-    sampler: SamplerOption = "",
     samples: SamplesOption = 1,
     adaptive_depth: AdaptiveDepthOption = 3,
     adaptive_threshold: AdaptiveThresholdOption = 0.1,
@@ -53,7 +52,6 @@ def needs(
     feelers: FeelersOption = 0,
     glossy_rays: GlossyRaysOption = 0,
     seed: SeedOption = 0,
-    vector: VectorOption = "off",
     cutoff: CutoffOption = "0",
     precision: PrecisionOption = "float64",
     processes: Annotated[int, typer.Option(min=1, help="Of each model; an interval of times needs 5.")] = 5,
@@ -77,6 +75,7 @@ def needs(
     ] = False,
     renderer: RendererOption = None,
     as_json: JsonOption = False,
+    **chosen: str | None,
 ) -> None:
     """Leave out everything that a scene and its job model, one at a time: the error each makes, the time it saves."""
     from harness.errors import UserError
@@ -109,10 +108,10 @@ def needs(
     limit = error_limit("--within", within) if within else None
     read = load(bundled.scene(scene))
     image = single.image(
-        "", width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
+        "", width=width, height=height, depth=depth, shadows=shadows, samples=samples,
         adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold,
         lens_radius=lens_radius, focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
-        seed=seed, vector=vector, cutoff=cutoff, precision=precision,
+        seed=seed, cutoff=cutoff, precision=precision, **chosen,
     )  # fmt: skip
     job, known = image.parameters(1, FRAMES, LEAST_FRAME), registry.entries(tuple(renderer or ()))
     entry = single.pick(variant, known, job, needs_of(read, job))

@@ -1,13 +1,18 @@
 """Options that several commands share, each declared once."""
 
+import inspect
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
+
+from harness.renderer import methods
+
+Command = TypeVar("Command", bound=Callable[..., None])
 
 
 @contextmanager
@@ -28,6 +33,33 @@ def unnamed(name: str, option: str) -> Iterator[Path]:
             print(f"note: {first} exists and was kept, so this is {path}; {option} names a file", file=sys.stderr)
 
 
+def choosing(*names: str) -> Callable[[Command], Command]:
+    """Adds an option for each of the named methods, or for all, to a command that takes them as `**chosen`.
+
+    sampler: by default it follows from the samples, and is None then.
+    """
+
+    def add(command: Command) -> Command:
+        signature = inspect.signature(command)
+        *own, _ = signature.parameters.values()
+        for method in methods.METHODS:
+            if method.name in (names or methods.CHOICES):
+                option = typer.Option(help=method.described(), metavar="NAME", rich_help_panel="Methods")
+                own.append(
+                    inspect.Parameter(
+                        method.name,
+                        inspect.Parameter.KEYWORD_ONLY,
+                        annotation=Annotated[str | None, option],
+                        default=None if method.name == "sampler" else method.default,
+                    )
+                )
+        command.__signature__ = signature.replace(parameters=own)
+        command.__annotations__ = {each.name: each.annotation for each in own}
+        return command
+
+    return add
+
+
 def percent(text: str) -> float:
     """A number of per cent from 5, 5% or "5 %". typer.BadParameter if it is none, or below 0."""
     try:
@@ -42,14 +74,6 @@ def percent(text: str) -> float:
 SceneArgument = Annotated[Path, typer.Argument(help="Scene file, or the name of a bundled one.")]
 RendererOption = Annotated[list[Path] | None, typer.Option("--renderer", help="Folder of a renderer, or of several.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a script.")]
-SphereOption = Annotated[str, typer.Option(help="robust, textbook, stable or wide.", metavar="NAME")]
-TriangleOption = Annotated[str, typer.Option(help="watertight, moller-trumbore or watertight-kahan.", metavar="NAME")]
-SlabOption = Annotated[str, typer.Option(help="branch or plain.", metavar="NAME")]
-VectorOption = Annotated[
-    str, typer.Option(help="off; on: many rays, or many shapes, at once; auto: where it is faster.", metavar="NAME")
-]
-CsgOption = Annotated[str, typer.Option(help="intervals or stepping.", metavar="NAME")]
-MergeOption = Annotated[str, typer.Option(help="tolerant or none.", metavar="NAME")]
 VariantOption = Annotated[
     str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
 ]
@@ -57,7 +81,6 @@ WidthOption = Annotated[int, typer.Option(min=1, max=65536)]
 HeightOption = Annotated[int, typer.Option(min=1, max=65536)]
 DepthOption = Annotated[int, typer.Option(min=0, help="Largest order of a ray.")]
 ShadowsOption = Annotated[bool, typer.Option(help="Shadow feelers.")]
-SamplerOption = Annotated[str, typer.Option(help="one, uniform, jittered or adaptive.", metavar="NAME")]
 SamplesOption = Annotated[int, typer.Option(min=1, help="n: n x n samples a pixel, uniform if no sampler is given.")]
 AdaptiveDepthOption = Annotated[int, typer.Option(min=0, max=8, help="Halvings of a pixel.")]
 AdaptiveThresholdOption = Annotated[float, typer.Option(help="Difference that halves.")]
@@ -67,6 +90,4 @@ FeelersOption = Annotated[int, typer.Option(min=0, help="To each light with a ra
 GlossyRaysOption = Annotated[int, typer.Option(min=0, help="Reflected rays of a hit on a rough material; 0: mirrored.")]
 SeedOption = Annotated[int, typer.Option(min=0, help="Of the random numbers.")]
 PrecisionOption = Annotated[str, typer.Option(help="float64, float32, mp60.")]
-FloatingPointOption = Annotated[str, typer.Option(help="strict, contract or fast.", metavar="NAME")]
 CutoffOption = Annotated[str, typer.Option(help="Rays of so small a weight are not traced: 0.001, 2^-10.")]
-SceneMemoryOption = Annotated[str, typer.Option(help="Of a GPU: auto, global, constant or shared.", metavar="NAME")]

@@ -9,35 +9,28 @@ import typer
 from rayrace.options import (
     AdaptiveDepthOption,
     AdaptiveThresholdOption,
-    CsgOption,
     CutoffOption,
     DepthOption,
     FeelersOption,
-    FloatingPointOption,
     FocalDistanceOption,
     GlossyRaysOption,
     HeightOption,
     JsonOption,
     LensRadiusOption,
-    MergeOption,
     PrecisionOption,
     RendererOption,
-    SamplerOption,
     SamplesOption,
     SceneArgument,
-    SceneMemoryOption,
     SeedOption,
     ShadowsOption,
-    SlabOption,
-    SphereOption,
-    TriangleOption,
     VariantOption,
-    VectorOption,
     WidthOption,
+    choosing,
     unnamed,
 )
 
 
+@choosing()
 def render(
     context: typer.Context,
     scene: SceneArgument,
@@ -54,7 +47,6 @@ def render(
     height: HeightOption = 512,
     depth: DepthOption = 10,
     shadows: ShadowsOption = True,
-    sampler: SamplerOption = "",
     samples: SamplesOption = 1,
     adaptive_depth: AdaptiveDepthOption = 3,
     adaptive_threshold: AdaptiveThresholdOption = 0.1,
@@ -62,38 +54,21 @@ def render(
     focal_distance: FocalDistanceOption = 0.0,
     feelers: FeelersOption = 0,
     glossy_rays: GlossyRaysOption = 0,
-    glossy_weight: Annotated[str, typer.Option(help="plain or study.", metavar="NAME")] = "plain",
     seed: SeedOption = 0,
-    walk: Annotated[str, typer.Option(help="least, recursion, table, stack or chain.", metavar="NAME")] = "least",
-    accel: Annotated[str, typer.Option(help="auto, none or bvh.", metavar="NAME")] = "auto",
-    sphere: SphereOption = "robust",
-    triangle: TriangleOption = "watertight",
-    slab: SlabOption = "branch",
-    csg: CsgOption = "intervals",
-    merge: MergeOption = "tolerant",
-    offset: Annotated[str, typer.Option(help="bounded, relative, fixed or none.", metavar="NAME")] = "bounded",
     epsilon: Annotated[str, typer.Option(help="Of the offset: 1e-4, 2^-20. Default: by method and precision.")] = "",
-    fresnel: Annotated[str, typer.Option(help="clamped or unclamped.", metavar="NAME")] = "clamped",
-    phong: Annotated[str, typer.Option(help="clamped or unclamped.", metavar="NAME")] = "clamped",
-    renormalise: Annotated[str, typer.Option(help="on or off.", metavar="NAME")] = "on",
     kernel: Annotated[
         str, typer.Option(help="needed: what the scene needs, +lens: that too; general: all.", metavar="NAME")
     ] = "needed",
-    vector: VectorOption = "off",
-    floating_point: FloatingPointOption = "strict",
     cutoff: CutoffOption = "0",
-    arithmetic: Annotated[str, typer.Option(help="linear, or srgb as a warning.", metavar="NAME")] = "linear",
     sample_x: Annotated[float, typer.Option(min=0, max=1, help="Place of the sample in a pixel.")] = 0.5,
     sample_y: Annotated[float, typer.Option(min=0, max=1)] = 0.5,
     region: Annotated[str, typer.Option(help="Only the pixels x0,y0,x1,y1.")] = "",
     precision: PrecisionOption = "float64",
     threads: Annotated[int, typer.Option(min=0, help="0: as many as the variant runs by default.")] = 0,
-    scene_memory: SceneMemoryOption = "auto",
     block_width: Annotated[int, typer.Option(min=1, max=1024, help="Threads of a GPU's block.")] = 16,
     block_height: Annotated[int, typer.Option(min=1, max=1024)] = 16,
     total_threads: Annotated[int, typer.Option(min=0, help="Of a GPU; 0: one for each pixel.")] = 0,
     max_registers: Annotated[int, typer.Option(min=0, max=255, help="Of a GPU's thread; 0: no cap.")] = 0,
-    gpu_wait: Annotated[str, typer.Option(help="Until a GPU is done: auto, spin, yield or block.")] = "auto",
     device: Annotated[str, typer.Option(help="Of a GPU: its number, or a part of its name.")] = "",
     max_error: Annotated[
         str,
@@ -113,6 +88,7 @@ def render(
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
     renderer: RendererOption = None,
     as_json: JsonOption = False,
+    **chosen: str | None,
 ) -> None:
     """Render a scene to a picture."""
     from harness.errors import UserError
@@ -121,16 +97,12 @@ def render(
 
     scene = bundled.scene(scene)
     image = single.image(
-        width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
-        adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold, lens_radius=lens_radius,
-        focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
-        glossy_weight=glossy_weight, seed=seed, walk=walk, accel=accel, sphere=sphere, triangle=triangle,
-        slab=slab, csg=csg, merge=merge, offset=offset, epsilon=epsilon or None, fresnel=fresnel,
-        phong=phong, renormalise=renormalise, kernel=kernel, vector=vector, floating_point=floating_point,
-        cutoff=cutoff, arithmetic=arithmetic, sample_x=sample_x, sample_y=sample_y, region=region,
-        precision=precision, threads=threads or "default", scene_memory=scene_memory, block_width=block_width,
-        block_height=block_height, total_threads=total_threads, max_registers=max_registers, gpu_wait=gpu_wait,
-        device=device,
+        width=width, height=height, depth=depth, shadows=shadows, samples=samples, adaptive_depth=adaptive_depth,
+        adaptive_threshold=adaptive_threshold, lens_radius=lens_radius, focal_distance=focal_distance or None,
+        feelers=feelers, glossy_rays=glossy_rays, seed=seed, epsilon=epsilon or None, kernel=kernel, cutoff=cutoff,
+        sample_x=sample_x, sample_y=sample_y, region=region, precision=precision, threads=threads or "default",
+        block_width=block_width, block_height=block_height, total_threads=total_threads, max_registers=max_registers,
+        device=device, **chosen,
     )  # fmt: skip
     with nullcontext(out) if out else unnamed("picture.png", "-o") as path:
         if max_error:
@@ -145,6 +117,7 @@ def render(
         single.render(scene, variant, path, image, frames, timeout, tuple(renderer or ()), as_json)
 
 
+@choosing("sphere", "triangle", "slab", "csg", "merge", "vector", "floating_point", "scene_memory")
 def trace(
     scene: SceneArgument,
     rays: Annotated[Path, typer.Argument(help="CSV with the header ox,oy,oz,dx,dy,dz.", metavar="RAYS.csv")],
@@ -153,24 +126,13 @@ def trace(
     ] = "",
     out: Annotated[Path | None, typer.Option("-o", "--out", help="HITS.csv. Default: standard output.")] = None,
     precision: PrecisionOption = "float64",
-    sphere: SphereOption = "robust",
-    triangle: TriangleOption = "watertight",
-    slab: SlabOption = "branch",
-    csg: CsgOption = "intervals",
-    merge: MergeOption = "tolerant",
-    vector: VectorOption = "off",
-    floating_point: FloatingPointOption = "strict",
-    scene_memory: SceneMemoryOption = "auto",
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds.")] = 3600.0,
     renderer: RendererOption = None,
+    **chosen: str | None,
 ) -> None:
     """First hits of a list of rays: hit,t,px,py,pz,nx,ny,nz,object."""
     from harness.single import single
     from rayrace import bundled
 
     scene = bundled.scene(scene)
-    methods = {
-        "precision": precision, "sphere": sphere, "triangle": triangle, "slab": slab, "csg": csg, "merge": merge,
-        "vector": vector, "floating_point": floating_point, "scene_memory": scene_memory,
-    }  # fmt: skip
-    single.trace(scene, rays, variant, out, methods, timeout, tuple(renderer or ()))
+    single.trace(scene, rays, variant, out, {"precision": precision, **chosen}, timeout, tuple(renderer or ()))

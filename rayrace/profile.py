@@ -11,25 +11,24 @@ import typer
 from rayrace.options import (
     DepthOption,
     FeelersOption,
-    FloatingPointOption,
     GlossyRaysOption,
     HeightOption,
     JsonOption,
     PrecisionOption,
     RendererOption,
-    SamplerOption,
     SamplesOption,
     SceneArgument,
     ShadowsOption,
     VariantOption,
-    VectorOption,
     WidthOption,
+    choosing,
 )
 
 ROWS = 20
 PICTURES = ".png", ".svg", ".pdf"
 
 
+@choosing("sampler", "vector", "floating_point")
 def profile(
     scene: SceneArgument,
     variant: VariantOption = "",
@@ -41,16 +40,14 @@ def profile(
     height: HeightOption = 256,
     depth: DepthOption = 10,
     shadows: ShadowsOption = True,
-    sampler: SamplerOption = "",
     samples: SamplesOption = 1,
     feelers: FeelersOption = 0,
     glossy_rays: GlossyRaysOption = 0,
-    vector: VectorOption = "off",
-    floating_point: FloatingPointOption = "strict",
     precision: PrecisionOption = "float64",
     timeout: Annotated[float, typer.Option(min=0.01, help="Seconds, of each process.")] = 1800.0,
     renderer: RendererOption = None,
     as_json: JsonOption = False,
+    **chosen: str | None,
 ) -> None:
     """Profile a frame of a renderer, and it alone: instructions by callgrind, of a Python program seconds by py-spy."""
     from harness.errors import UserError
@@ -70,8 +67,8 @@ def profile(
         picture.check_folder(out)
     read = load(bundled.scene(scene))
     image = single.image(
-        "", width=width, height=height, depth=depth, shadows=shadows, sampler=sampler or None, samples=samples,
-        feelers=feelers, glossy_rays=glossy_rays, vector=vector, floating_point=floating_point, precision=precision,
+        "", width=width, height=height, depth=depth, shadows=shadows, samples=samples,
+        feelers=feelers, glossy_rays=glossy_rays, precision=precision, **chosen,
     )  # fmt: skip
     job = image.parameters(1, 1)
     needs = needs_of(read, job)

@@ -15,7 +15,7 @@ from harness.process import repetition
 from harness.process.scratch import scratch
 from harness.process.session import Sessions
 from harness.race import contradiction, frames, row
-from harness.renderer import places, registry
+from harness.renderer import methods, places, registry
 from harness.renderer.builder import BuildError
 from harness.renderer.manifest import load
 from harness.renderer.parameters import Parameters
@@ -32,7 +32,7 @@ LARGE = 64
 TIMEOUT = 120.0  # s
 SIMULATED_TIMEOUT = 1800.0
 LEAST_FRAME = 0.02  # s
-METHODS = ("sphere", "triangle", "slab", "floating_point")  # whose values make one picture, but for rounding
+METHODS = tuple(name for name in methods.changing(methods.ROUNDING) if name != "vector")  # which has checks of its own
 CUTOFF = 0.5  # above what a second reflection of the check's scene weighs, 0.36 at most
 ROUNDING = 1e-12
 HIT_TOLERANCE = {"float64": 1e-11, "float32": 1e-3}  # of t, point and normal in general position, relative

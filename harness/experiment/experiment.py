@@ -4,7 +4,7 @@ import math
 from collections.abc import Collection, Iterator
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_type_hints
 
 from pydantic import (
     AfterValidator,
@@ -32,12 +32,13 @@ SIZE = ("width", "height", "region", "scale", "rays")  # what a time is of
 Processes = Annotated[int, Field(ge=1, le=10**4)]
 
 # One picture of its own: a scene, and what differs from [image].
+_KINDS = get_type_hints(Image, include_extras=True)
 Case = create_model(
     "Case",
     __base__=Strict,
     name=(Annotated[str, Field(min_length=1)], ...),
     scene=(str, ...),
-    **{key: (kind | None, None) for key, kind in Image.__annotations__.items()},
+    **{key: (_KINDS[key] | None, None) for key in Image.model_fields},
 )
 
 
@@ -364,7 +365,8 @@ def load(
     """The experiment in a TOML file, with `key=value` settings (values as in TOML, keys dotted) put over it.
 
     more: the variants of renderers that take part too, unless the file names one of them. UserError with every mistake
-    of the file: types, keys, and, if `known` names all renderers, unknown ones and scenes that are not there.
+    in keys and values; if there is none, in what concerns several of them; then, if `known` names all renderers,
+    unknown ones and scenes that are not there.
     """
     path = Path(path)
     tables = read_toml(path)

@@ -3,9 +3,10 @@
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, create_model, model_validator
 
 from harness.errors import UserError
+from harness.renderer.methods import CHOICES
 from harness.renderer.parameters import NEEDS, Parameters
 from harness.toml import Strict
 
@@ -49,7 +50,12 @@ def kernel(value: str) -> str:
 Kernel = Annotated[str, AfterValidator(kernel), WithJsonSchema({"type": "string", "pattern": f"^({KERNEL})$"})]
 
 
-class Image(Strict):
+Methods = create_model("Methods", __base__=Strict, **{
+    name: (Literal[choices], choices[0]) for name, choices in CHOICES.items()
+})  # fmt: skip
+
+
+class Image(Methods):
     """What is rendered. Every key may also be swept."""
 
     width: Size = 512
@@ -60,7 +66,7 @@ class Image(Strict):
     )
     depth: Count = 10
     shadows: bool = False
-    sampler: Literal["one", "uniform", "jittered", "adaptive"] | None = None  # None: uniform if samples > 1, else one
+    sampler: Literal[CHOICES["sampler"]] | None = None  # None: uniform if samples > 1, else one
     samples: Annotated[int, Field(ge=1, le=1024)] = 1
     adaptive_depth: Annotated[int, Field(ge=0, le=8)] = 3
     adaptive_threshold: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 0.1
@@ -68,36 +74,20 @@ class Image(Strict):
     focal_distance: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
     feelers: Annotated[int, Field(ge=0, le=10**5)] = 0
     glossy_rays: Annotated[int, Field(ge=0, le=10**4)] = 0
-    glossy_weight: Literal["plain", "study"] = "plain"
     seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
-    walk: Literal["least", "recursion", "table", "stack", "chain"] = "least"
-    accel: Literal["auto", "none", "bvh"] = "auto"
-    sphere: Literal["robust", "textbook", "stable", "wide"] = "robust"
-    triangle: Literal["watertight", "moller-trumbore", "watertight-kahan"] = "watertight"
-    slab: Literal["branch", "plain"] = "branch"
-    csg: Literal["intervals", "stepping"] = "intervals"
-    merge: Literal["tolerant", "none"] = "tolerant"
-    offset: Literal["bounded", "relative", "fixed", "none"] = "bounded"
     epsilon: Annotated[float, BeforeValidator(number), Field(gt=0, lt=1)] | None = None  # of the offset
-    fresnel: Literal["clamped", "unclamped"] = "clamped"
-    phong: Literal["clamped", "unclamped"] = "clamped"
-    renormalise: Literal["on", "off"] = "on"
     kernel: Kernel = "needed"
-    vector: Literal["off", "on", "auto"] = "off"
-    floating_point: Literal["strict", "contract", "fast"] = "strict"
     cutoff: Fraction = 0.0  # weight up to which rays are not traced
-    arithmetic: Literal["linear", "srgb"] = "linear"  # srgb: codes added as if they were light (figure 2.6)
     sample_x: Annotated[float, Field(ge=0, lt=1)] = 0.5
     sample_y: Annotated[float, Field(ge=0, lt=1)] = 0.5
     precision: Precision = "float64"
     threads: Annotated[int, Field(ge=1)] | Literal["default"] = "default"
     rays: Annotated[int, Field(ge=0, le=10**7)] = 0  # first hits of so many rays, in place of a picture
-    scene_memory: Literal["auto", "global", "constant", "shared"] = "auto"  # of a GPU, as what follows
+    # Of a GPU.
     block_width: Annotated[int, Field(ge=1, le=BLOCK)] = 16
     block_height: Annotated[int, Field(ge=1, le=BLOCK)] = 16
     total_threads: Annotated[int, Field(ge=0, lt=2**31)] = 0  # 0: one for each pixel
     max_registers: Annotated[int, Field(ge=0, le=255)] = 0  # of a thread; 0: no cap
-    gpu_wait: Literal["auto", "spin", "yield", "block"] = "auto"  # what the program does until a GPU is done
     device: str = ""  # of OpenCL: its number, or a part of its name
 
     @model_validator(mode="after")

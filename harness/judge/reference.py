@@ -12,6 +12,7 @@ from harness.judge.judge import TOLERANCE, Reference
 from harness.judge.span import THRESHOLD, leaves
 from harness.process import repetition
 from harness.process.session import Sessions
+from harness.renderer import methods
 from harness.renderer.builder import BuildError
 from harness.renderer.job import count_shapes, fingerprint
 from harness.renderer.parameters import Parameters, default_epsilon, default_sliver
@@ -33,10 +34,7 @@ FURTHER_ULPS = {"float64": 1, "float32": 4}  # float64 errs by 2^-29 of that, un
 # Of the sliver of CSG-4: the distances to two faces are off by up to 14 of its 16 u.
 SLIVERS = 1 / 8, 15 / 8
 # What a reference has as by default, whatever the picture's method.
-PLAIN = (
-    *("sphere", "triangle", "slab", "csg", "merge", "fresnel", "phong", "renormalise", "floating_point"),
-    *("cutoff", "kernel", "vector"),
-)
+PLAIN = "cutoff", "kernel", *methods.changing(methods.ROUNDING, methods.FAILURES)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 from harness.process import crash, dialog, process
 from harness.process.dialog import Dialog
 from harness.process.scratch import must_have_room, remove, scratch
-from harness.renderer import builder, events, job, places
+from harness.renderer import builder, events, job, methods, places
 from harness.renderer.builder import BuildError, Built, fill
 from harness.renderer.limits import DEFAULT, Limits
 from harness.renderer.parameters import Parameters
@@ -26,11 +26,7 @@ BY_OTHERS = "by SIGKILL, perhaps for using too much memory (see dmesg)"
 DENIED = "Permission denied", "failed to map segment", "Operation not permitted"  # of execve(2) and dlopen(3)
 HEAVIEST = 1e100  # dropped weight of a pixel; of more, what is worked out from it leaves float64
 # Parameters that a manifest names the values of.
-METHODS = (
-    *("precision", "walk", "accel", "kernel", "vector", "scene_memory", "gpu_wait", "floating_point"),
-    *("sphere", "triangle", "slab", "csg", "merge", "offset", "fresnel", "phong", "renormalise"),
-    "glossy_weight",
-)
+METHODS = "precision", "kernel", *(method.name for method in methods.METHODS if method.listed)
 
 
 @dataclass
@@ -55,7 +51,9 @@ def unsupported(entry: Entry, parameters: Parameters, needs: tuple[str, ...]) ->
     missing = [name for name in wanted if name not in manifest.features]
     if missing:
         return f"does not support {', '.join(missing)}"
-    for method in METHODS if "glossy" in needs else METHODS[:-1]:
+    for method in METHODS:
+        if method == "glossy_weight" and "glossy" not in needs:
+            continue
         chosen, choices = getattr(parameters, method), entry.methods.get(method, (getattr(Parameters, method),))
         if method == "kernel" and "general" in choices:  # what can carry all can carry any
             continue

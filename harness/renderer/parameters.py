@@ -3,6 +3,8 @@
 import dataclasses
 from dataclasses import dataclass
 
+from harness.renderer import methods
+
 
 def roundoff(precision: str) -> float:
     """u (NUM-2) of a precision: float64, float32, or mpmath's with so many digits, such as mp60."""
@@ -25,8 +27,8 @@ FIXED_EPSILON = 1e-4  # OFF-1: the length that is so often seen in code
 
 
 NOT_IN_THE_PICTURE = (
-    *("threads", "frames", "least_frame", "walk", "accel", "kernel"),
-    *("scene_memory", "block_width", "block_height", "total_threads", "max_registers", "device", "gpu_wait"),
+    *("threads", "frames", "least_frame", "kernel", *methods.changing(methods.TIME)),
+    *("block_width", "block_height", "total_threads", "max_registers", "device"),
 )
 
 
@@ -38,9 +40,13 @@ NEEDS = (
 )
 
 
+Methods = dataclasses.make_dataclass("Methods", [(m.name, str, m.default) for m in methods.METHODS], frozen=True)
+
+
 @dataclass(frozen=True)
-class Parameters:
-    """The parameters of a job, with the names and units of the contract."""
+class Parameters(Methods):
+    """The parameters of a job, with the names and units of the contract; the methods that are chosen by name among them
+    (methods.py)."""
 
     kind: str = "image"
     width: int = 512
@@ -48,7 +54,6 @@ class Parameters:
     region: tuple[int, int, int, int] | None = None  # None: the whole picture
     depth: int = 10
     shadows: bool = False
-    sampler: str = "one"
     samples: int = 1
     adaptive_depth: int = 3
     adaptive_threshold: float = 0.1
@@ -56,23 +61,8 @@ class Parameters:
     focal_distance: float = 1.0
     feelers: int = 0
     glossy_rays: int = 0
-    glossy_weight: str = "plain"
     seed: int = 0
-    walk: str = "least"
-    accel: str = "auto"
-    arithmetic: str = "linear"
-    sphere: str = "robust"
-    triangle: str = "watertight"
-    slab: str = "branch"
-    csg: str = "intervals"
-    merge: str = "tolerant"
-    offset: str = "bounded"
-    fresnel: str = "clamped"
-    phong: str = "clamped"
-    renormalise: str = "on"
     kernel: str = "needed"  # or "general", or what it carries unneeded: "needed+shadows+lens"
-    vector: str = "off"
-    floating_point: str = "strict"
     cutoff: float = 0.0
     sample_x: float = 0.5
     sample_y: float = 0.5
@@ -82,13 +72,11 @@ class Parameters:
     threads: int = 1
     frames: int = 0
     least_frame: float = 0.0  # s; frames that would be shorter consist of several renders
-    scene_memory: str = "auto"  # of a GPU, as what follows
-    block_width: int = 16
+    block_width: int = 16  # of a GPU, as what follows
     block_height: int = 16
     total_threads: int = 0  # 0: one for each pixel
     max_registers: int = 0  # of a thread; 0: as many as the compiler likes
     device: str = ""  # of a GPU: its number, or a part of its name; "": the renderer chooses
-    gpu_wait: str = "auto"  # what the program does until a GPU is done
 
     def bounds(self) -> tuple[int, int, int, int]:
         return self.region or (0, 0, self.width, self.height)

@@ -17,7 +17,7 @@ from reports.run.view import View
 
 # The draws of a pixel, random or regular, that a parameter causes: n x n samples, feelers, reflected rays.
 DIALS = {"samples": lambda n: n * n, "feelers": lambda n: max(n, 1), "glossy_rays": lambda n: max(n, 1)}
-METHODS = "sampler", "precision", "epsilon", "floating_point", *method.STEPS, "cutoff", "glossy_weight"
+METHODS = "sampler", "precision", "epsilon", *method.STEPS, "cutoff", "glossy_weight"
 POOLED = ("seed",)  # pictures that differ only in it make one point with their mean squared error
 OCTAVES = 4  # for a slope
 NEAR = DOUBT  # times the uncertainty of the truth: a smaller error is partly the truth's

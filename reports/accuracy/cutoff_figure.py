@@ -20,7 +20,7 @@ from reports.run.view import View
 TITLE = "Cut-off: what it changes, beside its proven bound, and what it saves"
 UNIT = {"float32": 2.0**-24}  # u of NUM-2; else that of float64
 SLACK = 64  # u: possible rounding of sums of some hundred terms
-METHODS = "precision", "epsilon", "floating_point", *method.STEPS
+METHODS = "precision", "epsilon", *method.STEPS
 CSV_HEADER = (
     "view", "variant", "method", "cutoff", "largest_change", "largest_bound", "mean_bound", "largest_ratio",
     "pixels_beyond_bound", "beyond_step", "rays_kept", "time_kept", "time_low", "time_high", "note",

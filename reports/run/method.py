@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
+from harness.renderer.methods import METHODS, TIME
 from reports.run import command, launch, reduced, view
 from reports.run.cell import Cell
 from reports.run.results import Results, grouped
@@ -12,13 +13,10 @@ from reports.run.view import View
 # Parameters that a curve runs along: more is slower and nearer to the truth, or the other way round.
 DIALS = ("samples", "feelers", "glossy_rays", "adaptive_threshold", "cutoff", "depth")
 # Methods of single steps, with the word that follows their value in a name.
-STEPS = {
-    "sphere": "spheres", "triangle": "triangles", "slab": "slabs", "csg": "CSG", "merge": "merging",
-    "offset": "offset", "fresnel": "Fresnel", "phong": "Phong", "renormalise": "renormalising",
-}  # fmt: skip
+STEPS = {method.name: method.word for method in METHODS if method.word and method.changes != TIME}
 PLACE = "sample_x", "sample_y"  # of a pixel's one sample
 CHOICES = (
-    "precision", "floating_point", *STEPS, "sampler", "adaptive_depth", "glossy_weight", "walk", "accel",
+    "precision", *STEPS, "sampler", "adaptive_depth", "glossy_weight", "walk", "accel",
     "kernel", "vector", "seed", *launch.UNSEEN, "threads",
 )  # fmt: skip
 # Of the truth of the scene: it has samples all over a pixel, and rays that leave from the surface itself.
@@ -198,7 +196,6 @@ class Names:
         words = [
             other("vector", LANES.get(told.get("vector"), "")),
             other("precision", f"{told['precision']}"),
-            other("floating_point", f"{told.get('floating_point')} floating point"),
             *(other(key, f"{told.get(key)} {what}") for key, what in STEPS.items()),
             "one sample" if sampler == "one" and "sampler" in self.turned else "",
             "at {}, {}".format(*map(cell.parameters.get, PLACE)) if sampler == "one" and self.placed else "",

@@ -5,18 +5,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from harness.renderer.methods import METHODS
 from harness.statistics.statistics import LEVEL
 from reports.run import command
 from reports.run.cell import Cell, Missing
 from reports.run.results import Results, grouped
 
 # Values that the catalogue calls naive: a way with one of them is not robust.
-NAIVE = {
-    "sphere": ("textbook", "stable"), "triangle": ("moller-trumbore",), "slab": ("plain",), "csg": ("stepping",),
-    "merge": ("none",), "offset": ("fixed", "none"), "fresnel": ("unclamped",), "phong": ("unclamped",),
-    "renormalise": ("off",), "floating_point": ("contract", "fast"), "arithmetic": ("srgb",),
-    "walk": ("table", "recursion"),
-}  # fmt: skip
+NAIVE = {method.name: method.naive for method in METHODS}
 KNOWN = "stress", "level", "precision"  # of a swept point; its other values distinguish ways
 PLAIN = "default"  # name of the only way of a row
 

@@ -173,74 +173,87 @@ def test_a_program_that_the_manifest_names_is_a_source_wherever_it_lies(tmp_path
     assert renderer.changed() == ["target/release/flat.o"]
 
 
-MISTAKES = """title = 5
-scenes = ["nowhere.txt"]
-renderers = ["cpp", "nunpy"]
-where = ["depth >", "dept > 1"]
+# Mistakes in keys and values, then in what concerns several of them, then in what is not there.
+MISTAKES = {
+    """title = 5
+scenes = ["a.txt"]
+renderers = ["cpp"]
 proceses = 3
 
 depth = 4
 [image]
 width = "wide"
 region = [0, 0, 5]
-[[sweep]]
-dept = [1]
-[[sweep]]
-depth = [1, -1]
-walk = ["stack"]
 [[case]]
 name = "a"
 scen = "x"
 [override.cpp]
 frames = -1
-[override.numba]
-frames = 1
 [measure]
-pair = "nobody"
 intervall = 1
 [[slurm]]
 time = "5 h"
 [generate]
 scene = "bals"
-"""
-TOLD = """2: scenes.0: no such file: {folder}/nowhere.txt
-1: title: Input should be a valid string
-3: renderers.1: no renderer "nunpy"; did you mean "numpy"?
-4: where "depth >": expected an expression such as depth <= 4 or renderer != 'python': invalid syntax
+""": """1: title: Input should be a valid string
+4: proceses: unknown key; did you mean "processes"?
+6: depth: unknown key; did you mean "image.depth" or "reference.depth"?
+8: image.width: Input should be a valid integer
+9: image.region.3: Field required
+10: case.0.scene: Field required
+12: case.0.scen: unknown key; did you mean "scene"?
+14: override.cpp.frames: Input should be greater than or equal to 0
+16: measure.intervall: unknown key; did you mean "interval"?
+17: slurm: Input should be a valid table or instance of Slurm
+20: generate.scene: Input should be 'comparison', 'balls', 'tetra' or 'icosphere'
+""",
+    """title = "t"
+scenes = ["a.txt"]
+renderers = ["cpp"]
+where = ["depth >", "dept > 1"]
+[[sweep]]
+dept = [1]
+[[sweep]]
+depth = [1, -1]
+walk = ["stack"]
+[override.numba]
+frames = 1
+[measure]
+pair = "nobody"
+""": """4: where "depth >": expected an expression such as depth <= 4 or renderer != 'python': invalid syntax
 4: where "dept > 1": no parameter dept; did you mean "depth"?
-5: proceses: unknown key; did you mean "processes"?
-7: depth: unknown key; did you mean "image.depth" or "reference.depth"?
-9: image.width: Input should be a valid integer
-10: image.region.3: Field required
-12: sweep.dept: no such parameter; did you mean "depth"?
-14: sweep.depth: the lists of one [[sweep]] table are zipped, so of one length: ['depth', 'walk']
-14: sweep.depth: -1: Input should be greater than or equal to 0
-16: case.0.scene: Field required
-18: case.0.scen: unknown key; did you mean "scene"?
-20: override.cpp.frames: Input should be greater than or equal to 0
-21: override.numba: not among the experiment's renderers
-24: measure.pair: expected auto, off or a renderer of the experiment, found "nobody"
-25: measure.intervall: unknown key; did you mean "interval"?
-26: slurm: Input should be a valid table or instance of Slurm
-29: generate.scene: Input should be 'comparison', 'balls', 'tetra' or 'icosphere'
-"""
+6: sweep.dept: no such parameter; did you mean "depth"?
+8: sweep.depth: the lists of one [[sweep]] table are zipped, so of one length: ['depth', 'walk']
+8: sweep.depth: -1: Input should be greater than or equal to 0
+10: override.numba: not among the experiment's renderers
+13: measure.pair: expected auto, off or a renderer of the experiment, found "nobody"
+""",
+    """title = "t"
+scenes = ["nowhere.txt"]
+renderers = ["cpp", "nunpy"]
+""": """2: scenes.0: no such file: {folder}/nowhere.txt
+3: renderers.1: no renderer "nunpy"; did you mean "numpy"?
+""",
+}
 
 
-def test_every_mistake_of_a_file_at_once(write):
-    file = write("e.toml", MISTAKES)
+@pytest.mark.parametrize(("mistakes", "said"), MISTAKES.items(), ids=["keys and values", "several", "not there"])
+def test_every_mistake_of_a_kind_at_once(mistakes, said, write):
+    file = write("e.toml", mistakes)
     with pytest.raises(UserError) as fault:
-        experiment.load(file, ("height=3",), known=registry.entries())
-    wanted = ['--set height: unknown key; did you mean "image.height"?']
-    wanted += [f"{file}:{line}" for line in TOLD.format(folder=file.parent).splitlines()]
+        experiment.load(file, known=registry.entries())
+    wanted = [f"{file}:{line}" for line in said.format(folder=file.parent).splitlines()]
     assert sorted(fault.value.message.splitlines()) == sorted(wanted)
 
 
-def test_what_only_follows_from_a_mistake_is_not_told(write):
-    file = write("e.toml", 'title = "t"\nscenes = [3]\nrenderers = "cpp"\n[override.cpp]\nframes = 1\n')
+def test_a_mistake_of_a_setting(write):
+    file = write("e.toml", 'title = "t"\nscenes = ["a.txt"]\nrenderers = ["cpp"]\nproceses = 3\n')
     with pytest.raises(UserError) as fault:
-        experiment.load(file, known=registry.entries())
-    told = ["2: scenes.0: Input should be a valid string", "3: renderers: Input should be a valid list"]
-    assert str(fault.value).splitlines() == [f"{file}:{line}" for line in told]
+        experiment.load(file, ("height=3",))
+    assert fault.value.message.splitlines() == [
+        '--set height: unknown key; did you mean "image.height"?',
+        f'{file}:4: proceses: unknown key; did you mean "processes"?',
+    ]
 
 
 @pytest.mark.parametrize(("text", "value"), [("5", 5), ("5%", 5), ("2.5 %", 2.5), (" 0", 0)])
