@@ -26,6 +26,14 @@ class UserError(Exception):
         return fit(f"{text}; {self.remedy}" if self.remedy else text)
 
 
+class Failure(Exception):
+    """What was asked for failed, by no fault of the input. output: what the failed program said, "" if nothing."""
+
+    def __init__(self, message: str, output: str = ""):
+        super().__init__(message)
+        self.output = output
+
+
 def missing(what: str, extra: str) -> UserError:
     """The error for an optional package that is not installed. extra: rayrace's extra that includes it."""
     return UserError(f"{what} is not installed", remedy=f"pip install 'rayrace[{extra}]'")

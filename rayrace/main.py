@@ -31,7 +31,7 @@ app = typer.Typer(
 
 def main() -> None:
     """The entry point: 0 good, 1 something that was measured failed, 2 wrong use, 130 stopped by Ctrl-C."""
-    from harness.errors import UserError, of_system
+    from harness.errors import Failure, UserError, fit, of_system
     from harness.race import stopping
 
     _open_closed()
@@ -45,6 +45,9 @@ def main() -> None:
             _flush()
     except UserError as error:
         _end(str(error))
+    except Failure as error:
+        print(f"error: {fit(str(error))}", *filter(None, [error.output]), sep="\n", file=sys.stderr)
+        sys.exit(1)
     except OSError as error:
         _end(of_system(error))
     except stopping.Stopped as error:

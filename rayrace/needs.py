@@ -91,7 +91,7 @@ def needs(
     from harness.scene import load, warnings
     from harness.scene.needs import needs as needs_of
     from harness.single import single, smallest, worth
-    from rayrace import bundled
+    from rayrace import bundled, facts, terminal
     from rayrace.choice import error_limit
 
     for option, path in (("-o", out), ("--sheet", sheet)):
@@ -119,7 +119,7 @@ def needs(
         raise UserError(f"{entry.name} cannot render this scene: {why}")
     job = replace(job, threads=entry.threads())
     full = worth.Model(read, job)
-    host, found, best, times = ThisHost(), None, None, []
+    host, found, best, times = ThisHost(terminal.say), None, None, []
     with host.exclusive(), Sessions() as sessions:
         true = worth.truth_of(full, known, Kept(cache_folder("references")), sessions.run)
         listed, way = leave_out.leave_outs(read, job), worth.Way(entry, sessions.run, timeout, Audit(host), processes)
@@ -134,7 +134,7 @@ def needs(
             times += found.times
             if exhaustive:
                 best = _exhaustive(search, found, times)
-    warned = single.warn(warnings(read, [job]))
+    warned = facts.warn(warnings(read, [job]))
     worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
     told = {}
     if found:

@@ -1,5 +1,6 @@
 """The commands `render` and `trace`: one picture, or the hits of a list of rays."""
 
+import json
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
@@ -93,7 +94,8 @@ def render(
     """Render a scene to a picture."""
     from harness.errors import UserError
     from harness.single import single
-    from rayrace import bundled
+    from harness.store import record
+    from rayrace import bundled, facts
 
     scene = bundled.scene(scene)
     image = single.image(
@@ -114,7 +116,16 @@ def render(
             return
         if against != "scene" or max_seconds:
             raise UserError("--against and --max-seconds: only with --max-error")
-        single.render(scene, variant, path, image, frames, timeout, tuple(renderer or ()), as_json)
+        made = single.render(scene, variant, path, image, frames, timeout, tuple(renderer or ()))
+    facts.warn(made["warnings"])
+    if as_json:
+        print(json.dumps(made))
+    elif "scene" in made:
+        print(f"{made['scene']}: scene for {made['exporter']}")
+    else:
+        facts.show(made, image.precision)
+        print(record.error_of(made["error"]))
+        print(record.agreement_of(made["agreement"]))
 
 
 @choosing("sphere", "triangle", "slab", "csg", "merge", "vector", "floating_point", "scene_memory")
@@ -131,8 +142,16 @@ def trace(
     **chosen: str | None,
 ) -> None:
     """First hits of a list of rays: hit,t,px,py,pz,nx,ny,nz,object."""
+    from harness.picture import picture
     from harness.single import single
+    from harness.system import output
     from rayrace import bundled
 
-    scene = bundled.scene(scene)
-    single.trace(scene, rays, variant, out, {"precision": precision, **chosen}, timeout, tuple(renderer or ()))
+    if out is not None:
+        picture.check_folder(out)
+    methods = {"precision": precision, **chosen}
+    hits = single.trace(bundled.scene(scene), rays, variant, methods, timeout, tuple(renderer or ()))
+    if out is None:
+        print(hits, end="")
+    else:
+        output.text(out, hits, own=False)

@@ -187,6 +187,8 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float, agai
     from harness.errors import UserError, of_system
     from harness.plan import predict
     from harness.race import enough, race, stopping
+    from harness.race.host import ThisHost
+    from rayrace import terminal
     from rayrace.progress import progress
 
     stopping.heed()
@@ -194,7 +196,7 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float, agai
     try:
         with progress(planned.cells) as shown:
             earlier = predict.history(results_folder(), but=folder)
-            heard = {"tell": shown.tell, "begins": shown.begins, "kept": shown.kept}
+            heard = {"tell": shown.tell, "begins": shown.begins, "kept": shown.kept, "host": ThisHost(terminal.say)}
             records = race.run(asked, planned, known, folder, **heard, resumed=resumed, budget=budget, earlier=earlier)
     except UserError:  # says itself what to do
         _leave(folder, resumed, len(order), again)

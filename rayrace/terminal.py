@@ -18,6 +18,11 @@ MOST_ROWS = 200  # of cells that are shown one by one
 MOST_SOURCES = 8  # of a prediction that are named
 
 
+def say(text: str) -> None:
+    """Prints a line to standard error at once."""
+    print(text, file=sys.stderr, flush=True)
+
+
 def show_experiments(titles: dict[str, str], as_json: bool) -> None:
     """The bundled experiments by name, with their titles."""
     if as_json:

@@ -105,7 +105,7 @@ def _measure(run: Path, number: int, place: Path) -> int:
     part = {"batch": number, "job": job_facts(), "speed": speed()}
     budget = told["time"] - told["warning"] - (time.monotonic() - STARTED)
     small = mine.of(whole)
-    more = {"budget": budget, "host": JobHost(), "part": part, "elsewhere": elsewhere}
+    more = {"budget": budget, "host": JobHost(_log), "part": part, "elsewhere": elsewhere}
     records = race.run(experiment, small, known, place, _print, **more)
     done = {(record["cell"], record["repetition"], record["pass"]) for record in [*elsewhere, *records]}
     return sum(
@@ -159,6 +159,10 @@ def job_facts() -> dict:
     return {"name": job_name(), **told}
 
 
+def _log(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
 def _print(cell, record, done, total, left_s) -> None:
     """Prints a line for a repetition to the log of the job."""
     turn = f"{record['pass']} {record['repetition']}"
@@ -174,10 +178,10 @@ def _say(place: Path, end: dict) -> None:
             file.write(text)
             os.fsync(file.fileno())
     except OSError as error:
-        print(f"{place / END}: {error.strerror}", file=sys.stderr, flush=True)
+        _log(f"{place / END}: {error.strerror}")
     if end is not SILENT:
         with contextlib.suppress(OSError):  # the log is full too
-            print(f"{place.name}: {end['status'] or 'done'} {end['reason']}", file=sys.stderr, flush=True)
+            _log(f"{place.name}: {end['status'] or 'done'} {end['reason']}")
 
 
 def _is_full(place: Path) -> bool:

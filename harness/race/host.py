@@ -1,9 +1,8 @@
 """The host that repetitions run on, one at a time."""
 
 import pwd
-import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Protocol
@@ -61,14 +60,13 @@ class Host(Protocol):
 
 
 @contextmanager
-def host_lock() -> Iterator[None]:
-    """Held while measuring: two timed processes on one host disturb each other. Names whom it waits for."""
+def host_lock(say: Callable[[str], object]) -> Iterator[None]:
+    """Held while measuring: two timed processes on one host disturb each other. say: hears for whom it waits."""
 
-    def say(other: machine_lock.Holder) -> None:
-        text = f"another rayrace is measuring on this machine, {_who(other)}; waiting for it to end"
-        print(text, file=sys.stderr, flush=True)
+    def wait(other: machine_lock.Holder) -> None:
+        say(f"another rayrace is measuring on this machine, {_who(other)}; waiting for it to end")
 
-    with machine_lock.held(say):
+    with machine_lock.held(wait):
         yield
 
 
@@ -90,7 +88,10 @@ def _name(user: int) -> str:
 
 
 class ThisHost:
-    """The Host that this process is on."""
+    """The Host that this process is on. say: hears for whom it waits before it measures."""
+
+    def __init__(self, say: Callable[[str], object] = lambda _: None):
+        self.say = say
 
     clock = staticmethod(time.monotonic)
     look = staticmethod(trouble.look)
@@ -104,6 +105,6 @@ class ThisHost:
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:
-        with host_lock():
+        with host_lock(self.say):
             scratch.remove_left()
             yield

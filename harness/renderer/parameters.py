@@ -114,6 +114,8 @@ class Parameters(Methods):
         return tuple("-D" + name.upper().replace("-", "_") for name in names)
 
 
+NAMES = tuple(field.name for field in dataclasses.fields(Parameters))
+
 # Values of the options of `rayrace render` that are not given, by parameter, spelt as on the command line: shadows are
 # on, and what is empty or 0 there is left to the scene, the method or the variant.
 OPTIONS = {

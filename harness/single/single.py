@@ -1,14 +1,12 @@
 """Runs one job from the command line: a picture of a scene, or the hits of a list of rays."""
 
 import io
-import json
-import sys
 from dataclasses import replace
 
 import numpy as np
 from pydantic import ValidationError
 
-from harness.errors import UserError
+from harness.errors import Failure, UserError
 from harness.experiment.image import Image
 from harness.judge import bound, judge, rays, reference, truth
 from harness.judge.cache import Kept
@@ -26,8 +24,6 @@ from harness.scene.needs import FAR_FLOAT32, MOST_FLOAT32, farthest, shapes
 from harness.scene.needs import needs as needs_of
 from harness.single import export
 from harness.statistics import steady
-from harness.store import record
-from harness.system import output
 
 NOT_MEASURED = "not measured; `rayrace run` measures it, with an experiment that has this scene and these options"
 FASTEST = ("cpp-threads", "numba-parallel", "numpy", "python")
@@ -46,6 +42,12 @@ def pick(name: str, known: dict, parameters: Parameters, needs: tuple[str, ...])
     raise UserError("no renderer can do this job: " + "; ".join(reasons))
 
 
+def general(entry: registry.Entry, parameters: Parameters) -> Parameters:
+    """These parameters with the program that does any job, where the variant has it: it is built only once."""
+    has = "general" in entry.methods.get("kernel", ())
+    return replace(parameters, kernel="general") if has else parameters
+
+
 def image(region: str, **values) -> Image:
     """The options of the command line as an Image. UserError, with the option, for a value out of range."""
     try:
@@ -58,10 +60,11 @@ def image(region: str, **values) -> Image:
         raise UserError(why) from None
 
 
-def render(scene, variant, out, image, frames, timeout, folders, as_json) -> None:
-    """Renders `scene` to the picture `out` and prints its facts. timeout: s. SystemExit(1) if the renderer fails.
+def render(scene, variant, out, image, frames, timeout, folders) -> dict:
+    """Renders `scene` to the picture `out`. Returns its facts, for JSON. timeout: s. Failure if the renderer fails.
 
-    If a renderer exports to files with the suffix of `out`, writes the scene in that format instead.
+    If a renderer exports to files with the suffix of `out`, writes the scene in that format instead; the facts are then
+    `scene` and `exporter`.
     """
     exporter = None if out.suffix in picture.SUFFIXES else export.find(out.suffix, registry.entries(folders))
     if exporter:
@@ -69,28 +72,24 @@ def render(scene, variant, out, image, frames, timeout, folders, as_json) -> Non
             raise UserError(f"-r {variant}: {out.name} is a scene, so nothing is rendered; leave -r out")
         if frames:
             raise UserError(f"--frames: {out.name} is a scene, so nothing is rendered; leave --frames out")
-        read = load(scene)
-        _export(read, out, exporter, image, timeout, as_json)
-        warn(warnings(read, [image.parameters(1, 0)]))
-        return
+        read, parameters = load(scene), image.parameters(1, 0)
+        export.write(out, exporter, flatten(read, image.arithmetic), parameters, needs_of(read, parameters), timeout)
+        doubts = warnings(read, [parameters])
+        return {"scene": str(out), "exporter": exporter.manifest.name, "warnings": doubts}
     picture.check_suffix(out)
     read = load(scene)
     parameters = image.parameters(1, frames)
     needs = needs_of(read, parameters)
-    entry = pick(variant, registry.entries(folders), parameters, needs)
+    known = registry.entries(folders)
+    entry = pick(variant, known, parameters, needs)
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
     arrays = flatten(read, parameters.arithmetic)
-    result, facts = make(entry, arrays, parameters, needs, out, timeout)
-    facts["warnings"] = warn([*warnings(read, [parameters]), *one_colour(read, parameters, result.array)])
-    known = registry.entries(folders)
+    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
+    facts = save(entry, arrays, parameters, result, out)
+    facts["warnings"] = [*warnings(read, [parameters]), *one_colour(read, parameters, result.array)]
     facts["agreement"] = _agreement(entry, known, arrays, parameters, result)
     facts["error"] = _error(known, arrays, parameters, result)
-    if as_json:
-        print(json.dumps(facts))
-    else:
-        tell(facts, parameters)
-        print(record.error_of(facts["error"]))
-        print(record.agreement_of(facts["agreement"]))
+    return facts
 
 
 def one_colour(scene, parameters: Parameters, array: np.ndarray) -> list[str]:
@@ -121,17 +120,11 @@ def _error(known, arrays, parameters: Parameters, result: repetition.Result) -> 
     return {"truth": found.maker, "against": "scene", **found.facts(), **told}
 
 
-def make(entry, arrays, parameters, needs, out, timeout) -> tuple[repetition.Result, dict]:
-    """Renders a picture and saves it at `out`. Returns the Result, and facts for JSON. SystemExit(1) if it fails."""
-    result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
-    return result, save(entry, arrays, parameters, result, out)
-
-
 def save(entry, arrays, parameters, result: repetition.Result, out) -> dict:
-    """Saves the picture of a Result at `out`. Returns facts for JSON. SystemExit(1) if it has none."""
+    """Saves the picture of a Result at `out`. Returns facts for JSON. Failure if it has none."""
     _stop_unless_ok(entry, result)
     if out.suffix == ".png" and not np.isfinite(result.array).all():
-        raise SystemExit(f"error: {entry.name} made pixels that are not finite; save it as .npy to look into it")
+        raise Failure(f"{entry.name} made pixels that are not finite; save it as .npy to look into it")
     picture.save(out, result.array, parameters.arithmetic)
     return {
         "picture": str(out),
@@ -148,13 +141,6 @@ def save(entry, arrays, parameters, result: repetition.Result, out) -> dict:
     }
 
 
-def warn(found: list[str]) -> list[str]:
-    """Prints the warnings about a scene whose picture has been saved; returns them."""
-    for text in found:
-        print(f"warning: {text}", file=sys.stderr)
-    return found
-
-
 def cut_off(arrays, parameters: Parameters, result: repetition.Result) -> dict | None:
     """The largest and the mean bound of the error by a cut-off (linear RGB); None without a cut-off."""
     if result.dropped is None:
@@ -163,52 +149,11 @@ def cut_off(arrays, parameters: Parameters, result: repetition.Result) -> dict |
     return {"max": float(bounds.max()), "mean": float(bounds.mean())}
 
 
-def tell(facts: dict, parameters: Parameters, time: str = "") -> None:
-    """Prints the facts of a picture for people. time: what was measured of a frame; "": a rough time is told."""
-    took = f"{facts['wall_s']:.3g} s in all"
-    took = f"{time}, {took}" if time else f"about {facts['rough_seconds']:.2g} s a frame, {took} (rough times)"
-    print(
-        f"{facts['picture']}: {facts['width']} x {facts['height']}, {facts['renderer']}, {parameters.precision}: "
-        f"{took}, {traced(facts['rays'])}"
-    )
-    tell_doubts(facts)
+def trace(scene, ray_file, variant, methods, timeout, folders) -> str:
+    """Returns the hits of the rays of a CSV file, as CSV.
 
-
-def traced(counts: dict | None) -> str:
-    """The number of rays, for people. counts: by kind, or None."""
-    if not counts:
-        return "rays unavailable: the renderer does not count them"
-    total = sum(counts.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
-    return f"{total:,} rays"
-
-
-def tell_doubts(facts: dict) -> None:
-    """Prints the bound of a cut-off, and warnings."""
-    if facts["bound"]:
-        print(
-            f"cut-off: every pixel is within {facts['bound']['max']:.3g} of the picture without it,"
-            f" on average within {facts['bound']['mean']:.3g} (linear RGB, proven)"
-        )
-    if facts["unranked"]:
-        print(f"note: {facts['unranked']}", file=sys.stderr)
-    if (facts["rays"] or {}).get("non_finite"):
-        print(f"warning: {facts['rays']['non_finite']} samples are not finite", file=sys.stderr)
-
-
-def _export(scene, out, exporter, image, timeout, as_json) -> None:
-    parameters = image.parameters(1, 0)
-    export.write(out, exporter, flatten(scene, image.arithmetic), parameters, needs_of(scene, parameters), timeout)
-    name = exporter.manifest.name
-    print(json.dumps({"scene": str(out), "exporter": name}) if as_json else f"{out}: scene for {name}")
-
-
-def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
-    """Traces the rays of a CSV file and writes their hits to `out`, or to standard output if it is None.
-
-    methods: of the job; timeout: s. SystemExit(1) if the renderer fails.
+    methods: of the job; timeout: s. Failure if the renderer fails.
     """
-    if out is not None:
-        picture.check_folder(out)
     read = load(scene)
     listed = rays.read(ray_file)
     parameters = Parameters(kind="rays", depth=0, **methods)
@@ -219,12 +164,9 @@ def trace(scene, ray_file, variant, out, methods, timeout, folders) -> None:
     arrays = {**flatten(read), "rays": listed}
     result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
     _stop_unless_ok(entry, result)
-    if out is None:
-        rays.write(sys.stdout, result.array)
-    else:
-        text = io.StringIO(newline="")
-        rays.write(text, result.array)
-        output.text(out, text.getvalue(), own=False)
+    text = io.StringIO(newline="")
+    rays.write(text, result.array)
+    return text.getvalue()
 
 
 def _region(text: str, width: int, height: int):
@@ -243,7 +185,4 @@ def _stop_unless_ok(entry: registry.Entry, result: repetition.Result) -> None:
     if result.status in ("unavailable", "unsupported"):
         raise UserError(f"{entry.name} is {result.status}: {result.reason}")
     if result.status != "ok":
-        print(f"error: {entry.name}: {result.status}: {result.reason}", file=sys.stderr)
-        if result.stderr:
-            print(result.stderr, file=sys.stderr)
-        raise SystemExit(1)
+        raise Failure(f"{entry.name}: {result.status}: {result.reason}", result.stderr)

@@ -26,7 +26,7 @@ from harness.renderer.registry import Entry
 from harness.scene.flatten import flatten
 from harness.scene.model import Scene
 from harness.scene.needs import needs
-from harness.single.trial import general
+from harness.single.single import general
 from harness.statistics import change, statistics
 from harness.statistics.change import Change
 

@@ -35,6 +35,25 @@ def test_contracts():
     assert " 0 broken" in done.stdout
 
 
+# Programs of their own, whose output others read: a protocol, or the log of a job.
+PROGRAMS = "process/measurer.py", "cluster/part.py", "executors/dask_task.py", "scene/generate/comparison.py"
+
+
+def test_the_harness_computes_and_the_commands_print():
+    found = []
+    for file in sorted((REPOSITORY / "harness").rglob("*.py")):
+        if file.relative_to(REPOSITORY / "harness").as_posix() in PROGRAMS:
+            continue
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            name = node.func if isinstance(node, ast.Call) else None
+            prints = isinstance(name, ast.Name) and name.id == "print"
+            ends = isinstance(node, ast.Raise) and "SystemExit" in ast.unparse(node)
+            ends |= isinstance(name, ast.Attribute) and ast.unparse(name) == "sys.exit"
+            if prints or ends:
+                found.append(f"{file.relative_to(REPOSITORY)}:{node.lineno}")
+    assert found == []
+
+
 def test_launcher_imports_only_the_standard_library():
     names = set()
     for node in ast.walk(ast.parse(Path(launcher.__file__).read_text())):

@@ -11,14 +11,15 @@ import seeds
 from compilers import compiler, needs_compiler
 from wild_scenes import draw
 
+from harness.choice import trial
 from harness.judge import judge, truth
 from harness.process.session import Sessions
 from harness.renderer.parameters import Parameters
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs
 from harness.scene.text import read
-from harness.single import single, trial
-from harness.single.trial import general
+from harness.single import single
+from harness.single.single import general
 from rayrace import choice
 
 CAMERA = "CAMERA (0,0,0) (1,0,0) (0,0.9,0) (0.03,0.07,4)\n"

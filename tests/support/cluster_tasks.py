@@ -34,7 +34,7 @@ def alone(folder: str, number: int) -> None:
     """As `stamp`, as a run that measures: the host is its own meanwhile."""
     from harness.race.host import host_lock  # with all that it needs, which takes a second
 
-    with host_lock():
+    with host_lock(print):
         stamp(folder, number)
 
 

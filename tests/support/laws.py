@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from harness.choice.trial import Trial
 from harness.process.repetition import Result
 from harness.renderer.events import Said
 from harness.renderer.parameters import Parameters
-from harness.single.trial import Trial
 
 NEEDS = ("diffuse", "reflection", "sphere")
 

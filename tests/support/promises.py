@@ -29,6 +29,7 @@ sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
 
 from wild_scenes import draw  # noqa: E402
 
+from harness.choice.trial import Method  # noqa: E402
 from harness.judge import judge, truth  # noqa: E402
 from harness.process.session import Sessions  # noqa: E402
 from harness.renderer import registry  # noqa: E402
@@ -38,7 +39,7 @@ from harness.scene.flatten import flatten  # noqa: E402
 from harness.scene.model import Scene  # noqa: E402
 from harness.scene.needs import needs as needs_of  # noqa: E402
 from harness.single import single  # noqa: E402
-from harness.single.trial import Method, general  # noqa: E402
+from harness.single.single import general  # noqa: E402
 from harness.statistics import steady  # noqa: E402
 
 LIMITS = ("1/32", "1/64", "1/128", "1/255", "1/512")
@@ -155,7 +156,7 @@ def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only:
             "doubt": got["rmse_standard_error"] / most, "pictures": len(told["pictures"])}  # fmt: skip
     if kept_only:
         return row
-    names = Parameters.__annotations__.keys() & told["job"].keys()
+    names = told["job"].keys()
     mine = replace(subject.job, **{key: told["job"][key] for key in names - {"region", "threads", "frames", "kernel"}})
     best = hindsight(subject, told["renderer"], mine, most, right, depth, told["job"]["cutoff"] or 2.0**-12)
     ratio = slower(subject, told["renderer"], mine, best)

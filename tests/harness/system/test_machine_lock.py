@@ -24,7 +24,7 @@ if user := int(sys.argv[1]):  # not sooner, as another user may read neither thi
     os.setresgid(user, user, user)
     os.setresuid(user, user, user)
     os.umask(0o077)
-with host.host_lock():
+with host.host_lock(lambda text: print(text, file=sys.stderr, flush=True)):
     print("held", flush=True)
     sys.stdin.read()
 """

@@ -3,8 +3,8 @@
 import pytest
 from laws import Laws, trial
 
+from harness.choice.search import Search
 from harness.errors import UserError
-from harness.single.within import Search
 
 
 def search(laws, limit, fixed=(), variant="", **more):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from laws import Laws, trial
 
+from harness.choice.trial import ACROSS, CannotTell, TimeUp, tiles
 from harness.judge import judge, truth
 from harness.judge.truth import Truth
-from harness.single.trial import ACROSS, CannotTell, TimeUp, tiles
 
 
 def test_tiles_lie_apart_in_the_picture_one_in_each_cell():

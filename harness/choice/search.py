@@ -12,14 +12,14 @@ from itertools import product
 
 import numpy as np
 
+from harness.choice.trial import KNOWN, Method, TimeUp, Trial, tiles
 from harness.errors import UserError
 from harness.judge import truth
 from harness.process import repetition
 from harness.renderer.builder import BuildError
-from harness.renderer.parameters import Parameters
+from harness.renderer.parameters import NAMES, Parameters
 from harness.renderer.registry import Entry
-from harness.single.single import FASTEST
-from harness.single.trial import KNOWN, Method, TimeUp, Trial, general, tiles
+from harness.single.single import FASTEST, general
 
 # Samples of a side of a pixel.
 SIDES = (*range(1, 11), *range(12, 25, 2), 28, 32, 36, 40, 48, 56, 64)
@@ -150,7 +150,7 @@ class Search:
     @property
     def measured(self) -> list[Method]:
         """Those that have all that is the user's."""
-        mine = self.fixed & set(Parameters.__annotations__)
+        mine = self.fixed & set(NAMES)
         return [
             method
             for method in self.tried.values()
@@ -436,7 +436,7 @@ class Search:
         best = min(self.measured, key=lambda method: method.rmse)
         freed = {"samples": self.side, "sampler": "jittered", "feelers": 1, "glossy_rays": 1, **self.deep}
         found = []
-        for name in sorted(self.fixed & set(Parameters.__annotations__)):
+        for name in sorted(self.fixed & set(NAMES)):
             value = freed.get(name, getattr(DEFAULT, name))
             if value == getattr(best.parameters, name):
                 continue

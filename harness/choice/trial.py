@@ -13,6 +13,7 @@ from harness.judge.truth import Truth
 from harness.race.turns import kernels
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
+from harness.single.single import general
 from harness.statistics import steady
 from harness.store import record
 
@@ -239,9 +240,3 @@ class Trial:
         spread = min(np.sqrt(spread), spread / (2 * rmse)) if rmse else np.sqrt(spread)
         told |= {"rmse": rmse, "rmse_standard_error": float(np.hypot(told["rmse_standard_error"], spread))}
         return {**told, "below": record.below({**told, "change": found.change})}
-
-
-def general(entry: Entry, parameters: Parameters) -> Parameters:
-    """These parameters with the program that does any job, where the variant has it: it is built only once."""
-    has = "general" in entry.methods.get("kernel", ())
-    return replace(parameters, kernel="general") if has else parameters
