@@ -1,8 +1,8 @@
 // The eye, its lens, and the screen it looks at.
 #pragma once
-#include "job.hpp"
+#include "job/job.hpp"
 #include "ray.hpp"
-#include "scene.hpp"
+#include "shapes/scene.hpp"
 #include "shade.hpp"
 
 template<typename Real>

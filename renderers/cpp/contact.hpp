@@ -1,7 +1,7 @@
 // Surfaces in one place, and the media that they part (MED-6 to MED-8).
 #pragma once
 #include "media.hpp"
-#include "shapes.hpp"
+#include "shapes/shapes.hpp"
 
 // Where a ray ends: what is there of all the surfaces that it crosses there (MED-7).
 template<typename Real>

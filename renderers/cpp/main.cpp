@@ -1,14 +1,14 @@
 // A renderer after SPEC.md, in C++20 and nothing else: flags, then load, render, save (README.md has the contract).
 #ifdef COUNT_OPERATIONS  // before all that calls std::sqrt and the like
-#include "counted.hpp"
+#include "job/counted.hpp"
 template<typename Real> using Number = Counted<Real>;
 #else
 template<typename Real> using Number = Real;
 #endif
-#include "events.hpp"
+#include "job/events.hpp"
 #include "sample.hpp"
 #ifdef HAS_LANES
-#include "lane_image.hpp"
+#include "lanes/image.hpp"
 #endif
 
 #include <atomic>

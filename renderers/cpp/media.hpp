@@ -1,7 +1,7 @@
 // Which medium a ray is in (MED-1 to MED-5).
 #pragma once
 #include "needs.hpp"
-#include "scene.hpp"
+#include "shapes/scene.hpp"
 #include "shade.hpp"
 
 #include <bit>

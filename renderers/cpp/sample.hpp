@@ -1,8 +1,8 @@
 // From a pixel to its samples (CAM-4, SAM-1 to SAM-6).
 #pragma once
 #include "camera.hpp"
-#include "frames.hpp"
-#include "rows.hpp"
+#include "job/frames.hpp"
+#include "shapes/rows.hpp"
 #include "walk.hpp"
 
 #include <utility>

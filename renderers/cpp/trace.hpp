@@ -1,8 +1,8 @@
 // From a ray to its light, and to the rays that come after it.
 #pragma once
 #include "contact.hpp"
-#include "counts.hpp"
-#include "shapes.hpp"
+#include "job/counts.hpp"
+#include "shapes/shapes.hpp"
 
 // A ray of the tree (REF-4): with the set of solids that it is in, and its path, which draws need.
 template<typename Real>

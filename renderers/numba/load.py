@@ -6,12 +6,14 @@ import numpy as np
 
 from renderers import worker
 
-from . import bounds, bvh, needs, quadratic, walk
-from .box import box_table
-from .ellipsoid import ellipsoid_table
-from .mesh import rows_of, triangle_table
-from .polygon import polygon_table
+from . import needs
 from .scene import Scene
+from .shapes import bounds, bvh, quadratic
+from .shapes.box import box_table
+from .shapes.ellipsoid import ellipsoid_table
+from .shapes.mesh import rows_of, triangle_table
+from .shapes.polygon import polygon_table
+from .trace import walk
 
 TABLE_LIMIT = 2**31  # bytes (WLK-2)
 

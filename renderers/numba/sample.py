@@ -6,9 +6,9 @@ from .camera import eye_ray
 from .needs import ADAPTIVE, ASK_NUMBERS, ASK_SAMPLER, CSG, CUTOFF, JITTERED, LENS, LIMITED, MEDIA, SUPERSAMPLING
 from .random import draw
 from .target import inlined, kernel
-from .trace import finite
+from .trace.trace import finite
+from .trace.walk import walk
 from .vector import add, scale
-from .walk import walk
 
 # A sample, or a pixel, is linear RGB, the weight that was cut off (CUT-2; 0 without a cut-off) and counts: a tuple of
 # primary, reflected, transmitted, shadow, non-finite (CNT-1, CNT-2).

@@ -3,14 +3,14 @@
 from collections import namedtuple
 
 from . import needs
-from .box import any_box, box_surface, hit_box, nearest_box
-from .bvh import enter, slopes
-from .csg import any_csg, csg_surface, hit_csg, nearest_csg
-from .ellipsoid import any_ellipsoid, ellipsoid_surface, hit_ellipsoid, nearest_ellipsoid
-from .mesh import aimed, any_triangle, hit_triangle, nearest_triangle, triangle_surface
 from .needs import BOX, CSG, ELLIPSOID, FAR, MESH, POLYGON, SPHERE, STREAMED, TREE
-from .polygon import any_polygon, hit_polygon, nearest_polygon, polygon_surface
-from .sphere import any_sphere, hit_sphere, nearest_sphere, sphere_surface
+from .shapes.box import any_box, box_surface, hit_box, nearest_box
+from .shapes.bvh import enter, slopes
+from .shapes.csg import any_csg, csg_surface, hit_csg, nearest_csg
+from .shapes.ellipsoid import any_ellipsoid, ellipsoid_surface, hit_ellipsoid, nearest_ellipsoid
+from .shapes.mesh import aimed, any_triangle, hit_triangle, nearest_triangle, triangle_surface
+from .shapes.polygon import any_polygon, hit_polygon, nearest_polygon, polygon_surface
+from .shapes.sphere import any_sphere, hit_sphere, nearest_sphere, sphere_surface
 from .target import kernel
 from .vector import largest
 

@@ -4,9 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .csg import Csg
-from .mesh import Meshes
 from .shade import shifts
+from .shapes.csg import Csg
+from .shapes.mesh import Meshes
 from .vector import dot, of_rays
 
 GRAZING = 2.0**-10  # least |d·n| that the way back to the start of MED-6 is worked out with

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from .box import Boxes
 from .contact import Contact
-from .csg import Box, Csg, Mesh, Solid
-from .ellipsoid import Ellipsoids
 from .media import Media
-from .mesh import Meshes, Triangles
-from .polygon import Polygons
-from .sphere import Spheres
+from .shapes.box import Boxes
+from .shapes.csg import Box, Csg, Mesh, Solid
+from .shapes.ellipsoid import Ellipsoids
+from .shapes.mesh import Meshes, Triangles
+from .shapes.polygon import Polygons
+from .shapes.sphere import Spheres
 from .vector import of_rays
 
 

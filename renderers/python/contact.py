@@ -1,6 +1,6 @@
 """Surfaces in one place, and the media that they part (MED-6 to MED-8)."""
 
-from . import csg
+from .shapes import csg
 from .vector import add, dot, largest, scale
 
 GRAZING = 2.0**-10  # least |d·n| that the way back to the start of MED-6 is worked out with

@@ -11,9 +11,9 @@ with worker.importing():
     from operator import itemgetter
 
     from . import npy
-    from .eye import Eye
+    from .eye.eye import Eye
+    from .eye.sample import SAMPLERS
     from .number import number
-    from .sample import SAMPLERS
     from .scene import Scene, first_hit
     from .trace import Counts
     from .vector import dot, normalise

@@ -3,10 +3,11 @@
 from functools import partial
 from itertools import groupby
 
-from . import box, bvh, csg, ellipsoid, mesh, npy, polygon, sphere
+from . import npy
 from .contact import Contact
 from .media import Media, Medium
 from .shade import leaving, power, shifting
+from .shapes import box, bvh, csg, ellipsoid, mesh, polygon, sphere
 
 
 class Material(Medium):

@@ -2,8 +2,8 @@
 
 import math
 
-from .mesh import Triangle
 from .random import GLOSSY
+from .shapes.mesh import Triangle
 from .vector import add, dot, largest, scale
 
 

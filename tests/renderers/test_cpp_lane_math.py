@@ -7,8 +7,8 @@ import pytest
 from harness.renderer import builder, registry
 
 PROGRAM = r"""
-#include "lane_math.hpp"
-#include "lane_random.hpp"
+#include "lanes/math.hpp"
+#include "lanes/random.hpp"
 #include <cstdio>
 #include <cstdlib>
 #include <random>

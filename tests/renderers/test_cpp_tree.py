@@ -10,7 +10,7 @@ from harness.renderer import builder, registry
 
 SEED = 11
 PROGRAM = r"""
-#include "bvh.hpp"
+#include "shapes/bvh.hpp"
 #include <cstdio>
 
 // Of boxes and then rays on standard input: how many boxes each ray is tried against, and a hash of which, in turn. The

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from random_scenes import MATERIAL, random_material, random_scene, random_stage
 
-from renderers.python import sphere
 from renderers.python.number import number
+from renderers.python.shapes import sphere
 from renderers.python.vector import normalise
 
 SEED = 7

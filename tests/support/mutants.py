@@ -145,6 +145,12 @@ def _file(name: str) -> str:
     return f"{folder}{slash}test_{last}.py"
 
 
+def _source(renderer: str, file: str) -> str:
+    """The file of this name of a renderer: in its folder, or in that of shapes or of tracing."""
+    places = (f"renderers/{renderer}/{folder}{file}" for folder in ("", "shapes/", "trace/"))
+    return next(place for place in places if (ROOT / place).is_file())
+
+
 def of_renderers() -> Iterator[Part]:
     for renderer in ("python", "numpy", "numba", "cpp"):
         end = "hpp" if renderer == "cpp" else "py"
@@ -163,7 +169,7 @@ def of_renderers() -> Iterator[Part]:
                     simulated = ("SIMULATED -k numba-cuda tests/conformance/test_hits.py", *simulated)
             yield Part(
                 f"{renderer} {name}",
-                tuple(f"renderers/{renderer}/{name}.{end}" for name in names),
+                tuple(_source(renderer, f"{name}.{end}") for name in names),
                 5,
                 (
                     *simulated,

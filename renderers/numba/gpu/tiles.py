@@ -9,12 +9,12 @@ follows a branch (test_barriers.py), so no statement that comes to a barrier has
 
 import numpy as np
 
-from ..box import nearest_box
-from ..ellipsoid import nearest_ellipsoid
-from ..mesh import nearest_triangle
 from ..needs import BOX, ELLIPSOID, MESH, POLYGON, SPHERE, THREADS
-from ..polygon import nearest_polygon
-from ..sphere import nearest_sphere
+from ..shapes.box import nearest_box
+from ..shapes.ellipsoid import nearest_ellipsoid
+from ..shapes.mesh import nearest_triangle
+from ..shapes.polygon import nearest_polygon
+from ..shapes.sphere import nearest_sphere
 from ..target import kernel
 from .device import cuda
 

@@ -3,8 +3,8 @@
 import math
 
 from ..needs import ATTENUATION, MEDIA, STUDY_WEIGHT
-from ..reflect import FIRST_GLOSSY
 from ..target import kernel
+from ..trace.reflect import FIRST_GLOSSY
 from ..vector import add, scale, subtract
 from . import scene as tables
 from .functions import exp2, expm1, logarithm, turn

@@ -4,9 +4,10 @@ from collections import namedtuple
 
 import numpy as np
 
-from .. import box, ellipsoid, mesh, needs, polygon
 from .. import load as tables
+from .. import needs
 from .. import scene as scalar
+from ..shapes import box, ellipsoid, mesh, polygon
 from . import rays, spheres
 from .lanes import COUNT
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from .. import scene as scalar
-from ..box import hit_box as hit_one_box
-from ..csg import hit_csg
 from ..needs import BOX, CSG, ELLIPSOID, LIMITED, MESH, POLYGON, SPHERE, TREE
+from ..shapes.box import hit_box as hit_one_box
+from ..shapes.csg import hit_csg
 from ..target import kernel
 from . import spheres
 from .lanes import COUNT, any_of, lane, put, select, spread

@@ -3,8 +3,8 @@
 import math
 
 from ..needs import AMBIENT, DIFFUSE, LIT, PHONG, SHADOWS, SOFT
-from ..shade import COLOUR, RADIUS
 from ..target import kernel
+from ..trace.shade import COLOUR, RADIUS
 from ..vector import add, multiply, row, scale, subtract
 from . import scene as tables
 from .functions import power, turn

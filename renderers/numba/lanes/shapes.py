@@ -2,11 +2,11 @@
 
 import math
 
-from ..box import CORNER
-from ..box import RECIPROCAL as BOX_RECIPROCAL
-from ..ellipsoid import CENTRE
-from ..ellipsoid import RECIPROCAL as ELLIPSOID_RECIPROCAL
-from ..polygon import GRAZING, NORMAL, VERTEX
+from ..shapes.box import CORNER
+from ..shapes.box import RECIPROCAL as BOX_RECIPROCAL
+from ..shapes.ellipsoid import CENTRE
+from ..shapes.ellipsoid import RECIPROCAL as ELLIPSOID_RECIPROCAL
+from ..shapes.polygon import GRAZING, NORMAL, VERTEX
 from ..target import kernel
 from ..vector import UNIT_ROUNDOFF, row_of, subtract
 from .lanes import any_of, select, spread

@@ -1,8 +1,8 @@
 """The surfaces that the rays of a packet hit: where, which way they face, of what they are."""
 
-from ..csg import csg_surface
-from ..ellipsoid import AXIS, RECIPROCAL
 from ..needs import BOX, CSG, ELLIPSOID, MESH, POLYGON, SPHERE
+from ..shapes.csg import csg_surface
+from ..shapes.ellipsoid import AXIS, RECIPROCAL
 from ..target import kernel
 from ..vector import scale, subtract
 from . import scene as tables

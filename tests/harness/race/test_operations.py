@@ -49,7 +49,7 @@ def test_a_renderer_without_such_a_build_has_none(known, tmp_path):
 
 @needs_compiler("c++")
 def test_a_build_that_fails_or_says_nothing_has_a_reason(known, tmp_path):
-    broken = a_copy(known, "cpp", tmp_path / "broken", "counted.hpp", "struct Operations {", "struct {")
+    broken = a_copy(known, "cpp", tmp_path / "broken", "job/counted.hpp", "struct Operations {", "struct {")
     found = counted(broken, STAGE + spheres(1), tmp_path)
     assert found["unavailable"].startswith("failed: ") and "counted.hpp" in found["unavailable"]
     silent = a_copy(known, "cpp", tmp_path / "silent", "renderer.toml", '["-DCOUNT_OPERATIONS"]', '["-DNOTHING"]')

@@ -1,0 +1,1 @@
+"""The kinds of shapes: where a ray meets them."""

@@ -1,0 +1,1 @@
+"""What the eye sees: its rays through pixels and lens, and the samples of a pixel."""
