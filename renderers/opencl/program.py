@@ -4,8 +4,9 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parent / "kernel"
 FILES = (
-    *("target", "vector", "random", "scene", "sphere", "box", "mesh", "polygon", "ellipsoid", "bvh", "csg", "search"),
-    *("shade", "contact", "trace", "walk", "render"),
+    *("target", "vector", "random", "scene"),
+    *("shapes/sphere", "shapes/box", "shapes/mesh", "shapes/polygon", "shapes/ellipsoid", "shapes/bvh", "shapes/csg"),
+    *("search", "shade", "contact", "trace", "walk", "render"),
 )
 FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg", "ambient", "diffuse", "phong", "shadows", "soft"),
