@@ -207,7 +207,7 @@ def test_solids_of_few_and_many_parts(agree, variant, count):
 def test_more_solids_in_each_other_than_there_are_bits(bench, agree, render):
     """MED-2: 40 nested balls do not fit into 32 bits; float32 then goes ray by ray (VEC-3)."""
     balls = "".join(
-        f"SPHERE (0,0,0) {2 - 0.041 * k} (0,0,0) 0.9 9 (0.9,0.9,0.9) {1 + 0.1 * (k % 3)} 1\n" for k in range(40)
+        f"SPHERE (0,0,0) {1.98 - 0.04 * k} (0,0,0) 0.9 9 (0.9,0.9,0.9) {1 + 0.1 * (k % 3)} 1\n" for k in range(40)
     )
     scene = STAGE + LIGHTS + FLOOR + balls
     agree("cpp", scene, depth=4, precision="float64")
