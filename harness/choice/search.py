@@ -158,7 +158,7 @@ class Search:
         ]
 
     def _base(self, variant: str) -> tuple[Entry, dict]:
-        """Who renders, and what of the job is changed before all else: as little is left out as can be."""
+        """Choose the variant, and changes of the job for every method, which leave out as little as possible."""
         known, reasons = self.trial.known, []
         for name in [variant] if variant else [name for name in FASTEST if name in known]:
             entry = known[name]

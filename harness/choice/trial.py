@@ -212,8 +212,8 @@ class Trial:
     def _must_have(self, seconds: float, noise: float, target: float) -> None:
         if seconds > self.left:
             raise CannotTell(
-                f"no sampled truth can in this time: it is known to {noise:.2g}, and to know it to {target:.2g} would"
-                f" take {seconds:.2g} s more; --against centres has a truth without samples, of pictures without any"
+                f"no truth from samples can tell in this time: it is known to {noise:.2g}, and {target:.2g} would take"
+                f" {seconds:.2g} s more; --against centres has a truth without samples, for pictures without any"
             )
 
     def error(self, array: np.ndarray, found: Truth, places: list[Bounds], hard: np.ndarray | None = None) -> dict:

@@ -294,7 +294,7 @@ class Experiment(Strict):
 
     @model_validator(mode="after")
     def _in_bounds(self):
-        """How many points there are is told before they are made."""
+        """Count the points before they are made."""
         tables = [self.sweep] if isinstance(self.sweep, dict) else self.sweep
         zipped = isinstance(self.sweep, tuple)
         swept = math.prod(

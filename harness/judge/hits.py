@@ -28,7 +28,7 @@ THRESHOLD = 1e-5  # by which share the distance of a well-conditioned hit change
 class Aimed:
     """A scene with `count` rays from its eye through random points of its screen. Stands in the place of its Source.
 
-    In no order, so that a ray finds little of what it needs where the one before it has left it.
+    In random order, so that the caches hold little of what the next ray needs.
     """
 
     def __init__(self, source, count: int, seed: int):

@@ -100,7 +100,7 @@ class Process:
 
         home: the folder that the packages of a renderer are found in before others. dialog: answers its question.
 
-        What it writes beside `folder`, which is alone there with what else it is given, and into `cache` is limited.
+        What it writes into `cache` and beside `folder` is limited; nothing else lies there but its input.
         """
         self.timeout, self.limits, self.most, self.dialog = timeout, limits, limits.now(), dialog
         environment = {name: os.environ[name] for name in KEPT if name in os.environ}

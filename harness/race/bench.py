@@ -168,9 +168,8 @@ class Bench:
             name = f"pictures/{cell.key}-{digest[:8]}.npy"
         if cell.parameters.kind == "rays":
             return None
-        if (
-            first or not (self.store.folder / name).exists()
-        ):  # one of a run that was cut off before its row is of nobody
+        # A picture may be there whose row is missing, as the run was cut off between the two.
+        if first or not (self.store.folder / name).exists():
             store.save_whole(self.store.folder / name, picture)
         return {"file": name, "sha256": digest}
 

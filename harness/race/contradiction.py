@@ -12,7 +12,7 @@ Blanks   CPU time that no frame covers (start, imports, a hierarchy) does not de
          started once more for a small one. What is used beyond that is rendering, in whatever phase. The size of that
          one and its frames are random: no renderer can tell it from others.
 
-An allowance of each rule is longer than the clocks and the series are coarse. What is too short to tell is not told.
+Each rule allows for the resolution of the clocks and of the series: a difference below that is no contradiction.
 """
 
 import itertools

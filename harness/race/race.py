@@ -48,15 +48,14 @@ def run(
     begins: Begins = lambda *_: None,
     kept: Keeps = lambda _: None,
 ) -> list[dict]:
-    """Run every repetition of the plan into `folder`; the records. `begins` hears of each before it, `tell` after it.
+    """Run every repetition of the plan into `folder`. Returns the records.
 
-    kept: hears the records that a resumed run has when it goes on.
-
-    resumed: the folder is of a run that was cut off; only what it lacks is run (resume.py). budget: seconds after which
-    nothing more is begun, nor what is predicted to end later; as all cells have their turn before any has its second,
-    what there is is a thinner study. earlier: rows of other runs, to predict by. part, elsewhere: of one part of a run
-    (part.py), what run.json says of that, and the rows of other parts, which are not run again. UserError if a renderer
-    is edited meanwhile, or if another process is at work on the folder.
+    begins: is called before each repetition; tell: after it. kept: is called with the records that a resumed run has.
+    resumed: the folder holds a run that was cut off; only what it lacks is run (resume.py). budget: seconds after which
+    no repetition begins, nor one that is predicted to end later; as all cells have their turn before any has its
+    second, every cell then has fewer repetitions. earlier: rows of other runs, to predict from. part, elsewhere: for
+    one part of a run (part.py), what run.json says of the part, and the rows of other parts, which are not run again.
+    UserError if a renderer is edited meanwhile, or if another process works on the folder.
     """
     where = host or ThisHost()
     if resumed:

@@ -7,7 +7,7 @@ from harness.duration import Bytes
 from harness.system import cgroup
 from harness.toml import Strict
 
-FREE = 0.9  # of the memory that is free: with less, the system begins to swap, and kills whom it likes
+FREE = 0.9  # of the memory that is free: with less, the system begins to swap, and may kill any process
 
 
 class Limits(Strict):

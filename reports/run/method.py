@@ -136,7 +136,7 @@ def _deep(results: Results, cell: Cell, error: dict) -> bool:
 
 
 def _leaves_out(results: Results, cell: Cell) -> set[str]:
-    """Returns what of soft shadows and glossy reflection others of the scene have and this cell has not."""
+    """Returns which of soft shadows and glossy reflection this cell lacks, where other cells of the scene have them."""
     others = (results.record(other) for other in results.of(cell.scene))
     there = {need for record in others if record for need in record.get("needs") or ()}
     return {"soft", "glossy"} & there - set(results.record(cell).get("needs") or ())

@@ -138,7 +138,7 @@ def test_the_centres_of_pixels_have_a_truth_without_samples(ask):
         (SCENE, "much", (), 2, "--max-error much: expected a number"),
         (SCENE, "0.1", ("--against", "pixels"), 2, "--against pixels: expected scene or centres"),
         (SCENE, "0.1", ("--against", "centres", "--sampler", "uniform"), 2, "centres, which have one sample"),
-        (SCENE, "1e-9", (), 1, "cannot tell whether an RMSE of 1e-09 is kept: no sampled truth can"),
+        (SCENE, "1e-9", (), 1, "cannot tell whether an RMSE of 1e-09 is kept: no truth from samples can tell"),
         (SCENE, "1/255", ("--sampler", "one"), 1, "in the way: --sampler"),
         (GLOSSY, "1/32", ("--depth", "0"), 1, "in the way: --depth"),
         (HALL, "1/255", (), 1, "cannot tell whether"),

@@ -57,7 +57,7 @@ def test_a_clear_verdict_takes_a_truth_of_half_the_limit(share, is_clear):
 
 
 def test_a_truth_that_cannot_be_known_in_time():
-    with pytest.raises(CannotTell, match=r"no sampled truth can in this time: it is known to 0\.0"):
+    with pytest.raises(CannotTell, match=r"no truth from samples can tell in this time: it is known to 0\.0"):
         asked = trial(Laws(0.1), 1e-9, seconds=20)
         asked.truth([asked.asked.bounds()], 4, 1)
 
