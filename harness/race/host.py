@@ -26,7 +26,7 @@ class Host(Protocol):
 
     @property
     def references(self) -> Path | None:
-        """Folder of references that runs share (kept.py); None: each run makes its own."""
+        """Folder of references that runs share (harness/judge/cache.py); None: each run makes its own."""
 
     def exclusive(self) -> AbstractContextManager:
         """Held during a run: nothing else is measured there meanwhile."""

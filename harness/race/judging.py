@@ -1,6 +1,6 @@
 """Judges the pictures of one run: their agreement with a reference by another renderer, and their errors.
 
-References and truths are made when first asked for, stored in the run, and kept for other runs (kept.py).
+References and truths are made when first asked for, stored in the run, and kept for other runs (cache.py).
 """
 
 from collections.abc import Callable

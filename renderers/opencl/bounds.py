@@ -2,7 +2,7 @@
 
 import numpy as np
 
-ROUNDING = 64  # what rounding can do to a hit, in units of eps of the largest coordinate (kernel/bvh.h)
+ROUNDING = 64  # what rounding can do to a hit, in units of eps of the largest coordinate (kernel/shapes/bvh.h)
 SKEWED = 16  # from which on rounding moves hits further than that (HIT-6)
 
 

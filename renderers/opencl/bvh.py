@@ -1,4 +1,4 @@
-"""Builds a bounding-volume hierarchy level by level with NumPy (HIT-6); kernel/bvh.h walks it."""
+"""Builds a bounding-volume hierarchy level by level with NumPy (HIT-6); kernel/shapes/bvh.h walks it."""
 
 import numpy as np
 

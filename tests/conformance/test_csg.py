@@ -176,7 +176,7 @@ def test_glass_of_overlapping_parts_has_no_inner_faces(bench, serial):
 @pytest.mark.parametrize("shift", [0.0, 100.0, 1e4])
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_faces_in_one_place_leave_no_gap_and_no_sliver(bench, serial, shift, precision):
-    """Two boxes that share a rotated face: OR has no face there, AND is empty (CSG-4; accuracy.md, S13)."""
+    """Two boxes that share a rotated face: OR has no face there, AND is empty (CSG-4, S13)."""
     rng = np.random.default_rng(70)
     print("seed 70")
     axes = turned(rng) * 1.5

@@ -82,7 +82,7 @@ VIEW = "CAMERA (0.1,0.2,0) (1.1,0,0) (0,1.1,0) (0,0,2)\n"
 
 @pytest.mark.parametrize("air", ["AIR 1 1 (1,1,1)\n", "AIR 1.7 1.3 (1,1,1)\n"])
 def test_a_ball_of_the_air_s_own_index_is_not_there(bench, serial, air):
-    """No ray is bent, trapped or lost by it, whatever the index of AIR (accuracy.md, S16)."""
+    """No ray is bent, trapped or lost by it, whatever the index of AIR (S16)."""
     eps_r, mu_r = air.split()[1:3]
     with_ball = VIEW + ROOM + air + f"SPHERE (0.2,0.1,-1.2) 0.9 {glass(eps_r, mu_r)}"
     pictures = [

@@ -85,7 +85,7 @@ def test_an_open_mesh_turns_its_normals_to_the_ray(bench, serial, mesh):
 @pytest.mark.parametrize("accel", ["none", "bvh"])
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_no_crack_on_edges_and_vertices(bench, serial, mesh, accel, precision):
-    """Rays from inside a closed mesh, aimed at its edges and vertices: every one hits (accuracy.md, S10)."""
+    """Rays from inside a closed mesh, aimed at its edges and vertices: every one hits (S10)."""
     rng = np.random.default_rng(12)
     print("seed 12")
     vertices, triangles = ball(2)

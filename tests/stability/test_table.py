@@ -27,7 +27,7 @@ def test_a_chain_has_no_rows(strain, serial):
 
 
 def test_theory():
-    """accuracy.md, S21: 8 KB a pixel at depth 5, 262 KB at 10, 268 MB at 20, of 16 columns in float64."""
+    """S21: 8 KB a pixel at depth 5, 262 KB at 10, 268 MB at 20, of 16 columns in float64."""
     expected = BY_NAME["table"].expected
     told = {"walk": "table", "precision": "float64"}
     assert [expected(depth, 0, told) for depth in (5, 10, 20)] == pytest.approx([8e3, 262e3, 268e6], rel=0.02)

@@ -39,7 +39,7 @@ struct LaneSphere {
     }
 };
 
-// The nearest yet. face: of the surface (lane_scene.hpp), or -1.
+// The nearest yet. face: of the surface (scene.hpp), or -1.
 template<typename Real>
 struct LaneHit {
     Lanes<Real> t = all(std::numeric_limits<Real>::infinity());
