@@ -32,6 +32,7 @@ class Counting(ThisHost):
     """Runs here, keeps references in a folder of its own, and tells which jobs were no cell's."""
 
     def __init__(self, folder, change=lambda result: result, spoil=lambda result: result):
+        super().__init__()
         self.folder, self.change, self.spoil, self.jobs = folder, change, spoil, []
 
     @property
