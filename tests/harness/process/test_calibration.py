@@ -63,6 +63,7 @@ class Told(ThisHost):
     """A host that says what was asked of it."""
 
     def __init__(self):
+        super().__init__()
         self.asked = []
 
     def peaks(self, threads):
