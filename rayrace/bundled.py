@@ -34,16 +34,25 @@ def experiment(path: Path) -> Path:
 
 
 def scene(path: Path) -> Path:
-    """`path` if it is a file, else the bundled scene of that name or path, such as comparison or scenes/local.txt."""
+    """`path` if it is a file, else the bundled scene of that name or path: comparison, gallery/glossy, scenes/local.txt.
+
+    UserError if there is none, or if several have the name.
+    """
     if path.exists():
         return path
     home = folder()
-    known = {file.stem: file for file in sorted((home / "scenes").rglob("*")) if file.suffix in SCENES}
     if (home / path).is_file() and not path.is_absolute() and ".." not in path.parts and path.suffix in SCENES:
         return home / path
-    if path.parent == Path() and path.suffix in ("", *SCENES) and path.stem in known:
-        return known[path.stem]
-    raise _unknown(path, "scene", list(known))
+    files = [file for file in sorted((home / "scenes").rglob("*")) if file.suffix in SCENES]
+    names = {file: file.relative_to(home / "scenes").with_suffix("").as_posix() for file in files}
+    wanted = path.with_suffix("") if path.suffix in SCENES else path
+    found = [file for file in files if wanted.as_posix() in (file.stem, names[file])]
+    if len(found) > 1:
+        named = " or ".join(names[file] for file in found)
+        raise UserError(f"{path}: several bundled scenes have that name", remedy=f"give {named}")
+    if found:
+        return found[0]
+    raise _unknown(path, "scene", [file.stem for file in files])
 
 
 def _unknown(path: Path, what: str, known: list[str]) -> UserError:

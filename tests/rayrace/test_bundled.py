@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from harness.errors import UserError
 from harness.experiment import experiment
 from harness.plan import plan
 from rayrace import bundled
@@ -83,3 +84,13 @@ def test_the_list_names_all(rayrace):
     assert told == bundled.names() and told["comparison"] == "The study's comparison"
     text = rayrace("experiments", code=0).stdout
     assert all(name in text for name in told)
+
+
+def test_a_name_of_two_scenes_is_refused():
+    with pytest.raises(UserError, match=r"glossy: several bundled scenes .* give gallery/glossy or sampling/glossy$"):
+        bundled.scene(Path("glossy"))
+    for name in ("gallery/glossy", "gallery/glossy.txt", "scenes/gallery/glossy.txt"):
+        assert bundled.scene(Path(name)) == bundled.folder() / "scenes" / "gallery" / "glossy.txt"
+    assert bundled.scene(Path("comparison")) == bundled.scene(Path("comparison.txt"))
+    with pytest.raises(UserError, match="no bundled scene of that name; did you mean glossy"):
+        bundled.scene(Path("elsewhere/glosy"))
