@@ -34,7 +34,7 @@ def experiment(path: Path) -> Path:
 
 
 def scene(path: Path) -> Path:
-    """`path` if it is a file, else the bundled scene of that name or path: comparison, gallery/glossy, scenes/local.txt.
+    """`path` if it is a file, else the bundled scene of that name: comparison, gallery/glossy, scenes/local.txt.
 
     UserError if there is none, or if several have the name.
     """
