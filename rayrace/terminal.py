@@ -263,6 +263,16 @@ def show_findings(findings: list, as_json: bool) -> None:
         mark = {"good": "good", "doubtful": "DOUBT", "unknown": "?"}[finding.verdict]
         table.add_row(*map(escape, (mark, finding.what, finding.found, finding.remedy)))
     console.print(table)
+    print(verdict_of(findings))
+
+
+def verdict_of(findings: list) -> str:
+    """Returns what the findings of the doctor say together."""
+    doubts, unknown = ([one.what for one in findings if one.verdict == kind] for kind in ("doubtful", "unknown"))
+    rest = f"{len(unknown)} of {len(findings)} are unknown"
+    if doubts:
+        return f"verdict: fit to measure with doubts: {', '.join(doubts)}; {rest}"
+    return f"verdict: fit to measure; {rest}"
 
 
 def show_kernels(rows, as_json: bool) -> int:

@@ -11,6 +11,7 @@ import pytest
 from harness.machine import doctor, fitness_cores
 from harness.renderer.registry import usable_cores
 from harness.system import cgroup
+from rayrace.terminal import verdict_of
 
 
 @pytest.fixture
@@ -223,3 +224,10 @@ def test_gpu_that_does_not_tell(gpu):
     found = gpu(errors={"nvmlDeviceGetComputeRunningProcesses": "NoPermission"})["other programs on the GPU"]
     assert found["verdict"] == "unknown" and "no permission" in found["found"]
     assert [*gpu(errors={"nvmlInit": "LibraryNotFound"})] == ["GPU"]
+
+
+def test_the_verdict_names_every_doubt():
+    good, doubt, unknown = (doctor.Finding(verdict, what, "x", "") for what, verdict in
+                            (("a", "good"), ("b", "doubtful"), ("c", "unknown")))  # fmt: skip
+    assert verdict_of([good, unknown]) == "verdict: fit to measure; 1 of 2 are unknown"
+    assert verdict_of([good, doubt, doubt]) == "verdict: fit to measure with doubts: b, b; 0 of 3 are unknown"
