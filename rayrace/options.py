@@ -40,8 +40,7 @@ def choosing(*names: str) -> Callable[[Command], Command]:
     """
 
     def add(command: Command) -> Command:
-        signature = inspect.signature(command)
-        *own, _ = signature.parameters.values()
+        *own, _ = inspect.signature(command).parameters.values()
         for method in methods.METHODS:
             if method.name in (names or methods.CHOICES):
                 option = typer.Option(help=method.described(), metavar="NAME", rich_help_panel="Methods")
@@ -53,7 +52,7 @@ def choosing(*names: str) -> Callable[[Command], Command]:
                         default=None if method.name == "sampler" else method.default,
                     )
                 )
-        command.__signature__ = signature.replace(parameters=own)
+        command.__signature__ = inspect.Signature(own)
         command.__annotations__ = {each.name: each.annotation for each in own}
         return command
 
