@@ -31,7 +31,8 @@ BRANCHES = ast.IfExp, ast.BoolOp, ast.comprehension
 
 
 def sources():
-    return {path: path.read_text() for folder in (NUMBA, NUMBA / "gpu") for path in sorted(folder.glob("*.py"))}
+    folders = (NUMBA, *(NUMBA / name for name in ("gpu", "shapes", "trace")))  # lanes are of processors
+    return {path: path.read_text() for folder in folders for path in sorted(folder.glob("*.py"))}
 
 
 def named(node):
