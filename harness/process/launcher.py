@@ -105,11 +105,20 @@ class Limits:
         self.limits, self.outputs, self.places, self.files = limits, outputs, places, files
         self.before = before  # bytes that were in `places`
         self.due, self.pss_due = time.monotonic() + LOOK, 0.0
+        self.seen = None  # processes and their CPU time when all was looked at, None if they cannot be told
 
     def look(self, now):
-        """[limit, how much] of the first that it is over, or None. `due` is then when to look again."""
-        began = time.process_time()
-        found = [*self.written(), *self.living(now)]
+        """[limit, how much] of the first that it is over, or None. `due` is then when to look again.
+
+        Processes that have used no CPU time since all was looked at have written nothing, and taken no memory.
+        """
+        began, pids = time.process_time(), family()
+        seen = cpu_ticks(pids)
+        if seen is not None and seen == self.seen:
+            self.due = now + LOOK
+            return None
+        self.seen = seen
+        found = [*self.written(), *self.living(pids, now)]
         cost = time.process_time() - began
         self.due = now + max(LOOK, cost / SHARE)
         return next(iter(self.over(found)), None)
@@ -123,15 +132,15 @@ class Limits:
         if "disk" in self.limits:
             yield "disk", sum(size(place, self.before + self.limits["disk"]) for place in self.places) - self.before
 
-    def living(self, now):
+    def living(self, pids, now):
         """[limit, how much] of what ends with them."""
-        pids = family()
         yield "processes", len(pids)
         files = self.files.size(pids)
         mapped = sum(sizes(pid, "status", "RssShmem:")[0] for pid in pids) if files else 0
         used = sum(map(rss, pids)) + max(0, files - mapped)
         if self.over([("memory", used)]) and len(pids) > 1:  # some of it may be shared
             if now < self.pss_due:
+                self.seen = None
                 return
             began = time.process_time()
             used = shared_once(pids, files)
@@ -152,6 +161,19 @@ def size(folder, most):
                     if total > most:
                         break
     return total
+
+
+def cpu_ticks(pids):
+    """{process: its CPU time in ticks}; None if the system does not tell that of each."""
+    found = {}
+    for pid in pids:
+        try:
+            with open(f"/proc/{pid}/stat", "rb") as told:
+                fields = told.read().rpartition(b")")[2].split()
+        except OSError:
+            return None
+        found[pid] = int(fields[11]) + int(fields[12])  # utime and stime, proc(5)
+    return found
 
 
 def rss(pid):

@@ -38,6 +38,13 @@ class Rounds(NamedTuple):
     axes: np.ndarray
     owners: np.ndarray
 
+    def take(self, which):
+        return Rounds(*(array[which] for array in self))
+
+    def pair(self, k):
+        """Centre and semi-axes of one."""
+        return self.centres[k], self.axes[k]
+
 
 @lru_cache(maxsize=8)
 def contact(scene):
@@ -56,7 +63,7 @@ def contact(scene):
     rounds = _rounds(scene.objects)
     if _light_on(places, flats, rounds):
         return True
-    return _flats_touch(scene, flats, ranked) or _rounds_touch(scene, rounds, flats, boxes, ranked)
+    return _flats_touch(scene, flats, ranked) or _rounds_touch(rounds, flats, ranked)
 
 
 def precedence(scene):
@@ -213,40 +220,55 @@ def _overlap(a, b, normals, room):
     return ~apart
 
 
-def _rounds_touch(scene, rounds, flats, boxes, ranked):
+def _rounds_touch(rounds, flats, ranked):
     """Whether a round face touches a plane one or another round one, or is the same."""
-    low, high = boxes[rounds.owners, 0], boxes[rounds.owners, 1]
-    each = [*zip(rounds.centres, rounds.axes, strict=True)]
-    for k, owner in enumerate(rounds.owners):
-        other = (flats.owners != owner) & (ranked[flats.owners] | ranked[owner])
-        if other.any() and _round_touches(each[k], flats.take(other)):
+    reach = np.sqrt((rounds.axes**2).sum(axis=1))
+    slack = _slack(np.stack([rounds.centres - reach, rounds.centres + reach], axis=1))
+    low, high = rounds.centres - reach - slack[:, None], rounds.centres + reach + slack[:, None]
+    for some in close(rounds.centres):
+        a, b = _meeting(low, high, some, low, high)
+        once = (a < b) & (rounds.owners[a] != rounds.owners[b])
+        a, b = a[once], b[once]
+        clear = ranked[rounds.owners[a]] | ranked[rounds.owners[b]]
+        if _same(rounds.take(a[~clear]), rounds.take(b[~clear])).any():
             return True
-        meets = (low[k + 1 :] <= high[k]).all(axis=1) & (low[k] <= high[k + 1 :]).all(axis=1)
-        for j in k + 1 + np.flatnonzero(meets & (rounds.owners[k + 1 :] != owner)):
-            meeting = _touch if ranked[owner] or ranked[rounds.owners[j]] else _same
-            if meeting(each[k], each[j]):
-                return True
+        if any(_touch(rounds.pair(k), rounds.pair(n)) for k, n in zip(a[clear], b[clear], strict=True)):
+            return True
+    if not ranked.any():
+        return False
+    room = _slack(flats.boxes)
+    start, end = flats.boxes[:, 0] - room[:, None], flats.boxes[:, 1] + room[:, None]
+    for some in close(start):
+        a, b = _meeting(start, end, some, low, high)
+        others = flats.owners[a] != rounds.owners[b]
+        others &= ranked[flats.owners[a]] | ranked[rounds.owners[b]]
+        a, b = a[others], b[others]
+        away = np.abs(((rounds.centres[b] - flats.corners[a, 0]) * flats.normals[a]).sum(axis=1))
+        along = np.linalg.norm((rounds.axes[b] @ flats.normals[a][:, :, None])[:, :, 0], axis=1)
+        if (np.abs(away - along) <= room[a] + slack[b]).any():
+            return True
     return False
 
 
-def _round_touches(ellipsoid, flats):
-    """Whether a plane face touches an ellipsoid without crossing it."""
-    centre, axes = ellipsoid
-    reach = np.sqrt((axes**2).sum(axis=0))
-    slack = _slack(flats.boxes) + _slack(np.array([[centre - reach, centre + reach]]))
-    away = np.abs(((centre - flats.corners[:, 0]) * flats.normals).sum(axis=1))
-    tangent = np.abs(away - np.linalg.norm(flats.normals @ axes.T, axis=1)) <= slack
-    room = slack[:, None]
-    meet = (flats.boxes[:, 0] - room <= centre + reach) & (centre - reach <= flats.boxes[:, 1] + room)
-    return bool((tangent & meet.all(axis=1)).any())
+def _meeting(low, high, some, start, end):
+    """The pairs of boxes from low to high (n, 3) with indices `some` and boxes from start to end that meet, as two
+    arrays of indices.
+    """
+    near = np.flatnonzero(((start <= high[some].max(axis=0)) & (low[some].min(axis=0) <= end)).all(axis=1))
+    found = np.ones((len(some), len(near)), bool)
+    for axis in range(3):
+        found &= low[some, axis][:, None] <= end[near, axis]
+        found &= start[near, axis] <= high[some, axis][:, None]
+    a, b = np.nonzero(found)
+    return some[a], near[b]
 
 
 def _same(a, b):
-    """Whether two ellipsoids are one."""
-    (centre, axes), (other, other_axes) = a, b
-    size = np.abs(axes).max()
-    moved = np.abs(centre - other).max() + np.abs(axes.T @ axes - other_axes.T @ other_axes).max() / size
-    return bool(moved <= OF_EXTENT * size + OF_COORDINATES * np.abs(centre).max())
+    """Which ellipsoids of two Rounds are one (n,)."""
+    size = np.abs(a.axes).max(axis=(1, 2))
+    forms = a.axes.transpose(0, 2, 1) @ a.axes - b.axes.transpose(0, 2, 1) @ b.axes
+    moved = np.abs(a.centres - b.centres).max(axis=1) + np.abs(forms).max(axis=(1, 2)) / size
+    return moved <= OF_EXTENT * size + OF_COORDINATES * np.abs(a.centres).max(axis=1)
 
 
 def _touch(a, b):
