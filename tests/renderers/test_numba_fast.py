@@ -12,7 +12,7 @@ CAMERA = "CAMERA (0,0,0) (2,0,0) (0,2,0) (0,0,40)\n"
 @pytest.mark.slow
 def test_highlights_without_a_power_are_counted(bench):
     """LOC-4, in float64."""
-    source = CAMERA + "LIGHT (9,2,1) (1,1,1) 0\nSPHERE (0,0,0) 1 (0.5,0.6,0.7) 0.5 2.5 (0,0,0) 9 1\n"
+    source = CAMERA + "LIGHT (9,2,9) (1,1,1) 0\nSPHERE (0,0,0) 1 (0.5,0.6,0.7) 0.5 2.5 (0,0,0) 9 1\n"
     methods = {"phong": "unclamped", **SIZE}
     strict, fast = (bench.result("numba", source, floating_point=method, **methods) for method in ("strict", "fast"))
     nan = np.isnan(strict.array).any(axis=2)
