@@ -124,7 +124,9 @@ def test_by_contract_1_marks_contradict(rayrace, rows, tmp_path):
     """What others use of the processor meanwhile could be theirs, so nothing may run beside these."""
     names = [name for name in cheats.FIRST if name not in UNSEEN]
     folder = cheats.folder(tmp_path / "cheats", 1, *names)
-    found = run_of(rayrace, rows, tmp_path, [f"cheat1-{name}" for name in names], "--renderer", folder, processes=2)
+    # So large that what is rendered outside of frames takes far longer than a start.
+    more = {"processes": 2, "size": 144}
+    found = run_of(rayrace, rows, tmp_path, [f"cheat1-{name}" for name in names], "--renderer", folder, **more)
     for name in names:
         last = found[f"cheat1-{name}"][-1]
         assert (last["unranked"] or "").startswith(CONTRADICTED + cheats.FIRST[name]), (name, last["unranked"])
