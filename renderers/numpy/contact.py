@@ -38,7 +38,7 @@ class Contact:
         """How far what stops feelers to a light (3, ..) may be: less far than what the light lies on (LOC-2)."""
         if self.scene.offset in ("fixed", "none"):
             return distances - 512 * (self.scene.epsilon if self.scene.offset == "fixed" else 0)
-        return distances - 512 * self.scene.epsilon * (self.extents.max() + np.abs(light).max())
+        return distances - 512 * self.scene.epsilon * (self.extents.max() + np.abs(light).max(axis=0))
 
     def meet(self, sets, directions, points, normals, sizes, shapes):
         """The Places where rays in the `sets` hit `shapes` at `points`."""

@@ -40,7 +40,7 @@ def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams, 
             rays = np.flatnonzero(lit)
             reach = distances[rays]
             if outside is not None:
-                reach = scene.contact.reach(reach, position)
+                reach = scene.contact.reach(reach, np.broadcast_to(position, l.shape)[:, rays])
             feeler = starts.take(rays, axis=1), l.take(rays, axis=1), reach
             blocked = scene.blocked(*feeler)
             if outside is not None:

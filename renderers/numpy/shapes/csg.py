@@ -45,7 +45,9 @@ class Mesh:
 
     def boundaries(self, origins, directions):
         """Distances (n, N) of the crossings, infinite after a line's last, and triangles (n, N) crossed."""
-        found = self.triangles.crossings(origins, directions, once=True)
+        found = [*self.triangles.crossings(origins, directions, once=True)]
+        if not found:  # no rays
+            return np.full((0, 0), np.inf, directions.dtype), np.zeros((0, 0), int)
         triangles, rays, distances = map(np.concatenate, zip(*found, strict=True))
         order = np.argsort(rays, kind="stable")
         triangles, rays, distances = triangles[order], rays[order], distances[order]
