@@ -19,6 +19,7 @@ from harness.race.audit import LEAST_FRAME, Audit, Task
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import NAMES
 from harness.single import single
+from harness.store import record
 
 FAR = 2.0  # times the limit: from such a miss on, tiles are no longer trusted
 MEASURING = 0.4  # of the time that is left is for measuring methods, the rest for the picture and its truth
@@ -42,7 +43,7 @@ class Made:
     @property
     def most(self) -> float:
         """What its error is at most, as far as the truth is known."""
-        return self.error["rmse"] + self.error["rmse_standard_error"] + (self.error["change"] or 0.0)
+        return self.error["rmse"] + self.error["rmse_standard_error"] + record.doubt(self.error)
 
 
 class Choice:

@@ -338,7 +338,7 @@ class Search:
 
     def _least(self) -> float:
         """Seconds of the quickest method that should hold; infinite if none should."""
-        limit, change = self.trial.limit, self.truth.change or 0.0
+        limit, change = self.trial.limit, self.truth.doubt
         return next((time for time, error, *_ in self.forecasts() if error * self.miss + change <= limit), np.inf)
 
     def forecasts(self) -> list[tuple[float, float, Family, float, Parameters]]:
@@ -357,7 +357,7 @@ class Search:
         return sorted(found, key=lambda one: one[0])
 
     def holds(self, method: Method, limit: float) -> bool:
-        return (method.rmse + SURE * method.standard_error) * self.miss + (self.truth.change or 0.0) <= limit
+        return (method.rmse + SURE * method.standard_error) * self.miss + self.truth.doubt <= limit
 
     def choose(self) -> Method | None:
         """The quickest measured method that holds, after those were measured that should be quicker; None if there is
@@ -380,7 +380,7 @@ class Search:
                 family, plain, changes = told
                 made = self.job(seconds, **changes)
                 known = (self.entry.name, replace(made, kernel=DEFAULT.kernel)) in self.tried
-                if not known and error * self.miss + (self.truth.change or 0.0) <= limit:
+                if not known and error * self.miss + self.truth.doubt <= limit:
                     break
             else:
                 return best and self._others(best)
@@ -400,7 +400,7 @@ class Search:
         if self.best:
             return self.best
         for seconds, error, _, plain, changes in self.forecasts():
-            if error * self.miss + (self.truth.change or 0.0) <= self.trial.limit:
+            if error * self.miss + self.truth.doubt <= self.trial.limit:
                 return Method(self.entry, self.job(seconds, **changes), plain, (error - plain) / SURE, seconds)
         return None
 

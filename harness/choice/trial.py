@@ -8,8 +8,9 @@ from itertools import count, islice
 import numpy as np
 
 from harness.experiment.experiment import Reference as Wanted
-from harness.judge import judge, truth
+from harness.judge import depth, judge, truth
 from harness.judge.truth import Truth
+from harness.process.repetition import Result
 from harness.race.turns import kernels
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
@@ -25,6 +26,7 @@ KNOWN = 4  # the truth is known to this part of the error that is asked for
 CLEAR, FIRST = 4, 2  # standard errors by which a verdict is clear; with that the truth need be known to this part alone
 LATER = 2**16  # from which seed of the family on the truth of the whole picture has its own
 MOST = 64  # samples of a side of a pixel in one picture of a truth
+SMALL_THINGS = 0.5  # of an uncertainty at most: what no sample may have met
 
 Bounds = tuple[int, int, int, int]
 
@@ -118,14 +120,27 @@ class Trial:
         """The picture of all places, one below the other, the rough time of a frame of the whole picture, s, and its
         rays (None: not counted). None if it cannot be made. TimeUp.
         """
-        arrays, seconds, pixels, rays = [], 0.0, 0, 0
-        threads = self.threads or entry.threads()
+        results = self._results(entry, parameters, places, self.arrays, frames)
+        if results is None:
+            return None
+        seconds = sum(steady.rough(result.said.frames_s) for result in results)
+        kinds = "primary", "reflected", "transmitted", "shadow"
+        rays = sum((result.said.rays or {}).get(kind, 0) for result in results for kind in kinds)
+        picture = np.concatenate([result.array for result in results])
+        height, width, _ = self.asked.shape()
+        return picture, seconds * width * height / np.prod(picture.shape[:2]), rays or None
+
+    def _results(
+        self, entry: Entry, parameters: Parameters, places: list[Bounds], scene: dict, frames: int
+    ) -> list[Result] | None:
+        """The results of a job with the arrays of a scene at each place; None if one cannot be made. TimeUp."""
+        results, threads = [], self.threads or entry.threads()
         for place in places:
             asked = replace(parameters, region=place, frames=frames, threads=threads)
             if self.left <= 0:
                 raise TimeUp
-            cache = kernels(entry)
-            result = self.run(entry, self.arrays, asked, self.needs_of(asked), timeout=self.left, cache=cache)
+            needs = truth.needs_in(scene, self.arrays, self.needs_of(asked))
+            result = self.run(entry, scene, asked, needs, timeout=self.left, cache=kernels(entry))
             self.shots += 1
             if result.status == "timeout":
                 raise TimeUp
@@ -133,13 +148,8 @@ class Trial:
             if why:
                 self.why[entry.name] = why
                 return None
-            arrays.append(result.array)
-            seconds += steady.rough(result.said.frames_s)
-            counted = result.said.rays or {}
-            rays += sum(counted.get(kind, 0) for kind in ("primary", "reflected", "transmitted", "shadow"))
-            pixels += result.array.shape[0] * result.array.shape[1]
-        height, width, _ = self.asked.shape()
-        return np.concatenate(arrays), seconds * width * height / pixels, rays or None
+            results.append(result)
+        return results
 
     def truth(
         self, places: list[Bounds], side: int, first: int, share: float = KNOWN, of: np.ndarray | None = None
@@ -159,47 +169,68 @@ class Trial:
         # In lanes its pictures are the same but for rounding (VEC-1), and take a fraction of the time.
         lanes = {"vector": "auto"} if "auto" in maker.methods.get("vector", ()) else {}
 
-        def picture(parameters: Parameters) -> np.ndarray:
-            shot = self.shoot(maker, general(maker, replace(parameters, **lanes)), places, frames=0)
-            if shot is None:
+        def shoot(parameters: Parameters, scene: dict) -> tuple[np.ndarray, np.ndarray | None]:
+            results = self._results(maker, general(maker, replace(parameters, **lanes)), places, scene, 0)
+            if results is None:
                 raise CannotTell(f"{maker.name} could not make the truth: {self.why[maker.name]}")
-            return shot[0]
+            dropped = [result.dropped for result in results]
+            joined = None if dropped[0] is None else np.concatenate(dropped)
+            return np.concatenate([result.array for result in results]), joined
+
+        def picture(parameters: Parameters) -> np.ndarray:
+            return shoot(parameters, self.arrays)[0]
 
         deep, change = told.parameters, 0.0
         if deep.depth:
-            deep, change = truth.deep_enough(deep, picture, min(truth.UNCHANGED, self.limit / KNOWN**2))
-        if change > target:
-            why = f"half the depth of {deep.depth} still changes it by an RMS of {change:.2g}"
-            raise CannotTell(f"{why}, more than {target:.2g}, as well as it must be known")
+            least = min(depth.UNCHANGED, self.limit / KNOWN**2), min(depth.LITTLE, self.limit / KNOWN**2)
+            deep, change = depth.deep_enough(deep, self.arrays, shoot, *least)
+        if change > target / KNOWN:
+            why = (
+                f"rays deeper than {deep.depth} and of weights below {deep.cutoff:.2g} could add an RMS of {change:.2g}"
+            )
+            raise CannotTell(f"{why}, more than {target / KNOWN:.2g}, to which it must be known")
         facts = {"depth": deep.depth, "cutoff": deep.cutoff, "change": change}
         if len(told.seeds) == 1:
             return Truth(maker.name, picture(deep), told.samples, (0,), None, **facts), side
-        goals = [] if of is None or change > self.limit / FIRST else [self.limit / FIRST]
-        room, *goals = (np.sqrt(goal**2 - change**2) for goal in (*goals, target))
+        pixels = sum((x1 - x0) * (y1 - y0) for x0, y0, x1, y1 in places)
+        alone = truth.unseen(self.arrays, deep, 1, pixels)  # of one sample a pixel
+        goals = [self._goal(goal, change, alone) for goal in ([] if of is None else [self.limit / FIRST]) + [target]]
+        room, least = goals.pop(0)
         family = (truth.FAMILY * number % 2**32 for number in count(first))
         seeds = (seed for seed in family if seed != self.asked.seed)
         side = side if deep.sampler == "jittered" else 1
+        side = max(side, min(MOST, int(np.ceil(np.sqrt(least / truth.PICTURES)))))
         while True:
             deep, taken, began = replace(deep, samples=side), [], time.monotonic()
             pictures = (picture(replace(deep, seed=taken[-1])) for seed in seeds if not taken.append(seed))
             for number, (centre, error) in islice(enumerate(truth.means(pictures), 1), truth.PICTURES - 1, None):
-                noise = float(np.sqrt(np.mean(error**2)))
-                if noise <= room:
-                    samples = number * truth.samples(deep)
-                    found = Truth(maker.name, centre, samples, tuple(taken), error, **facts)
+                noise, samples = float(np.sqrt(np.mean(error**2))), number * truth.samples(deep)
+                if noise <= room and samples >= least:
+                    unseen = alone / samples
+                    found = Truth(maker.name, centre, samples, tuple(taken), error, **facts, unseen=unseen)
                     if not goals or self.is_clear(of, found):
                         return found, side
-                    room = goals.pop()
-                    if noise <= room:
+                    room, least = goals.pop(0)
+                    if noise <= room and samples >= least:
                         return found, side
                 # More pictures err less with the root of their number; the same samples in a larger one by more.
-                each, more = (time.monotonic() - began) / number, 1.1 * number * (noise / room) ** 2
-                larger = min((noise / room) ** (2 / 3) * 1.1, MOST / side) if deep.sampler == "jittered" else 1.0
+                each, over = (time.monotonic() - began) / number, noise / room
+                more = max(1.1 * number * over**2, number * least / samples)
+                larger = max(1.1 * over ** (2 / 3), np.sqrt(least / truth.PICTURES) / side)
+                larger = min(larger, MOST / side) if deep.sampler == "jittered" else 1.0
                 if more > 4 * truth.PICTURES and larger > 1.0:
                     break
                 self._must_have(each * (more - number), noise, target)
-            self._must_have(each * truth.PICTURES * (noise / room) ** (4 / 3), noise, target)
+            self._must_have(each * truth.PICTURES * larger**2, noise, target)
             side = int(np.ceil(side * larger))
+
+    @staticmethod
+    def _goal(goal: float, change: float, alone: float) -> tuple[float, float]:
+        """How large the noise of a truth may be, and how many samples a pixel it must have at least, for an uncertainty
+        of `goal`. alone: unseen by one sample.
+        """
+        small = SMALL_THINGS * goal if alone else 0.0
+        return np.sqrt(goal**2 - (change + small) ** 2), alone / small if alone else 0.0
 
     def is_clear(self, array: np.ndarray, found: Truth) -> bool:
         """Whether a truth of a picture's places tells if its error is within the limit: it is known as well as asked
@@ -207,7 +238,7 @@ class Trial:
         if (found.uncertainty or 0.0) <= 1.001 * self.limit / KNOWN:  # rounding
             return True
         told = judge.errors(array, found.picture, found.standard_error, None)
-        return abs(told["rmse"] - self.limit) > CLEAR * told["rmse_standard_error"] + (found.change or 0.0)
+        return abs(told["rmse"] - self.limit) > CLEAR * told["rmse_standard_error"] + found.doubt
 
     def _must_have(self, seconds: float, noise: float, target: float) -> None:
         if seconds > self.left:
@@ -222,7 +253,7 @@ class Trial:
         hard: (height, width, 3) of the whole picture, how large its squared errors are as compared with each other:
         then the tiles say only how large they are over that (a ratio estimator: Cochran, Sampling Techniques, ch. 6).
         """
-        told = judge.errors(array, found.picture, found.standard_error, None, found.change)
+        told = judge.errors(array, found.picture, found.standard_error, None, found.doubt)
         if len(places) == 1:
             return told
         noise = 0.0 if found.standard_error is None else found.standard_error**2
@@ -239,4 +270,4 @@ class Trial:
         rmse = float(np.sqrt(ratio * whole))
         spread = min(np.sqrt(spread), spread / (2 * rmse)) if rmse else np.sqrt(spread)
         told |= {"rmse": rmse, "rmse_standard_error": float(np.hypot(told["rmse_standard_error"], spread))}
-        return {**told, "below": record.below({**told, "change": found.change})}
+        return {**told, "below": record.below({**told, "change": found.doubt})}

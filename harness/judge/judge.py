@@ -151,12 +151,12 @@ def errors(
     truth: np.ndarray,
     noise: np.ndarray | None,
     mask: np.ndarray | None,
-    change: float | None = None,
+    doubt: float = 0.0,
 ) -> dict:
     """The errors of a finite picture (height, width, 3): its distance from the truth, over all pixels (ERR-1).
 
     noise: standard error of the truth, likewise; None: it has none. mask: of ill-conditioned pixels; None: not known.
-    change: of a Truth. Keys: rmse, free of the noise's share; rmse_standard_error, what the noise leaves uncertain in
+    doubt: of a Truth. Keys: rmse, free of the noise's share; rmse_standard_error, what the noise leaves uncertain in
     it; below, as of record.below; max and bad_pixels, to which noise adds; relative_mse, as in Verdict; mask_fraction.
     """
     squares = (picture.astype(np.float64) - truth) ** 2
@@ -166,13 +166,13 @@ def errors(
     # (d + n)^2 - s^2, with normal noise n and its variance s^2 from 4 pictures, scatters by 4 d^2 v + (2 + 2/3) v^2. In
     # it d^2 + v is known as the square, and v^2 as 3/5 s^4. Of more pictures it scatters less.
     scatter = float(np.sum(4 * squares * variance - 0.8 * variance**2))
-    doubt = np.sqrt(max(0.0, scatter)) / squares.size
+    spread = np.sqrt(max(0.0, scatter)) / squares.size
     rmse = float(np.sqrt(mean))
-    doubt = float(min(np.sqrt(doubt), doubt / (2 * rmse)) if rmse else np.sqrt(doubt))
+    spread = float(min(np.sqrt(spread), spread / (2 * rmse)) if rmse else np.sqrt(spread))
     return {
         "rmse": rmse,
-        "rmse_standard_error": doubt,
-        "below": record.below({"rmse": rmse, "rmse_standard_error": doubt, "change": change}),
+        "rmse_standard_error": spread,
+        "below": record.below({"rmse": rmse, "rmse_standard_error": spread, "change": doubt}),
         "max": float(difference.max()),
         "bad_pixels": float(np.mean(difference > STEP)),
         "relative_mse": max(0.0, float(np.mean((squares - variance) / (truth**2 + DARK)))),

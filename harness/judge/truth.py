@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from harness.experiment.experiment import Reference as Wanted
-from harness.judge import judge
+from harness.judge import bound, depth, judge
 from harness.judge.cache import Kept
 from harness.judge.reference import for_any_scene, job_of
 from harness.process import repetition
@@ -25,10 +25,7 @@ MAKERS = ("cpp-threads", "numba-parallel", "cpp", "numba", "numpy", "python")  #
 PICTURES = 4  # at least, of which a truth is the mean; few and large, as many samples of a pixel are better in one
 FEW = 10_000_000  # samples up to which a kernel of the scene alone saves less than its build takes
 FAMILY = 0x9E3779B9  # the golden ratio: seeds of truths are multiples of it, far from those that people choose
-# Depth and cut-off, doubled and divided by 16 until the picture changes by less than UNCHANGED (RMS, linear RGB).
-DEPTHS = (8, 16, 32, 64)
-CUTOFFS = tuple(2.0**-power for power in (12, 16, 20, 24))
-UNCHANGED = 1e-4
+UNSEEN = 3.0  # of N samples: what none has met takes less than 3/N of their area (95 %; Hanley and Lippman-Hand 1983)
 
 
 @dataclass(frozen=True)
@@ -59,8 +56,8 @@ class Truth:
     """A truth (height, width, 3), who made it, of how many samples of a pixel, in pictures with which seeds, and if of
     several its standard error, likewise.
 
-    depth, cutoff: of its rays. change: RMS, linear RGB, by which half the depth and 16 times the cut-off change it;
-    None where the depth was given.
+    depth, cutoff: of its rays. change: RMS, linear RGB, that deeper rays could add at most (depth.py); None where the
+    depth was given. unseen: likewise, of what is so small that no sample may have met it.
     """
 
     maker: str
@@ -71,23 +68,30 @@ class Truth:
     depth: int
     cutoff: float = 0.0
     change: float | None = None
+    unseen: float = 0.0
+
+    @property
+    def doubt(self) -> float:
+        """RMS, linear RGB, of what it may lack: deeper rays, and what no sample has met."""
+        return (self.change or 0.0) + self.unseen
 
     @property
     def uncertainty(self) -> float | None:
-        """Root mean square of its standard error and its change, linear RGB; None for one picture of a given depth."""
+        """Root mean square of its standard error and its doubt, linear RGB; None for one picture of a given depth."""
         if self.standard_error is None:
             return self.change
-        return float(np.hypot(np.sqrt(np.mean(self.standard_error**2)), self.change or 0.0))
+        return float(np.hypot(np.sqrt(np.mean(self.standard_error**2)), self.doubt))
 
     def facts(self) -> dict:
         """What is known of it, as `error` of a record has it."""
-        known = {"samples": self.samples, "depth": self.depth, "change": self.change}
+        known = {"samples": self.samples, "depth": self.depth, "change": self.change, "unseen": self.unseen}
         return {**known, "uncertainty": self.uncertainty}
 
     def stored(self) -> tuple[dict, dict[str, np.ndarray]]:
         """Converts it to facts for JSON and arrays, for the cache."""
         arrays = {"truth": self.picture, "standard_error": self.standard_error}
-        facts = {name: getattr(self, name) for name in ("maker", "samples", "seeds", "depth", "cutoff", "change")}
+        names = "maker", "samples", "seeds", "depth", "cutoff", "change", "unseen"
+        facts = {name: getattr(self, name) for name in names}
         return facts, {name: array for name, array in arrays.items() if array is not None}
 
     @classmethod
@@ -97,7 +101,8 @@ class Truth:
 
     def serves(self, told: Job) -> bool:
         """Whether it is as good as that of a job with the same view, and independent of the pictures under test."""
-        return self.samples >= told.samples and not told.taken & set(self.seeds)
+        deep = not told.deepen or self.depth >= told.parameters.depth
+        return deep and self.samples >= told.samples and not told.taken & set(self.seeds)
 
 
 def view(parameters: Parameters, wanted: Wanted) -> Parameters:
@@ -148,7 +153,10 @@ def jobs(
 def _job(seen: Parameters, under_test: list[Parameters], wanted: Wanted, needs_of) -> Job:
     against = {"scene": "scene", "centres": "centres" if seen.sampler == "one" else "areas"}[wanted.against]
     deepen = wanted.depth == "enough"
-    shown = replace(seen, depth=DEPTHS[0], cutoff=CUTOFFS[0]) if deepen else seen
+    shown = seen
+    if deepen:
+        first, cutoff = depth.steps(max(parameters.depth for parameters in under_test))[0]
+        shown = replace(seen, depth=first, cutoff=cutoff)
     pictures = wanted.times
     if shown.sampler == "jittered":
         # One feeler and one glossy ray of each sample.
@@ -186,7 +194,7 @@ def certifiable(told: Job, found: Truth) -> Parameters:
 
 def key(shown: Parameters, wanted: Wanted, maker: Entry, scene_version: str) -> str:
     """By what the truth of a view is kept."""
-    settings = (DEPTHS, CUTOFFS, UNCHANGED) if wanted.depth == "enough" else ()
+    settings = (*depth.SETTINGS, UNSEEN) if wanted.depth == "enough" else ()
     return fingerprint({}, "truth", scene_version, shown, settings, maker.name, maker.renderer.version)
 
 
@@ -214,41 +222,38 @@ def make(told: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | N
     if it fails. `run` starts it.
     """
 
-    def picture(parameters: Parameters) -> np.ndarray:
+    def shoot(parameters: Parameters, scene: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray | None]:
         asked = replace(parameters, threads=maker.threads())
         if parameters.width * parameters.height * samples(parameters) * len(told.seeds) <= FEW:
             asked = for_any_scene(maker, asked)
-        result = run(maker, arrays, asked, told.needs, cache=cache)
+        result = run(maker, scene, asked, needs_in(scene, arrays, told.needs), cache=cache)
         if result.status != "ok":
             raise LookupError(f"{maker.name} could not make the truth: {result.status}: {result.reason}")
         if judge.not_finite(result.array):
             raise LookupError(f"the truth of {maker.name} has pixels that are not finite")
-        return result.array
+        return result.array, result.dropped
 
     wanted, change = told.parameters, None
     if told.deepen:
-        wanted, change = deep_enough(wanted, picture) if wanted.depth else (wanted, 0.0)
-    centre, error = mean(picture(replace(wanted, seed=seed)) for seed in told.seeds)
-    return Truth(maker.name, centre, told.samples, told.seeds, error, wanted.depth, wanted.cutoff, change)
+        wanted, change = depth.deep_enough(wanted, arrays, shoot) if wanted.depth else (wanted, 0.0)
+    centre, error = mean(shoot(replace(wanted, seed=seed), arrays)[0] for seed in told.seeds)
+    missed = unseen(arrays, wanted, told.samples, centre[..., 0].size)
+    return Truth(maker.name, centre, told.samples, told.seeds, error, wanted.depth, wanted.cutoff, change, missed)
 
 
-def deep_enough(
-    wanted: Parameters, picture: Callable[[Parameters], np.ndarray], unchanged: float = UNCHANGED
-) -> tuple[Parameters, float]:
-    """`wanted` with the first depth and cut-off at which the picture no longer changes by more than `unchanged`, and
-    the last change, RMS.
+def needs_in(scene: dict[str, np.ndarray], arrays: dict[str, np.ndarray], needs: tuple[str, ...]) -> tuple[str, ...]:
+    """The needs of a job with the scene `arrays`, or with that one all white (depth.all_white), which has ambient
+    light."""
+    return needs if scene is arrays else tuple(sorted({*needs, "ambient"}))
 
-    It looks at one sample a pixel. At the last of DEPTHS it stops, whatever still changes.
+
+def unseen(arrays: dict[str, np.ndarray], parameters: Parameters, count: int, pixels: int) -> float:
+    """RMS, linear RGB, over so many pixels, that something may add which none of `count` samples of a pixel has met:
+    something as bright as any hit, all in one pixel. 0 where samples have no area.
     """
-    one = replace(wanted, sampler="one", samples=1)
-    shallow = picture(replace(one, depth=DEPTHS[0], cutoff=CUTOFFS[0]))
-    for depth, cutoff in zip(DEPTHS[1:], CUTOFFS[1:], strict=True):
-        deeper = picture(replace(one, depth=depth, cutoff=cutoff))
-        change = float(np.sqrt(np.mean((deeper - shallow) ** 2)))
-        if change <= unchanged:
-            break
-        shallow = deeper
-    return replace(wanted, depth=depth, cutoff=cutoff), change
+    if parameters.sampler != "jittered":
+        return 0.0
+    return bound.brightest(arrays) * UNSEEN / count / float(np.sqrt(pixels))
 
 
 def mean(pictures: Iterable[np.ndarray]) -> tuple[np.ndarray, np.ndarray | None]:

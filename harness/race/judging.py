@@ -124,7 +124,7 @@ class Judging:
             return {"unavailable": f"its shape is {picture.shape}, the truth's {found.picture.shape}"}
         key = kept["sha256"], files["truth_file"]
         if key not in self.compared:
-            self.compared[key] = judge.errors(picture, found.picture, found.standard_error, mask, found.change)
+            self.compared[key] = judge.errors(picture, found.picture, found.standard_error, mask, found.doubt)
         seen = self._perceive(cell, picture, kept, found.picture, files["truth_file"])
         known = {"truth": found.maker, "against": self.plan.truths.of(cell).against, **files, **found.facts()}
         return {**known, **self.compared[key], **seen}

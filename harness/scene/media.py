@@ -11,6 +11,7 @@ from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Sphere
 
 MOST = 63  # ranked solids: a renderer stores a set of them in the bits of one integer
 OPAQUE = (0.0, 0.0, 0.0)
+LENS_POINTS, GOLDEN_ANGLE = 256, np.pi * (3 - np.sqrt(5))  # the points of a sunflower: even over a disc (Vogel 1979)
 TOGETHER = 64  # neighbouring solids that are compared at once with all objects near them
 
 
@@ -45,6 +46,26 @@ def media(scene):
     # stable: of equal ones of one material, the later in the file is the higher
     ranked.sort(key=lambda i: (-volume(exact[i]), density(scene.objects[i].material)))
     return [(i, i in holding) for i in ranked]
+
+
+def lens_cut(scene, radius):
+    """Whether a clear solid holds a part of the lens around the eye but not all of it, by LENS_POINTS points of it.
+
+    A job says in which solids eye rays begin (MED-2), once for all of them.
+    """
+    camera = scene.camera
+    eye = np.add(camera.centre, camera.e)
+    solids = [t for t in scene.objects if t.material.attenuation != OPAQUE and solid(t)]
+    boxes = padded(bounds(solids))
+    near = ((boxes[:, 0] <= eye + radius) & (eye - radius <= boxes[:, 1])).all(axis=1)
+    if not near.any():
+        return False
+    across, up = (np.divide(side, check.length(side)) for side in (camera.u, camera.v))
+    number = np.arange(LENS_POINTS)
+    out = radius * np.sqrt(number / (LENS_POINTS - 1))[:, None]
+    turn = number[:, None] * GOLDEN_ANGLE
+    points = eye + out * (np.cos(turn) * across + np.sin(turn) * up)
+    return any(len({holds(solids[i], point) for point in points}) > 1 for i in np.flatnonzero(near))
 
 
 def density(material):

@@ -4,7 +4,7 @@ import numpy as np
 
 from harness.scene.bounds import bounds
 from harness.scene.contact import contact
-from harness.scene.media import media, solid
+from harness.scene.media import lens_cut, media, solid
 from harness.scene.model import Box, Csg, Ellipsoid, Mesh, Polygon, Sphere
 
 SHAPES = {
@@ -20,7 +20,9 @@ BLACK = OPAQUE = (0.0, 0.0, 0.0)
 CLEAR = (1.0, 1.0, 1.0)
 
 MOST_FLOAT32 = 1e9  # its fourth power is finite in float32 (NUM-6)
-FAR_FLOAT32 = f"lengths above {MOST_FLOAT32:g} in float32"  # a need that no renderer meets
+# Needs that no renderer meets.
+FAR_FLOAT32 = f"lengths above {MOST_FLOAT32:g} in float32"
+LENS_CUT = "a lens partly inside a clear solid (LEN-2)"
 
 
 def needs(scene, parameters):
@@ -44,6 +46,7 @@ def needs(scene, parameters):
     lens            lens_radius > 0
     cutoff          cutoff > 0, and reflection
     FAR_FLOAT32     precision float32, and a coordinate or length above MOST_FLOAT32
+    LENS_CUT        a lens that a clear solid holds a part of, but not all
     """
     depth, lens = parameters.depth, parameters.lens_radius > 0
     materials = {thing.material for thing in scene.objects}
@@ -71,6 +74,7 @@ def needs(scene, parameters):
         "adaptive": parameters.sampler == "adaptive",
         "lens": lens,
         "cutoff": depth > 0 and specular and parameters.cutoff > 0,
+        LENS_CUT: lens and lens_cut(scene, parameters.lens_radius),
         FAR_FLOAT32: parameters.precision == "float32" and farthest(scene) > MOST_FLOAT32,
     }
     return tuple(sorted(shapes(scene) | {name for name, needed in tests.items() if needed}))

@@ -116,7 +116,7 @@ def _error(known, arrays, parameters: Parameters, result: repetition.Result) -> 
         return {"unavailable": NOT_MEASURED}
     if broken := judge.broken(result):
         return {"unavailable": broken}
-    told = judge.errors(result.array, found.picture, found.standard_error, None, found.change)
+    told = judge.errors(result.array, found.picture, found.standard_error, None, found.doubt)
     return {"truth": found.maker, "against": "scene", **found.facts(), **told}
 
 

@@ -58,7 +58,7 @@ class Best:
 
 def most(error: dict, true: Truth) -> float:
     """The largest RMSE that a picture may have, as far as the truth is known."""
-    return error["rmse"] + error["rmse_standard_error"] + (true.change or 0.0)
+    return error["rmse"] + error["rmse_standard_error"] + true.doubt
 
 
 def check(full: Model, true: Truth, limit: float) -> None:
@@ -102,7 +102,7 @@ class Search:
             model.shoot(self.way.entry, self.way.run, self.way.timeout)
             if not model.broken:
                 true = self.study.truth
-                error = judge.errors(model.picture, true.picture, true.standard_error, None, true.change)
+                error = judge.errors(model.picture, true.picture, true.standard_error, None, true.doubt)
                 model.picture = None
             self.models[scene, job] = model, error
         model, error = self.models[scene, job]

@@ -172,7 +172,7 @@ def measure(full: Model, true: Truth, way: Way, listed: list[LeaveOut]) -> Study
     times = take([full, *reduced, again], way)
     must_have(way, full, again)
     floor = turns.floor(full.times, again.times)
-    error = judge.errors(full.picture, true.picture, true.standard_error, None, true.change)
+    error = judge.errors(full.picture, true.picture, true.standard_error, None, true.doubt)
     worths = [_worth(one, model, full, true, floor) for one, model in zip(listed, reduced, strict=True)]
     return Study(full, true, error, floor, worths, times)
 
@@ -215,8 +215,8 @@ def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statist
     return Worth(
         one.name,
         one.proof,
-        change=change.between(model.picture, full.picture, true.picture, true.standard_error, true.change),
-        error=judge.errors(model.picture, true.picture, true.standard_error, None, true.change),
+        change=change.between(model.picture, full.picture, true.picture, true.standard_error, true.doubt),
+        error=judge.errors(model.picture, true.picture, true.standard_error, None, true.doubt),
         flip=perceive(model.picture, full.picture).flip,
         time=ratio,
         faster=statistics.verdict(ratio, floor.value),

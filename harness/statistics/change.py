@@ -34,17 +34,16 @@ class Change:
 
 
 def between(
-    reduced: np.ndarray, full: np.ndarray, truth: np.ndarray, noise: np.ndarray | None, deeper: float | None
+    reduced: np.ndarray, full: np.ndarray, truth: np.ndarray, noise: np.ndarray | None, lacking: float
 ) -> Change:
     """The Change from a full picture to a reduced one, both (height, width, 3).
 
-    noise: standard error of the truth, likewise; None: it has none. deeper: RMS by which the truth changes with its
-    depth; None where the depth was given. With a truth t + n, (r - t - n)^2 - (f - t - n)^2 has the noise 2 n (f - r)
-    alone: that of both squares cancels. A change c with depth adds at most 2 c times the RMS of f - r (Cauchy and
-    Schwarz).
+    noise: standard error of the truth, likewise; None: it has none. lacking: RMS of what the truth may lack. With a
+    truth t + n, (r - t - n)^2 - (f - t - n)^2 has the noise 2 n (f - r) alone: that of both squares cancels. What it
+    lacks, c, adds at most 2 c times the RMS of f - r (Cauchy and Schwarz).
     """
     apart = np.abs(reduced - full)
     added = float(np.mean((reduced - truth) ** 2 - (full - truth) ** 2))
     doubt = 0.0 if noise is None else 2 * np.sqrt(np.sum((apart * noise) ** 2)) / apart.size
-    doubt = float(np.hypot(doubt, 2 * (deeper or 0.0) * np.sqrt(np.mean(apart**2))))
+    doubt = float(np.hypot(doubt, 2 * lacking * np.sqrt(np.mean(apart**2))))
     return Change(float(np.mean(apart.max(axis=-1) > SEEN)), float(apart.max()), added, doubt)

@@ -88,13 +88,18 @@ def largest(agreement: dict) -> float | None:
 def below(error: dict) -> float | None:
     """Returns what the RMSE of an `error` lies below (95 %) where its truth cannot tell it from 0, linear RGB.
 
-    None where it can: the RMSE is more than the noise of the truth leaves uncertain in it, and more than the change by
-    which the truth was found deep enough.
+    None where it can: the RMSE is more than the noise of the truth leaves uncertain in it, and more than the truth may
+    lack.
     """
     if error.get("rmse") is None:
         return None
-    doubt, change = NORMAL * (error.get("rmse_standard_error") or 0.0), error.get("change") or 0.0
-    return error["rmse"] + doubt + change if 0 < max(doubt, change) >= error["rmse"] else None
+    noise, lacking = NORMAL * (error.get("rmse_standard_error") or 0.0), doubt(error)
+    return error["rmse"] + noise + lacking if 0 < max(noise, lacking) >= error["rmse"] else None
+
+
+def doubt(error: dict) -> float:
+    """Returns what the truth of an `error` may lack, RMS, linear RGB: deeper rays, and what no sample has met."""
+    return (error.get("change") or 0.0) + (error.get("unseen") or 0.0)
 
 
 def rmse_of(error: dict) -> str:

@@ -45,7 +45,8 @@ _JUDGED |= dict.fromkeys(("reference_file", "mask_file", "span_file", "flip_file
 _JUDGED |= dict.fromkeys(("truth_file", "standard_error_file"), Text)
 _NUMBERS = (
     *("max_outside", "max_inside", "rmse", "relative_mse", "bad_pixels", "mask_fraction", "tolerance", "psnr_db"),
-    *("ssim", "flip", "samples", "depth", "change", "uncertainty", "rmse_standard_error", "max", "below"),
+    *("ssim", "flip", "samples", "depth", "change", "unseen", "uncertainty", "max", "below"),
+    "rmse_standard_error",
     *("pictures", "standard_error", "rmse_outside"),  # of versions before 0.2
 )
 _TICKS = ("ticks", "missed", "interval_s", "interval_p50_s", "interval_p99_s", "cpu_s", "integral_s", "wait4_s")

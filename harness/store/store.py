@@ -81,9 +81,9 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
                 and max_inside are of distances, bad_pixels is the share that hits something else (hits.py), and keys
                 of pictures are null
     error       the distance from the truth (ERR-1, truth.py): {truth (its maker), against, depth, truth_file,
-                standard_error_file, samples (of a pixel), change, uncertainty (of the truth, RMS), certificate, rmse,
-                rmse_standard_error, below (null, or what the rmse lies below where the truth cannot tell it from 0),
-                max, bad_pixels, relative_mse, mask_fraction, psnr_db, ssim, flip, flip_file}; of first hits {truth,
+                standard_error_file, samples (of a pixel), change, unseen, uncertainty (of the truth, RMS), certificate,
+                rmse, rmse_standard_error, below (null, or what the rmse lies below where the truth cannot tell it from
+                0), max, bad_pixels, relative_mse, mask_fraction, psnr_db, ssim, flip, flip_file}; of first hits {truth,
                 against, max, bad_pixels, mask_fraction}; or {unavailable: reason}
     bound       null, or with a cut-off {radiance, max, mean, dropped_file}: bounds of its error in a channel of a
                 pixel, the largest and the mean over all pixels (bound.py)

@@ -138,7 +138,8 @@ private:
     {
         const int n = job.samples;
         Vec3<Real> sum{0, 0, 0};
-        for (int b = 0; b < n; b++)
+        for (int b = 0; b < n; b++) {
+            Vec3<Real> line{0, 0, 0};
             for (int a = 0; a < n; a++) {
                 draw_for(worker, number(i, j), std::uint32_t(b * n + a));
                 Real x = Real(0.5), y = Real(0.5);
@@ -148,8 +149,10 @@ private:
                         x = u[0], y = u[1];
                     }
                 x = (Real(a) + x) / Real(n) + shift_x, y = (Real(b) + y) / Real(n) + shift_y;
-                sum = sum + trace(Real(i) + x, Real(j) + y, worker);
+                line = line + trace(Real(i) + x, Real(j) + y, worker);
             }
+            sum = sum + line;
+        }
         return sum / (Real(n) * Real(n));
     }
 

@@ -56,7 +56,7 @@ def grid(scene, thread, width, height, region, i, j, depth):
     """The mean of n × n samples (SAM-1 to SAM-3)."""
     real = type(scene.epsilon)
     n, zero, half = scene.samples, real(0), real(0.5)
-    colour, dropped, counts = (zero, zero, zero), zero, (0, 0, 0, 0, 0)
+    colour, line, dropped, counts = (zero, zero, zero), (zero, zero, zero), zero, (0, 0, 0, 0, 0)
     for s in range(n * n):
         place = j * width + i, s
         u = numbers(scene, place)
@@ -68,7 +68,9 @@ def grid(scene, thread, width, height, region, i, j, depth):
         if ASK_SAMPLER and scene.single:  # CAM-4
             x, y = real(i) + scene.sample[0], real(j) + scene.sample[1]
         more, cut, counted = take(scene, thread, width, height, x, y, place, u, depth)
-        colour, counts = add(colour, more), add_counts(counts, counted)
+        line, counts = add(line, more), add_counts(counts, counted)
+        if s % n == n - 1:
+            colour, line = add(colour, line), (zero, zero, zero)
         if CUTOFF:
             dropped += cut
     share = real(n * n)

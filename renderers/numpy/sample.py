@@ -24,7 +24,8 @@ def even(scene, camera, job, counts):
     """The picture (3, pixels) of as many samples in each pixel (SAM-3); (4, pixels) with dropped weights (CUT-2)."""
     grid = Grid(scene, camera, job)
     channels = 4 if scene.cuts else 3
-    picture = np.zeros((channels, grid.pixels), scene.precision)
+    # Sums are in float64: the rows of SAM-3 would take n times the memory of the picture.
+    picture = np.zeros((channels, grid.pixels), scene.precision if grid.each == 1 else np.float64)
     size = wave_size(scene)
     for first in range(0, grid.pixels * grid.each, size):
         end = min(first + size, grid.pixels * grid.each)
@@ -35,9 +36,7 @@ def even(scene, camera, job, counts):
         trace(scene, grid, first, light, counts)
         for total, values in zip(picture, light, strict=True):
             np.add.at(total, np.arange(first, end) // grid.each, values)  # one after the other, in this order
-    if grid.each > 1:
-        picture /= grid.each
-    return picture
+    return (picture / grid.each).astype(scene.precision)
 
 
 class Grid:

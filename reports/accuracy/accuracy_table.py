@@ -13,8 +13,8 @@ CAPTION = (
     "are over all pixels. FLIP, SSIM and PSNR compare what a display shows of the picture and of the truth, sRGB "
     "clipped to 0..1: FLIP is the mean difference that a viewer sees at 67 pixels a degree, 0 to 1; SSIM is 1 for "
     "equal pictures. One wrong pixel hardly moves the three, and none of them tells a right picture from a wrong one: "
-    "that is what agreement is for. Truth known to: the root mean square of its own standard error, and of what half "
-    "its depth changes. Of several repetitions the worst is shown."
+    "that is what agreement is for. Truth known to: the root mean square of its own standard error and of what it may "
+    "lack: deeper rays (ERR-4), and what no sample has met (ERR-5). Of several repetitions the worst is shown."
 )
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from harness.errors import UserError
-from harness.store import store
+from harness.store import record, store
 from reports.run import method, results
 from reports.run.cell import Cell
 from reports.run.results import Results
@@ -73,5 +73,5 @@ def _advice(loaded: Results, cell: Cell, wanted: Wanted) -> Advice | None:
         cell.variant,
     ):
         return None
-    doubt = error["rmse_standard_error"] + (error.get("change") or 0.0)
+    doubt = error["rmse_standard_error"] + record.doubt(error)
     return Advice(cell.variant, method.of(cell), error["rmse"], doubt, cell.steady.value, loaded.folder)

@@ -10,10 +10,12 @@ from markupsafe import Markup
 
 from harness.errors import UserError
 from harness.system import output
-from reports.page import chart, comparer, glance, sections, series, sweep_chart
+from reports.chart import chart, comparer, series, sweep_chart
+from reports.chart.embedded import Embedded
+from reports.page import sections
 from reports.page.card import Card
-from reports.page.embedded import Embedded
 from reports.run.results import Results
+from reports.summary import glance
 
 NAME = "report.html"
 LIMIT = 8_000_000  # bytes of the page
@@ -79,9 +81,9 @@ def _write(shown: dict, told: list[tuple[str, str]], path: Path, images: dict[st
 
 def _template() -> Template:
     return Environment(
-        loader=PackageLoader("reports.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        loader=PackageLoader("reports", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
-    ).get_template("page.html.jinja")  # fmt: skip
+    ).get_template("page/page.html.jinja")  # fmt: skip
 
 
 def _drawing() -> str:

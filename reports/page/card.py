@@ -7,9 +7,9 @@ from pathlib import Path
 from harness.errors import UserError
 from harness.store import clean, confined
 from harness.system import output
-from reports.page import glance
-from reports.page.embedded import Embedded
+from reports.chart.embedded import Embedded
 from reports.run.results import Results
+from reports.summary import glance
 from reports.times import headline
 
 FILE = ".rayrace-card"  # in the folder of a report

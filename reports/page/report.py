@@ -18,7 +18,6 @@ from reports.accuracy import (
 )
 from reports.compare import versions
 from reports.gpu import blocks_figure, gpu_figure, gpu_table, launch_figure, scene_memory_table
-from reports.page import doubts, glance, provenance, summary
 from reports.paper import markdown, table
 from reports.pictures import fault_figure, gallery_figure, pictures_figure
 from reports.run import results
@@ -30,6 +29,7 @@ from reports.stability import pictures as stability_pictures
 from reports.stability import summary as stability_summary
 from reports.stability import window as stability_window
 from reports.study import ladder_table
+from reports.summary import doubts, glance, provenance, summary
 from reports.times import (
     counts_table,
     cpu_figure,

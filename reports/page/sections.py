@@ -11,8 +11,8 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup, escape
 from PIL import Image
 
+from reports.chart.embedded import Embedded, smaller
 from reports.page import drawing
-from reports.page.embedded import Embedded, smaller
 from reports.paper import markdown
 
 # Bytes of an SVG file; a larger one is embedded as pixels.

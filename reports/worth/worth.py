@@ -8,6 +8,7 @@ import numpy as np
 from harness.statistics import change, statistics
 from harness.statistics.change import SURE, Change
 from harness.statistics.statistics import NOT_RESOLVED, Estimate
+from harness.store import record
 from reports.accuracy import accuracy_columns
 from reports.paper import markdown, quantity, style, table, thinning
 from reports.run import naming, ranking, reduced, stored
@@ -104,7 +105,7 @@ def _change(results: Results, whole: Cell, full, cell: Cell, picture) -> Change 
     if error.get("standard_error_file"):
         noise = stored.array(results, error["standard_error_file"])
     missing = next((one for one in (picture, full, truth, noise, cell.error()) if isinstance(one, Missing)), None)
-    return missing or change.between(picture, full, truth, noise, error.get("change"))
+    return missing or change.between(picture, full, truth, noise, record.doubt(error))
 
 
 def write(results: Results, out: Path) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = "README.md", "CONTRIBUTING.md", "renderers/SPEC.md", "docs/*.md", "experiments/*.toml"
-PROGRAMS = "reports/**/*.py", "rayrace/*.py", "reports/page/page.js", "reports/page/*.jinja"
+PROGRAMS = "reports/**/*.py", "rayrace/*.py", "reports/page/page.js", "reports/*/*.jinja"
 ERROR = r"\b(?:errors?|RMSE|FLIP|SSIM|PSNR)\b"
 OTHER = r"(?:(?:the|a|its|another|other) )?(?:(?<!\[)reference|twin|judge|other renderer|another renderer)"
 FORBIDDEN = {

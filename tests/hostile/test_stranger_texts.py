@@ -13,9 +13,10 @@ import stored_run
 from harness.errors import UserError
 from harness.machine import fitness_cores
 from harness.store import clean, store
-from reports.page import provenance, several
+from reports.page import several
 from reports.paper import table
 from reports.run import results, stored
+from reports.summary import provenance
 
 EVIL = "a\x1b[2J\x00\x07\x9b31m\u202eb\ufffec\x7f"
 SHOWN = r"a\x1b[2J\x00\x07\x9b31m\u202eb\ufffec\x7f"

@@ -27,6 +27,7 @@ struct LanePoints {
 template<typename Real>
 struct LaneImageWorker : LaneWorker<Real> {
     [[no_unique_address]] Only<needs::adaptive, LanePoints<Real>, 'P'> points;
+    [[no_unique_address]] List<needs::supersampling, Real, 'l'> lines;  // sums of a row of samples (SAM-3), 3 a pixel
 };
 
 template<typename Real>
@@ -46,7 +47,12 @@ public:
     {
     }
 
-    void make_room(Worker& worker) const { tracer.make_room(worker, room); }
+    void make_room(Worker& worker) const
+    {
+        tracer.make_room(worker, room);
+        if constexpr (needs::supersampling)
+            worker.lines.resize(3 * room);
+    }
 
     // One render, with its samples at a place. A tile is worked out by one thread and shares nothing with another.
     void render(std::vector<Worker>& workers, Picture<Real>& picture, const SamplePlace& place)
@@ -112,7 +118,7 @@ private:
             clear(worker, room);
             see(tile, sample % n, sample / n, n, worker);
             tracer.follow(0, worker);
-            write(tile, sample, n * n, worker, picture);
+            write(tile, sample, n, worker, picture);
         }
         if constexpr (needs::cutoff)
             for_pixels(tile, [&](std::size_t pixel, std::size_t from) {
@@ -130,7 +136,9 @@ private:
                     std::size_t(place(i - tile.x0, j - tile.y0)));
     }
 
-    void write(const Tile& tile, int sample, int samples, Worker& worker, std::vector<Real>& picture) const
+    // Adds sample a of row b of the n × n of a pixel, s = b n + a (SAM-3).
+    void write(const Tile& tile, [[maybe_unused]] int s, [[maybe_unused]] int n, Worker& worker,
+               std::vector<Real>& picture) const
     {
         long long spoilt = 0;
         for_pixels(tile, [&](std::size_t pixel, std::size_t from) {
@@ -139,13 +147,25 @@ private:
             for (int c = 0; c < 3; c++) {
                 const Real value = worker.colours[c][from];
                 right = right && is_finite(value);
-                const Real sum = sample == 0 ? value : to[c] + value;
-                to[c] = samples > 1 && sample == samples - 1 ? sum / Real(samples) : sum;
+                if constexpr (needs::supersampling)
+                    add(value, s, n, worker.lines[3 * from + std::size_t(c)], to[c]);
+                else
+                    to[c] = value;
             }
             spoilt += !right;
         });
         worker.desk.counts.non_finite += spoilt;
         worker.desk.counts.primary += (long long)(tile.x1 - tile.x0) * (tile.y1 - tile.y0);
+    }
+
+    // SAM-3: `line` is the sum of the row of samples so far, `sum` of the rows before it, at last the mean.
+    static void add(Real value, int s, int n, Real& line, Real& sum)
+    {
+        line = s % n == 0 ? value : line + value;
+        if (s % n == n - 1)
+            sum = s < n ? line : sum + line;
+        if (n > 1 && s == n * n - 1)
+            sum /= Real(n) * Real(n);
     }
 
     // The eye rays of a tile's sample (a, b) of n x n (CAM-2, CAM-3, LEN-1).

@@ -36,7 +36,10 @@ def add_light(light, place, active, weight, colour):
 
 @kernel
 def deliver(scene, thread, light, tile, x0, y0, sample, samples, picture):
-    """Add a tile's samples to the picture, whose first pixel is (x0, y0); how many are not finite (CNT-2)."""
+    """Add a tile's samples to the picture, whose first pixel is (x0, y0); how many are not finite (CNT-2).
+
+    scene.lines has the sum of each pixel's row of samples so far (SAM-3).
+    """
     real = type(scene.epsilon)
     broken = 0
     for j in range(tile[1], tile[3]):
@@ -46,13 +49,18 @@ def deliver(scene, thread, light, tile, x0, y0, sample, samples, picture):
             red, green, blue = light[0, k], light[1, k], light[2, k]
             broken += (red - red) + (green - green) + (blue - blue) != 0
             if SUPERSAMPLING:
+                n, lines = scene.samples, scene.lines[thread]
                 for c in range(3):
                     total = light[c, k]
-                    if sample > 0:
-                        total += picture[j - y0, i - x0, c]
-                    if sample == samples - 1:
-                        total /= real(samples)
-                    picture[j - y0, i - x0, c] = total
+                    if sample % n > 0:
+                        total += lines[c, k]
+                    lines[c, k] = total
+                    if sample % n == n - 1:
+                        if sample >= n:
+                            total += picture[j - y0, i - x0, c]
+                        if sample == samples - 1:
+                            total /= real(samples)
+                        picture[j - y0, i - x0, c] = total
             else:
                 picture[j - y0, i - x0, 0], picture[j - y0, i - x0, 1], picture[j - y0, i - x0, 2] = red, green, blue
             if CUTOFF and sample == samples - 1:

@@ -62,6 +62,7 @@ FIELDS = {
     "places": True,  # int32, likewise
     "progress": True,  # int64 (threads, 2, orders and more): rays of each order that wait, and that have been read
     "light": True,  # (threads, 3, pixels and more): of the tile's samples
+    "lines": needs.SUPERSAMPLING,  # likewise: of rows of samples (SAM-3)
     "losses": needs.CUTOFF,  # (threads, 1, pixels and more): their dropped weight (CUT-2)
     # Of adaptive samples, with `lattice` and `squares` for all pixels in work: P points, S squares.
     "work_width": needs.ADAPTIVE,  # of the pixels that a thread has in work
@@ -148,6 +149,7 @@ def load(job, real, threads):
         "places": block(orders * rays.INTEGERS, columns, np.int32),
         "progress": block(2, job.depth + 2, np.int64),
         "light": block(3, pixels),
+        "lines": block(3, pixels),
         "losses": block(1, pixels),
     }
     if needs.ADAPTIVE:

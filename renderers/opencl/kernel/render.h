@@ -53,7 +53,7 @@ DEVICE real3 one_sample(const Scene *scene, Desk *desk, int i, int j)
 DEVICE real3 mean_of_samples(const Scene *scene, Desk *desk, int i, int j)
 {
     const int n = scene->at.sampler == ONE ? 1 : scene->at.samples;
-    real3 sum = R3(0, 0, 0);
+    real3 sum = R3(0, 0, 0), line = R3(0, 0, 0);
     int s = 0;
     do {
         desk->draws.pixel = (uint)j * (uint)scene->at.width + (uint)i, desk->draws.sample = (uint)s;
@@ -66,7 +66,11 @@ DEVICE real3 mean_of_samples(const Scene *scene, Desk *desk, int i, int j)
         y = ((real)(s / n) + y) / (real)n + (number(scene, SAMPLE + 1) - R(0.5));
         if (scene->at.sampler == ONE)
             x = number(scene, SAMPLE), y = number(scene, SAMPLE + 1);
-        sum = sum + sample_at(scene, desk, (real)i + x, (real)j + y);
+        line = line + sample_at(scene, desk, (real)i + x, (real)j + y);
+        if (s % n == n - 1) {
+            sum = sum + line;
+            line = R3(0, 0, 0);
+        }
     } while (++s < n * n);
     desk->dropped = desk->dropped / ((real)n * (real)n);  // CUT-2
     return sum / ((real)n * (real)n);

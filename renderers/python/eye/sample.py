@@ -26,13 +26,15 @@ def grid(look, job, number, random, region):
     for j in range(y0, y1):
         for i in range(x0, x1):
             pixel = j * job.width + i
-            red = green = blue = 0
-            for s in range(n * n):
-                b, a = divmod(s, n)
-                u, v = random.numbers(pixel, s, 0, 0)[:2] if jittered else (half, half)
-                r, g, b = look(i + ((a + u) / n + shift_x), j + ((b + v) / n + shift_y), pixel, s)
-                red, green, blue = red + r, green + g, blue + b
-            yield red / (n * n), green / (n * n), blue / (n * n)
+            pixel_sum = 0, 0, 0
+            for b in range(n):
+                row = 0, 0, 0
+                for a in range(n):
+                    s = b * n + a
+                    u, v = random.numbers(pixel, s, 0, 0)[:2] if jittered else (half, half)
+                    row = add(row, look(i + ((a + u) / n + shift_x), j + ((b + v) / n + shift_y), pixel, s))
+                pixel_sum = add(pixel_sum, row)
+            yield tuple(channel / (n * n) for channel in pixel_sum)
 
 
 def adaptive(look, job, number, _random, region):

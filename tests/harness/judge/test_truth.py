@@ -68,7 +68,9 @@ def test_of_the_scene():
     assert (told.feelers, told.glossy_rays) == (1, 0)
     assert (told.depth, told.cutoff) == (0, 0)  # no ray of this scene has children
     mirrors = job(PLAIN, needs=lambda parameters: (*needs_of(parameters), "reflection"))
-    assert (mirrors.parameters.depth, mirrors.parameters.cutoff) == (truth.DEPTHS[0], truth.CUTOFFS[0])
+    assert (mirrors.parameters.depth, mirrors.parameters.cutoff) == (8, 2.0**-12)
+    deep = job(replace(PLAIN, depth=40), PLAIN, needs=lambda parameters: (*needs_of(parameters), "reflection"))
+    assert deep.parameters.depth == 40  # never shallower than a picture under test
     assert len(made.seeds) == 4 and made.samples >= 64 * 9 * 2
 
 
@@ -129,27 +131,10 @@ def test_a_kept_truth_serves_if_it_has_samples_enough_and_other_seeds():
     told = job(replace(PLAIN, sampler="jittered", samples=2))
     kept = truth.Truth("cpp", np.zeros((1, 1, 3)), told.samples, told.seeds, None, 8)
     assert kept.serves(told) and not replace(kept, samples=told.samples - 1).serves(told)
+    deeper = replace(told, parameters=replace(told.parameters, depth=9))
+    assert not kept.serves(deeper) and replace(kept, depth=9).serves(deeper)
     other = job(replace(PLAIN, sampler="jittered", samples=2, seed=told.seeds[1]))
     assert not kept.serves(other) and told.seeds[1] not in other.seeds
-
-
-def test_deep_enough():
-    """It goes on while the picture changes, and says by how much the last change was."""
-    weights = {8: 1e-2, 16: 6e-5, 32: 1e-7, 64: 0.0}
-    asked = []
-
-    def picture(parameters):
-        asked.append((parameters.sampler, parameters.depth, parameters.cutoff))
-        return np.full((2, 2, 3), 0.5 - weights[parameters.depth])
-
-    wanted = replace(PLAIN, sampler="jittered", samples=4)
-    found, change = truth.deep_enough(wanted, picture)
-    assert (found.depth, found.cutoff, found.sampler, found.samples) == (32, 2.0**-20, "jittered", 4)
-    assert asked == [("one", 8, 2.0**-12), ("one", 16, 2.0**-16), ("one", 32, 2.0**-20)]
-    assert change == pytest.approx(6e-5 - 1e-7)
-    weights.update({32: 1e-3, 64: 5e-4})
-    found, change = truth.deep_enough(wanted, picture)
-    assert found.depth == 64 and change == pytest.approx(5e-4)
 
 
 def test_mean_and_standard_error():
@@ -162,7 +147,7 @@ def test_mean_and_standard_error():
     np.testing.assert_allclose(error, wide.std(axis=0, ddof=1) / 5, rtol=1e-12)
     found = truth.Truth("cpp", centre, 25, tuple(range(25)), error, 8)
     assert found.uncertainty == pytest.approx(0.04, rel=0.1)
-    assert replace(found, change=0.03).uncertainty == pytest.approx(0.05, rel=0.1)
+    assert replace(found, change=0.01, unseen=0.02).uncertainty == pytest.approx(0.05, rel=0.1)
     again = truth.Truth.restored(*found.stored())
     assert again.facts() == found.facts() and np.array_equal(again.standard_error, error)
     assert truth.mean(iter(pictures[:1]))[1] is None

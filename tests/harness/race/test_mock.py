@@ -11,8 +11,8 @@ from harness.plan import plan
 from harness.race import frames, race
 from harness.statistics import statistics
 from harness.store.record import FALSE_FRAMES, UNCHECKED
-from reports.page import doubts
 from reports.run import ranking, results
+from reports.summary import doubts
 
 SCENE = "CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND (0.2,0.5,0.7)\n"
 CAPTURED = environment.capture()

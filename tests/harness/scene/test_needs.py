@@ -18,7 +18,7 @@ from harness.scene.model import (
     Scene,
     Sphere,
 )
-from harness.scene.needs import FAR_FLOAT32, farthest, needs, shapes
+from harness.scene.needs import FAR_FLOAT32, LENS_CUT, farthest, needs, shapes
 
 CAMERA = Camera((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
 LIGHT = Light((5, 5, 5), (1, 1, 1), 0.0)
@@ -60,6 +60,21 @@ def test_lengths_beyond_float32(precision):
     assert farthest(near) == 5
     for one in far:
         assert (FAR_FLOAT32 in needs(one, parameters)) == (precision == "float32") and farthest(one) >= 2e9
+
+
+@pytest.mark.parametrize(
+    ("radius", "apart", "cut"),
+    [(0.0, 0.0, False), (0.5, 0.0, True), (0.5, 0.4, True), (0.5, -0.4, True), (0.5, 0.6, False), (0.5, -0.6, False)],
+)
+@pytest.mark.parametrize("clear", [True, False])
+def test_a_lens_partly_inside_glass(radius, apart, cut, clear):
+    """The eye so far outside of a ball (apart > 0), whose surface lies along the axis of the view there."""
+    material = Material((0.0, 0.0, 0.0), 1.0, 1.0, (1.0, 1.0, 1.0) if clear else (0.0, 0.0, 0.0), 2.25, 1.0)
+    given = scene(material)
+    eye = np.add(given.camera.centre, given.camera.e)
+    ball = Sphere(material, tuple(eye + 10 * np.array(given.camera.u) / np.linalg.norm(given.camera.u)), 10 - apart)
+    given = replace(given, objects=(ball,))
+    assert (LENS_CUT in needs(given, Parameters(lens_radius=radius))) == (cut and clear)
 
 
 @pytest.mark.parametrize(

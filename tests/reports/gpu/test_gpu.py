@@ -7,11 +7,12 @@ import pytest
 import report_tables
 
 from reports.gpu import blocks_figure, gpu_figure, launch_figure
-from reports.page import doubts, report, summary
+from reports.page import report
 from reports.pictures import fault_figure
 from reports.run import gpu, study
 from reports.run.results import Missing
 from reports.scaling import operations, roofline_figure
+from reports.summary import doubts, summary
 
 SERIES = "t,cpu_s,gpu_percent,gpu_power_w,gpu_throttle\n0.0,0.0,0,70,none\n0.5,0.5,,300,none\n1.5,1.0,100,350,none\n"
 

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from harness.statistics.statistics import Estimate
 from reports.accuracy import accuracy_columns
-from reports.page import doubts
-from reports.page.embedded import Embedded, smaller
+from reports.chart.embedded import Embedded, smaller
 from reports.paper import markdown, quantity, style
 from reports.run import stored, study
 from reports.run.results import Cell, Missing, Results
 from reports.run.words import all_against
 from reports.scaling import complexity, hierarchy
 from reports.stability import stability
+from reports.summary import doubts
 from reports.times import headline
 from reports.times.headline import Bar, Headline
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reports.page.embedded import Embedded
+from reports.chart.embedded import Embedded
 from reports.paper import style, timeline
 from reports.run import naming, stored
 from reports.run.results import Cell, Results

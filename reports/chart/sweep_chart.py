@@ -1,6 +1,6 @@
 """Prepares the interactive chart of sweeps: panels of reports.scaling.sweep with every quantity."""
 
-from reports.page.embedded import Embedded
+from reports.chart.embedded import Embedded
 from reports.paper import style, thinning
 from reports.run.results import Results
 from reports.scaling import crossing, sweep, sweep_figure

@@ -2,8 +2,8 @@
 
 import pytest
 
-from reports.page import sweep_chart
-from reports.page.embedded import Embedded
+from reports.chart import sweep_chart
+from reports.chart.embedded import Embedded
 from reports.scaling import sweep
 
 

@@ -3,8 +3,8 @@
 import matplotlib.pyplot as plt
 import pytest
 
-from reports.page import summary
 from reports.run import ranking
+from reports.summary import summary
 from reports.times import times_figure
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from harness.store.record import UNCHECKED
 from harness.system import trouble
-from reports.page.summary import where
 from reports.paper import markdown
 from reports.run.results import Cell, Results, grouped, place
+from reports.summary.summary import where
 
 STARVED = 0.9  # of a core: a renderer that computes all the time, and gets its core, uses more
 SHORTEST = 0.2  # s of a process; of a shorter one starting is a large part

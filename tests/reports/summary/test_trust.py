@@ -10,9 +10,9 @@ import pytest
 import report_tables
 
 from harness.system import trouble
-from reports.page import doubts, provenance, summary
 from reports.paper import thinning
 from reports.run import ranking, results
+from reports.summary import doubts, provenance, summary
 from reports.times import times_figure, times_table
 
 pytestmark = pytest.mark.alone

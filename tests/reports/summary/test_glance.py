@@ -7,9 +7,9 @@ import pytest
 import report_tables
 
 from harness.statistics.statistics import Estimate
-from reports.page import doubts, glance
-from reports.page.embedded import Embedded
+from reports.chart.embedded import Embedded
 from reports.run import study
+from reports.summary import doubts, glance
 from reports.times import headline
 
 ALL = study.VARIABLES | {"region": "0,0,512,512"}

@@ -4,7 +4,7 @@ import numpy as np
 
 from reports.accuracy import accuracy_columns, pareto, pareto_figure
 from reports.accuracy.pareto import VISIBLE, Chart, Point
-from reports.page.embedded import Embedded, smaller
+from reports.chart.embedded import Embedded, smaller
 from reports.paper import quantity, style, thinning
 from reports.run import command, naming, stored
 from reports.run.cell import Cell, Missing

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import LogNorm
 
-from reports.page.embedded import Embedded, smaller
+from reports.chart.embedded import Embedded, smaller
 from reports.pictures import pictures_figure
 from reports.run import naming, stored
 from reports.run.cell import Cell, Missing
