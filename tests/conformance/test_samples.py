@@ -49,6 +49,27 @@ def test_uniform_samples_are_the_centres_of_the_cells(bench, serial, n):
     assert result.said.rays["primary"] == SIDE * SIDE * n * n
 
 
+@pytest.mark.parametrize("vector", ["off", "on"])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_many_samples_of_one_colour_do_not_drift(bench, serial, precision, vector):
+    """A sum of 512 x 512 equal numbers in float32 would be off by some 1/255; that of rows rounds 1,024 times (SAM-3).
+
+    The colour is the background's, whatever it is after decoding: one sample of a pixel has it.
+    """
+    if serial == "python":
+        pytest.skip("its float64 rounds 2^29 times as little, and 262,144 samples take it seconds")
+    n, seed = 512, int(np.random.default_rng().integers(2**32))
+    print("seed", seed)
+    red, green, blue = np.random.default_rng(seed).uniform(0.1, 1, 3)
+    source = f"CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)\nBACKGROUND ({red},{green},{blue})\n"
+    job = {"width": 1, "height": 1, "precision": precision, "vector": vector}
+    exact = (serial, vector) == ("numba", "on")  # whose lanes have kernels of what the job needs alone
+    one = bench.result(serial, source, exact, **job).array.astype(float)
+    many = bench.result(serial, source, exact, sampler="uniform", samples=n, **job).array
+    rounding = {"float32": (2 * n + 4) * 2.0**-24, "float64": n * n * 2.0**-53}  # numpy adds all of them in float64
+    np.testing.assert_allclose(many, one, rtol=rounding[precision])
+
+
 @pytest.mark.parametrize("seed", [0, 2**32 - 5])
 def test_jittered_samples_are_those_of_the_specification(bench, serial, seed):
     n = 4

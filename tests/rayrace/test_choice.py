@@ -34,6 +34,11 @@ HALL = f"""{CAMERA}AMBIENT (0.2,0.2,0.2)
 LIGHT (0.3,0.4,0.5) (0.2,0.2,0.2) 0
 BOX (-1.03,-1.1,-1.2) (2,0,0) (0,2.1,0) (0,0,8.2) (0.05,0.05,0.05) 1 2000 (0,0,0) 1e12 1
 """
+# Between two perfect mirrors, so long that no ray of any depth here sees the light at their ends: the picture is black.
+CORRIDOR = f"""{CAMERA}BACKGROUND (0.9,0.8,0.7)
+BOX (-9e4,-1.3,-9e4) (18e4,0,0) (0,-1,0) (0,0,18e4) (0,0,0) 1 1 (0,0,0) 1e30 1
+BOX (-9e4,1.2,-9e4) (18e4,0,0) (0,1,0) (0,0,18e4) (0,0,0) 1 1 (0,0,0) 1e30 1
+"""
 PLAIN = "-r", "cpp-threads", "--precision", "float64", "--vector", "off"  # one program, which other tests build too
 EMPTY = f"{CAMERA}BACKGROUND (0.2,0.5,0.7)\n"
 RUN = """title = "t"
@@ -142,6 +147,8 @@ def test_the_centres_of_pixels_have_a_truth_without_samples(ask):
         (SCENE, "1/255", ("--sampler", "one"), 1, "in the way: --sampler"),
         (GLOSSY, "1/32", ("--depth", "0"), 1, "in the way: --depth"),
         (HALL, "1/255", (), 1, "cannot tell whether"),
+        (CORRIDOR, "1/255", (), 1, "cannot tell whether an RMSE of 0.00392 is kept: rays deeper than 64"),
+        (CORRIDOR, "1/255", ("--depth", "100"), 1, "kept: rays deeper than 200"),
         (SCENE, "1/255", ("--max-seconds", "0.01"), 1, "the time is up before a picture was made"),
     ],
 )

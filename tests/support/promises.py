@@ -3,6 +3,8 @@
     .venv/bin/python tests/support/promises.py --scenes 40 --seed WORD > table.md
     .venv/bin/python tests/support/promises.py --limit 1/255 --files SCENE .. > table.md
     .venv/bin/python tests/support/promises.py --kept > table.md      # without what takes longest, hindsight
+    .venv/bin/python tests/support/promises.py --hard > table.md      # on scenes in which a truth can be wrong
+
 
 Each picture is compared with a truth of its own by another renderer (numba-parallel, 24 x 24 samples a pixel, in four
 pictures). In hindsight the best method is the quickest of a grid whose picture is within the limit of that truth; both
@@ -27,6 +29,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
 
+import hard_scenes  # noqa: E402
 from wild_scenes import draw  # noqa: E402
 
 from harness.choice.trial import Method  # noqa: E402
@@ -34,7 +37,7 @@ from harness.judge import judge, truth  # noqa: E402
 from harness.process.session import Sessions  # noqa: E402
 from harness.renderer import registry  # noqa: E402
 from harness.renderer.parameters import Parameters  # noqa: E402
-from harness.scene import load  # noqa: E402
+from harness.scene import load, text  # noqa: E402
 from harness.scene.flatten import flatten  # noqa: E402
 from harness.scene.model import Scene  # noqa: E402
 from harness.scene.needs import needs as needs_of  # noqa: E402
@@ -45,6 +48,7 @@ from harness.statistics import steady  # noqa: E402
 LIMITS = ("1/32", "1/64", "1/128", "1/255", "1/512")
 SIZES = ((64, 64), (80, 60), (104, 80), (128, 96))
 SIDE, PICTURES = 12, 4  # as many samples as 24 x 24, in pictures whose spread tells their noise
+HARD_SIDE, DEEP = 48, (400, 2.0**-26)  # of hard scenes; and depth and cut-off of their truth
 FIRST_SEED = 0x5EED0000  # of the independent truth
 SIDES = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)
 PATHS = ((1, 2.0**-6), (2, 2.0**-6), (4, 2.0**-8))  # depth and cut-off; and those of the truth
@@ -76,9 +80,9 @@ class Subject:
             return None
         return result.array, steady.rough(result.said.frames_s)
 
-    def truth(self, name: str, depth: int, cutoff: float) -> tuple[np.ndarray, np.ndarray]:
+    def truth(self, name: str, depth: int, cutoff: float, side: int) -> tuple[np.ndarray, np.ndarray]:
         """The mean of pictures by a variant, and its standard error."""
-        job = replace(self.job, sampler="jittered", samples=SIDE, feelers=1, glossy_rays=1, depth=depth, cutoff=cutoff)
+        job = replace(self.job, sampler="jittered", samples=side, feelers=1, glossy_rays=1, depth=depth, cutoff=cutoff)
         return truth.mean(self.shoot(name, replace(job, seed=FIRST_SEED + k), 0)[0] for k in range(PICTURES))
 
 
@@ -132,7 +136,15 @@ def _size(number: int) -> tuple[int, int]:
     return SIZES[number // len(LIMITS) % len(SIZES)]
 
 
-def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only: bool) -> dict:
+def hard_subject(number: int, seed: str, folder: Path, known: dict, run) -> tuple[Path, Subject]:
+    """A hard scene, in a file of the folder."""
+    _, source = hard_scenes.draw(number, seed)
+    file = folder / "scene.txt"
+    file.write_text(source)
+    return file, Subject(text.read(source), {"shadows": True}, _size(number), known, run)
+
+
+def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only: bool, hard: bool) -> dict:
     """One scene: what was promised, what was kept, and, unless `kept_only`, what the best would have taken."""
     known = subject.known
     row = {"limit": limit, "size": f"{subject.job.width} x {subject.job.height}"}
@@ -149,8 +161,9 @@ def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only:
         if done.returncode:
             return {**row, "told": done.stderr.strip().splitlines()[-1].removeprefix("error: ")}
         told, array = json.loads(done.stdout), np.load(out)
-    depth, cutoff = told["error"]["depth"], 2.0**-18
-    right = subject.truth("numba-parallel", depth and depth + 8, cutoff if depth else 0.0)
+    depth = told["error"]["depth"]
+    deep, cutoff = DEEP if hard else (depth + 8, 2.0**-18)
+    right = subject.truth("numba-parallel", depth and deep, cutoff if depth else 0.0, HARD_SIDE if hard else SIDE)
     got, most = judge.errors(array, *right, None), 1 / int(limit[2:])
     row |= {"method": told["method"], "expected": told["expected"]["rmse"], "rmse": got["rmse"] / most,
             "doubt": got["rmse_standard_error"] / most, "pictures": len(told["pictures"])}  # fmt: skip
@@ -200,6 +213,7 @@ def main() -> None:
     asked.add_argument("--seed", default="promise")
     asked.add_argument("--limit", help="of each; without it, of LIMITS in turn")
     asked.add_argument("--files", nargs="*", type=Path, help="these scenes in place of random ones")
+    asked.add_argument("--hard", action="store_true", help="scenes in which a truth can be wrong")
     asked.add_argument("--kept", action="store_true", help="only whether the promise is kept")
     asked.add_argument("--seconds", type=float, default=240.0, help="that a picture may take")
     asked.add_argument("--read", nargs="*", type=Path, help="print the table of what earlier calls wrote to stderr")
@@ -217,9 +231,12 @@ def main() -> None:
                 file = told.files[number]
                 subject = Subject(load(file), {"shadows": True}, _size(number), known, sessions.run)
             else:
-                file, subject = random_subject(number, told.seed, Path(folder), known, sessions.run)
-            name = file.name if told.files else number
-            rows.append({"scene": name, **examine(file, subject, limit, told.seconds, told.kept)})
+                drawn = hard_subject if told.hard else random_subject
+                file, subject = drawn(number, told.seed, Path(folder), known, sessions.run)
+            kind = f" {hard_scenes.KINDS[number % len(hard_scenes.KINDS)]}" if told.hard else ""
+            name = file.name if told.files else f"{number}{kind}"
+            kept_only = told.kept or told.hard
+            rows.append({"scene": name, **examine(file, subject, limit, told.seconds, kept_only, told.hard)})
         print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
     print(table(rows))
 

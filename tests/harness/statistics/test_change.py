@@ -20,7 +20,7 @@ def test_the_error_added_is_known_as_well_as_it_says():
     scores = []
     for _ in range(2000):
         noisy = true + error * rng.normal(size=shape)
-        found = change.between(reduced, full, noisy, error, None)
+        found = change.between(reduced, full, noisy, error, 0.0)
         scores.append((found.added - exact) / found.doubt)
     assert abs(np.mean(scores)) < 5 / np.sqrt(2000)
     assert abs(np.std(scores) - 1) < 5 / np.sqrt(4000)
