@@ -30,7 +30,7 @@ def scratch() -> Iterator[Path]:
         except FileExistsError:
             made = False
             raise
-        with ownership.held(around):
+        with ownership.marked(around):
             (around / FILES).mkdir()
             yield around / FILES
     finally:
