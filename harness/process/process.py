@@ -177,7 +177,7 @@ class Process:
             return could_not_start(end["failed"])
         if end["over"]:
             name, used = end["over"]
-            end["over"] = name, self.limits.told(name, used, self.most[name])
+            end["over"] = name, self.limits.excess(name, used, self.most[name])
         places = self.dialog and self.dialog.answered
         return Outcome(failed=None, spawned=self.started["spawned"], measurer=audit, places=places, **end)
 

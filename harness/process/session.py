@@ -93,7 +93,7 @@ class Session:
             result = repetition.collect(outcome, said, text, fault, here / "out", parameters, needs, arrays)
             printed = self.read - read + self.stderr.stat().st_size - errors
             if printed > self.limits.output:  # the launcher looks now and then
-                why = self.limits.told("output", printed, self.limits.output)
+                why = self.limits.excess("output", printed, self.limits.output)
                 result = Result("failed", why, outcome, said)
             for path, first in ((self.stdout, read), (self.stderr, errors)) if log else ():
                 with open(path, "rb") as source:
