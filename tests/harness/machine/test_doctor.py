@@ -206,13 +206,13 @@ def test_gpu(gpu):
         "GPU clocks": "good",
         "other programs on the GPU": "good",
     }
-    assert found["GPU clocks"]["found"] == "1980 of 1980 MHz now, held back by: none"
+    assert found["GPU clocks"]["value"] == "1980 of 1980 MHz now, held back by: none"
 
 
 def test_gpu_that_is_used_and_held_back(gpu):
     row = json.loads((NVML / "trace.json").read_text())["rows"][0]
     found = gpu(rows=[[*row[:-1], 0x40]], process=os.getpid())
-    assert "hardware thermal slowdown" in found["GPU clocks"]["found"]
+    assert "hardware thermal slowdown" in found["GPU clocks"]["value"]
     assert {name for name in found if found[name]["verdict"] == "doubtful"} == {
         "GPU clocks",
         "other programs on the GPU",
@@ -222,7 +222,7 @@ def test_gpu_that_is_used_and_held_back(gpu):
 
 def test_gpu_that_does_not_tell(gpu):
     found = gpu(errors={"nvmlDeviceGetComputeRunningProcesses": "NoPermission"})["other programs on the GPU"]
-    assert found["verdict"] == "unknown" and "no permission" in found["found"]
+    assert found["verdict"] == "unknown" and "no permission" in found["value"]
     assert [*gpu(errors={"nvmlInit": "LibraryNotFound"})] == ["GPU"]
 
 
