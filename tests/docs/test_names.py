@@ -95,7 +95,8 @@ def test_a_binding_is_the_noun_of_what_it_holds():
         if name.startswith(WITH_NOUNS) and name.endswith(".py") and not name.startswith(NOT_YET)
     ]
     sources = [(name, (ROOT / name).read_text("utf-8")) for name in names]
-    assert len(sources) > 100 and without_noun(sources) == []
+    assert len(sources) > 100
+    assert without_noun(sources) == []
 
 
 @pytest.mark.parametrize(
