@@ -364,9 +364,9 @@ def pixel_bytes() -> str:
     row = _row("table")
     curves = [curve for curve in row.curves if curve.variant == READABLE]
     numbers, ways = sorted({curve.precision for curve in curves}), list(dict.fromkeys(curve.way for curve in curves))
-    lasts = {(curve.way, curve.precision): curve.known[-1] for curve in curves}
+    lasts = {(curve.way, curve.precision): curve.answered[-1] for curve in curves}
     (depth,) = {last.level for last in lasts.values()}
-    rows = [[way.name, *(quantity.size(lasts[way, one].told["error_median"]) for one in numbers)] for way in ways]
+    rows = [[way.name, *(quantity.size(lasts[way, one].answers["error_median"]) for one in numbers)] for way in ways]
     return _table([f"bytes of a pixel, depth {depth:g}", *numbers], rows)
 
 
