@@ -45,7 +45,7 @@ def versions(folder: Path, fail_slower: float | None) -> bool:
 
     if len(store.hosts(folder)) > 1 or not store.read(folder)[0].get("against"):  # --against is of one machine
         return False
-    found = versions.held(results.load(folder))
+    found = versions.comparisons(results.load(folder))
     for line in [*(row.text for row in found if len(found) > 1), f"this version: {versions.verdict(found)}"]:
         print(line)
     failures = [] if fail_slower is None else versions.failures(found, fail_slower)
