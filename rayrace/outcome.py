@@ -45,7 +45,7 @@ def versions(folder: Path, fail_slower: float | None) -> bool:
 
     if len(store.hosts(folder)) > 1 or not store.read(folder)[0].get("against"):  # --against is of one machine
         return False
-    rows = versions.held(results.load(folder))
+    rows = versions.comparisons(results.load(folder))
     for line in [*(row.text for row in rows if len(rows) > 1), f"this version: {versions.verdict(rows)}"]:
         print(line)
     failures = [] if fail_slower is None else versions.failures(rows, fail_slower)

@@ -174,8 +174,8 @@ def show_row(row, as_json: bool) -> None:
             "points": [
                 {
                     "level": point.level,
-                    "share": point.share if point.known else None,
-                    "unavailable": None if point.known else str(point.told),
+                    "share": point.share if point.answered else None,
+                    "unavailable": None if point.answered else str(point.answers),
                 }
                 for point in curve.points
             ],

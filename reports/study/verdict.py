@@ -249,15 +249,15 @@ def _failures(failing: Failing, results: Results) -> Decided:
     (row,) = [row for row in stability.rows(results) if row.name == failing.row] or [None]
     wanted = failing.cells.items()
     curves = [curve for curve in (row.curves if row else []) if all(has(curve.points[0].cell, *one) for one in wanted)]
-    if len(curves) != 1 or not curves[0].known:
+    if len(curves) != 1 or not curves[0].answered:
         return Decided("unavailable", f"unavailable: the run has {len(curves)} such curves")
     (curve,) = curves
     stress = row.facts["stress"]
     if curve.broken:
         point = curve.broken
-        count = f"{point.told['failures']} of {point.told['count']}"
+        count = f"{point.answers['failures']} of {point.answers['count']}"
         return Decided("false", f"{count} fail at {quantity.plain(point.level)} ({stress})")
-    ends = " to ".join(quantity.plain(curve.known[end].level) for end in (0, -1))
+    ends = " to ".join(quantity.plain(curve.answered[end].level) for end in (0, -1))
     return Decided("true", f"no failure from {ends} ({stress})")
 
 

@@ -337,7 +337,7 @@ def _stress(results: Results) -> Headline:
     rows = stability.rows(results)
     counts = {}
     for naive in (True, False):
-        mine = [row for row in rows if any(curve.known and curve.way.naive == naive for curve in row.curves)]
+        mine = [row for row in rows if any(curve.answered and curve.way.naive == naive for curve in row.curves)]
         broken = [row for row in mine if any(curve.broken and curve.way.naive == naive for curve in row.curves)]
         counts[naive] = len(broken), len(mine)
     return Headline([sentence.of_stress(len(rows), counts[True], counts[False])], [], "", "", [], [])
