@@ -173,7 +173,7 @@ def _chart(results: Results, seen: View) -> Chart:
             lacking.append((cell, cell.unranked or str(error)))
         else:
             errors[cell] = error
-    doubts = [DOUBT * max(cell.known("uncertainty", cell.timed).values(), default=0.0) for cell in errors]
+    doubts = [DOUBT * max(cell.by_row("uncertainty", cell.timed).values(), default=0.0) for cell in errors]
     sampled = any(method.sampled(results.record(cell)["error"]) for cell in errors)
     resolution = max([ALIKE, *doubts])
     points = _points(results, seen, names, errors, resolution) if errors else []

@@ -44,7 +44,7 @@ def columns(results: Results, scene: str) -> list[Column]:
 
 
 def technology(cell: Cell) -> str | Missing:
-    return next(iter(cell.known("technology", cell.timed).values()), Missing(cell.verdict))
+    return next(iter(cell.by_row("technology", cell.timed).values()), Missing(cell.verdict))
 
 
 def lines(results: Results, cell: Cell) -> float | Missing:

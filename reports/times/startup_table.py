@@ -40,8 +40,8 @@ def compile_s(cell: Cell, warm: bool):
         return Missing(cell.verdict)
     if not cell.values("compile_s"):
         return "none"
-    cache = cell.known("compile_cache")
-    values = [value for row, value in cell.known("compile_s").items() if (cache.get(row) == "warm") == warm]
+    cache = cell.by_row("compile_cache")
+    values = [value for row, value in cell.by_row("compile_s").items() if (cache.get(row) == "warm") == warm]
     return statistics.median(values) if values else Missing(f"no process had a {'warm' if warm else 'cold'} cache")
 
 
