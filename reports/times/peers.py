@@ -49,8 +49,8 @@ def technology(cell: Cell) -> str | Missing:
 
 def lines(results: Results, cell: Cell) -> float | Missing:
     """Returns the number of lines of the renderer's sources, as stored in the run."""
-    found = (results.record(cell) or {}).get("lines")
-    return Missing("the run did not store it") if found is None else float(found)
+    count = (results.record(cell) or {}).get("lines")
+    return Missing("the run did not store it") if count is None else float(count)
 
 
 def _whole(value) -> str:
