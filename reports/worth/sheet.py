@@ -23,7 +23,7 @@ SCALE = (1e-4, 1.0)  # of differences, linear RGB
 def write(path: Path, full: np.ndarray, pictures: list[tuple[str, str, np.ndarray]]) -> None:
     """Writes the sheet to `path`, whose suffix matplotlib knows.
 
-    full, and the `pictures`: linear RGB (height, width, 3). pictures: what is left out, the RMSE from the truth
+    full, and those of `pictures`: linear RGB (height, width, 3). pictures: what is left out, the RMSE from the truth
     without it as text, and the picture, in the order in which they are shown.
     """
     with style.styled():
