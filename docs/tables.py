@@ -302,7 +302,7 @@ SINGLE = "cpp", ("float32", "strict")
 def slopes() -> str:
     """Slopes of error against samples, beside theory's."""
     with _opened("cascade-lake-2x", "sampling") as run:
-        found = {view.cells[0].swept["case"]: lines for view, lines in convergence.found(run)}
+        found = {view.cells[0].swept["case"]: lines for view, lines in convergence.lines_by_view(run)}
     rows = [
         [SAMPLED[case], BY.get(line.sampler, line.sampler), quantity.text(line.slope), quantity.plain(line.theory)]
         for case in SAMPLED
@@ -315,8 +315,8 @@ def slopes() -> str:
 def growth() -> str:
     """A sentence on how rounding grows between mirrors."""
     with _opened("cascade-lake-2x", "precision") as run:
-        (mirrors,) = [one for one in chaos.found(run) if one.view.cells[0].swept["case"] == "perfect"]
-        views = precision.found(run)
+        (mirrors,) = [one for one in chaos.mirror_views(run) if one.view.cells[0].swept["case"] == "perfect"]
+        views = precision.methods_by_view(run)
     (single,) = [one for one in mirrors.growths if (one.variant, one.arithmetic) == SINGLE]
     bad, none = (quantity.percent(_beyond(views, *where)) for where in (("perfect", 10), ("matte", 0)))
     beyond = "differ from the float64 picture by more than 1/255 at depth 10"
@@ -329,7 +329,7 @@ def _beyond(views: list, case: str, depth: int) -> float:
     """The share of pixels of float32 that are off by more than 1/255."""
     (methods,) = [methods for view, methods in views if view.cells[0].swept["case"] == case]
     (single,) = [one for one in methods if (one.variant, one.arithmetic) == SINGLE]
-    return next(found.bad for found in single.found if found.depth == depth)
+    return next(found.bad for found in single.pictures if found.depth == depth)
 
 
 # --- Where methods fail ---

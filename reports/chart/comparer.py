@@ -58,7 +58,7 @@ def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
     return {
         "label": cell.label,
         "verdict": cell.verdict,
-        "told": pictures_figure.told(results, cell),
+        "told": pictures_figure.notes(results, cell),
         "truth": False,
         "size": [seen.shape[1], seen.shape[0]],
         "picture": key,

@@ -85,6 +85,6 @@ def _kind(text: str) -> str:
 
 def _share_of_a_core(cell: Cell) -> float | None:
     """Returns CPU time over wall time of its repetitions that are long enough; None if there are none."""
-    cpu, wall = cell.known("cpu_s"), cell.known("wall_s")
+    cpu, wall = cell.by_row("cpu_s"), cell.by_row("wall_s")
     long = [row for row in cpu if wall[row] > SHORTEST]
     return sum(cpu[row] for row in long) / sum(wall[row] for row in long) if long else None
