@@ -320,7 +320,7 @@ class Examination:
         if result.status != "ok":
             return Check(what, False, result.reason)
         disturbed, blanks = trouble.between(before, trouble.look()), contradiction.Blanks()
-        wrong = contradiction.found(result, series, self.entry, wanted, blanks, run, disturbed=disturbed)
+        wrong = contradiction.reason(result, series, self.entry, wanted, blanks, run, disturbed=disturbed)
         return Check(what, wrong is None, wrong or "")
 
     def _rays(self) -> Check:

@@ -137,9 +137,9 @@ class Session:
     def _output(self) -> bytes:
         with open(self.stdout, "rb") as file:
             file.seek(self.read)
-            found = file.read()
-        self.read += len(found)
-        return found
+            data = file.read()
+        self.read += len(data)
+        return data
 
 
 def _outcome(start: float, end: float, status: int) -> process.Outcome:

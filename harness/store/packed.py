@@ -63,7 +63,7 @@ def pack(folder: Path, file: Path, pictures: bool = True, truths: bool = True) -
     texts = [path for place in places for name in TEXTS if (path := place / name).exists()]
     rows = [path.read_text(encoding="utf-8") for path in texts if path.name == "repetitions.jsonl"]
     mentioned = re.findall(r'"(?:pictures/)?([\w.-]+\.npy)"', "".join(rows))
-    order = {found: number for number, found in reversed(list(enumerate(mentioned)))}
+    order = {file_name: number for number, file_name in reversed(list(enumerate(mentioned)))}
     npy = [path for place in places for path in (place / "pictures").glob("*.npy") if pictures]
     npy = [path for path in npy if truths or not path.name.endswith(TRUTHS)]
     npy.sort(key=lambda path: (order.get(path.name, len(order)), str(path)))
@@ -110,16 +110,16 @@ class _Unpacked:
 
     def read(self, size: int) -> bytes:
         """Returns up to `size` bytes, b"" at the end."""
-        found = b""
-        while not (found or self.xz.eof):
+        unpacked = b""
+        while not (unpacked or self.xz.eof):
             data = self.file.read(PIECE) if self.xz.needs_input else b""
             if self.xz.needs_input and not data:
                 raise EOFError("it ends too early")
-            found = self.xz.decompress(data, size)
-        self.allowed -= len(found)
+            unpacked = self.xz.decompress(data, size)
+        self.allowed -= len(unpacked)
         if self.allowed < 0:
             raise ValueError(f"a header of more than {HEADERS >> 10} kB")
-        return found
+        return unpacked
 
 
 def _unpack(file: Path, folder: Path) -> None:
