@@ -174,7 +174,7 @@ def roofline() -> str:
     """Operations of each scene, and shares of the machine's peak one ray after another and in lanes."""
     kinds = ("float64", "off"), ("float64", "on"), ("float32", "on")
     rows = []
-    for group in limits.found(_run("cascade-lake-2x", "roofline")):
+    for group in limits.pictures(_run("cascade-lake-2x", "roofline")):
         cells = {(cell.parameters["precision"], group.vector(cell)): cell for cell in group.cells}
         shares = [quantity.text(group.share(cells[kind]), 100) for kind in kinds]
         operations = [quantity.plain(group.intensity(cells[precision, "on"])) for precision in PRECISIONS]
@@ -302,7 +302,7 @@ SINGLE = "cpp", ("float32", "strict")
 def slopes() -> str:
     """Slopes of error against samples, beside theory's."""
     with _opened("cascade-lake-2x", "sampling") as run:
-        found = {view.cells[0].swept["case"]: lines for view, lines in convergence.found(run)}
+        found = {view.cells[0].swept["case"]: lines for view, lines in convergence.lines_by_view(run)}
     rows = [
         [SAMPLED[case], BY.get(line.sampler, line.sampler), quantity.text(line.slope), quantity.plain(line.theory)]
         for case in SAMPLED
@@ -315,8 +315,8 @@ def slopes() -> str:
 def growth() -> str:
     """A sentence on how rounding grows between mirrors."""
     with _opened("cascade-lake-2x", "precision") as run:
-        (mirrors,) = [one for one in chaos.found(run) if one.view.cells[0].swept["case"] == "perfect"]
-        views = precision.found(run)
+        (mirrors,) = [one for one in chaos.mirror_views(run) if one.view.cells[0].swept["case"] == "perfect"]
+        views = precision.methods_by_view(run)
     (single,) = [one for one in mirrors.growths if (one.variant, one.arithmetic) == SINGLE]
     bad, none = (quantity.percent(_beyond(views, *where)) for where in (("perfect", 10), ("matte", 0)))
     beyond = "differ from the float64 picture by more than 1/255 at depth 10"
@@ -329,7 +329,7 @@ def _beyond(views: list, case: str, depth: int) -> float:
     """The share of pixels of float32 that are off by more than 1/255."""
     (methods,) = [methods for view, methods in views if view.cells[0].swept["case"] == case]
     (single,) = [one for one in methods if (one.variant, one.arithmetic) == SINGLE]
-    return next(found.bad for found in single.found if found.depth == depth)
+    return next(found.bad for found in single.pictures if found.depth == depth)
 
 
 # --- Where methods fail ---
@@ -364,9 +364,9 @@ def pixel_bytes() -> str:
     row = _row("table")
     curves = [curve for curve in row.curves if curve.variant == READABLE]
     numbers, ways = sorted({curve.precision for curve in curves}), list(dict.fromkeys(curve.way for curve in curves))
-    lasts = {(curve.way, curve.precision): curve.known[-1] for curve in curves}
+    lasts = {(curve.way, curve.precision): curve.answered[-1] for curve in curves}
     (depth,) = {last.level for last in lasts.values()}
-    rows = [[way.name, *(quantity.size(lasts[way, one].told["error_median"]) for one in numbers)] for way in ways]
+    rows = [[way.name, *(quantity.size(lasts[way, one].answers["error_median"]) for one in numbers)] for way in ways]
     return _table([f"bytes of a pixel, depth {depth:g}", *numbers], rows)
 
 
@@ -466,7 +466,7 @@ def mesh_pictures() -> str:
 def hierarchies() -> str:
     """From how many objects on each renderer is faster with a hierarchy, and how long it builds its largest."""
     rows = []
-    for line in hierarchy.found(_run("emerald-rapids-2x", "hierarchy")):
+    for line in hierarchy.lines_of(_run("emerald-rapids-2x", "hierarchy")):
         even = hierarchy.break_even(line)
         pays = str(even) if isinstance(even, Missing) else quantity.plain(even.objects, 2)
         last = max((one for one in line.points if one.bvh), key=lambda one: one.objects)

@@ -23,19 +23,19 @@ def read(path: Path, most: int = LARGEST) -> str:
     """
     try:
         with open(path, "rb", opener=_at_once) as file:
-            found = os.fstat(file.fileno())
+            status = os.fstat(file.fileno())
             for is_kind, name in _KINDS.items():
-                if is_kind(found.st_mode):
+                if is_kind(status.st_mode):
                     remedy = "write what comes from it to a file, and name that file"
                     raise UserError(f"expected a file, found {name}", file=path, remedy=remedy)
-            content = b"" if found.st_size > most else file.read(most + 1)
+            content = b"" if status.st_size > most else file.read(most + 1)
     except (FileNotFoundError, ValueError):  # ValueError: a NUL in the path
         raise UserError("no such file", file=path) from None
     except IsADirectoryError:
         raise UserError("expected a file, found a folder", file=path) from None
     except OSError as error:
         raise UserError(f"cannot be read: {error.strerror}", file=path) from None
-    if max(found.st_size, len(content)) > most:
+    if max(status.st_size, len(content)) > most:
         remedy = "divide it, or put its triangles into the file of a MESH" if most == LARGEST else "divide it"
         raise UserError(f"the file has more than {most >> 20} MB", file=path, remedy=remedy)
     return decoded(content, path).replace("\r\n", "\n").replace("\r", "\n")

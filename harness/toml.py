@@ -62,7 +62,7 @@ def validated(
     try:
         tables, faults = _frozen(tables), {}
         try:
-            found = model.model_validate(tables)
+            instance = model.model_validate(tables)
         except ValidationError as error:
             faults = _faults(error, tables, model)
         else:
@@ -71,20 +71,20 @@ def validated(
     except RecursionError:
         raise _too_deep(path) from None
     if not faults:
-        return found
+        return instance
     lines = _Lines(path)
-    told = []
+    messages = []
     for place, texts in faults.items():
         key = ".".join(map(str, place))
         for text in " or: ".join(texts).split("\n"):
             named = key or text.partition(":")[0]
-            if any(named == one or named.startswith(f"{one}.") for one in given):
-                told.append((0, f"--set {key}: {text}" if key else f"--set {text}"))
+            if any(named == setting or named.startswith(f"{setting}.") for setting in given):
+                messages.append((0, f"--set {key}: {text}" if key else f"--set {text}"))
                 continue
             line = lines.of(place or named)
             where = f"{path}:{line}" if line else f"{path}"
-            told.append((line or 0, f"{where}: {key}: {text}" if key else f"{where}: {text}"))
-    raise UserError("\n".join(text for _, text in sorted(told, key=lambda one: one[0])))
+            messages.append((line or 0, f"{where}: {key}: {text}" if key else f"{where}: {text}"))
+    raise UserError("\n".join(text for _, text in sorted(messages, key=lambda message: message[0])))
 
 
 def _faults(error: ValidationError, tables: dict, model: type[BaseModel]) -> dict[Place, list[str]]:
@@ -92,14 +92,14 @@ def _faults(error: ValidationError, tables: dict, model: type[BaseModel]) -> dic
 
     Leaves out faults that follow from one further down, such as a value that has no other type of a union either.
     """
-    found: dict[Place, list[str]] = {}
+    messages: dict[Place, list[str]] = {}
     errors = error.errors(include_url=False)[:FAULTS]
     places = [_place(fault, tables) for fault in errors]
     above = {place[:n] for place in places for n in range(1, len(place))}
     for fault, place in zip(errors, places, strict=True):
         if place not in above or fault["type"] == "value_error":
-            found.setdefault(place, []).append(_message(fault, model, place))  # one for each type of a union
-    return found
+            messages.setdefault(place, []).append(_message(fault, model, place))  # one for each type of a union
+    return messages
 
 
 def _frozen(value):
@@ -126,11 +126,11 @@ def _message(error: dict, model: type[BaseModel], place: Place) -> str:
         text = error["msg"].removeprefix("Value error, ")
         return text.replace("tuple", "list").replace("Tuple", "List").replace("dictionary", "table")  # as TOML has it
     key = str(error["loc"][-1])
-    known = list(_keys_at(model, error["loc"][:-1]))
-    near = get_close_matches(key, known, n=1)
+    keys = list(_keys_at(model, error["loc"][:-1]))
+    near = get_close_matches(key, keys, n=1)
     below = [f"{name}.{inner}" for name, inner in _below(model) if inner == key and name not in map(str, place[:-1])]
     meant = " or ".join(f'"{name}"' for name in (below or near))
-    return "unknown key; " + (f"did you mean {meant}?" if meant else f"known keys: {', '.join(known)}")
+    return "unknown key; " + (f"did you mean {meant}?" if meant else f"known keys: {', '.join(keys)}")
 
 
 def _below(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
@@ -154,7 +154,7 @@ class _Lines:
     """Finds the line of a place in a TOML file. Keys in inline tables have the line of the table."""
 
     def __init__(self, path: Path):
-        self.known: dict[Place, int] = {}
+        self.numbers: dict[Place, int] = {}
         try:
             lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
         except OSError:
@@ -169,17 +169,17 @@ class _Lines:
                 if heading[1]:
                     counts[table] = counts.get(table, -1) + 1
                     table = (*table, counts[table])
-                self.known.setdefault(table, number)
+                self.numbers.setdefault(table, number)
             elif key := _KEY.match(line):
-                self.known.setdefault((*table, *_parts(key[1])), number)
+                self.numbers.setdefault((*table, *_parts(key[1])), number)
 
     @cached_property
     def _all(self) -> dict[tuple[str, ...], int]:
-        """`known`, and each place without its numbers of tables: the first table of that name. Numbers as text."""
+        """`numbers`, and each place without its numbers of tables: the first table of that name. Numbers as text."""
         first: dict[Place, int] = {}
-        for place, line in self.known.items():
+        for place, line in self.numbers.items():
             first.setdefault(tuple(step for step in place if isinstance(step, str)), line)
-        return {tuple(map(str, place)): line for place, line in (first | self.known).items()}
+        return {tuple(map(str, place)): line for place, line in (first | self.numbers).items()}
 
     def of(self, place: Place | str) -> int | None:
         """The line of a place or dotted key, or of the closest table around it; None if there is none."""

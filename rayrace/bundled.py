@@ -27,9 +27,9 @@ def experiment(path: Path) -> Path:
     """`path` if it is a file, else the bundled experiment of that name, such as comparison. UserError if neither is."""
     if path.exists():
         return path
-    found = folder() / path.with_suffix(".toml")
-    if path.parent == Path() and path.suffix in ("", ".toml") and found.is_file():
-        return found
+    file = folder() / path.with_suffix(".toml")
+    if path.parent == Path() and path.suffix in ("", ".toml") and file.is_file():
+        return file
     raise _unknown(path, "experiment", list(names()))
 
 
@@ -46,18 +46,18 @@ def scene(path: Path) -> Path:
     files = [file for file in sorted((home / "scenes").rglob("*")) if file.suffix in SCENES]
     names = {file: file.relative_to(home / "scenes").with_suffix("").as_posix() for file in files}
     wanted = path.with_suffix("") if path.suffix in SCENES else path
-    found = [file for file in files if wanted.as_posix() in (file.stem, names[file])]
-    if len(found) > 1:
-        named = " or ".join(names[file] for file in found)
+    matches = [file for file in files if wanted.as_posix() in (file.stem, names[file])]
+    if len(matches) > 1:
+        named = " or ".join(names[file] for file in matches)
         raise UserError(f"{path}: several bundled scenes have that name", remedy=f"give {named}")
-    if found:
-        return found[0]
+    if matches:
+        return matches[0]
     raise _unknown(path, "scene", [file.stem for file in files])
 
 
-def _unknown(path: Path, what: str, known: list[str]) -> UserError:
-    near = get_close_matches(path.stem, known, n=1)
-    hint = f"did you mean {near[0]}?" if near else f"bundled: {', '.join(known)}"
+def _unknown(path: Path, what: str, candidates: list[str]) -> UserError:
+    near = get_close_matches(path.stem, candidates, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"bundled: {', '.join(candidates)}"
     return UserError(f"{path}: no such file, and no bundled {what} of that name", remedy=hint)
 
 
@@ -71,10 +71,10 @@ def copy(name: str, out: Path) -> list[Path]:
     from harness.scene.model import Csg, Mesh
 
     home, file = folder(), experiment(Path(name))
-    asked = load(file)
+    definition = load(file)
     files = [file, home / "schema.json"]
 
-    for text in dict.fromkeys([*asked.scenes, *(case.scene for case in asked.case)]):
+    for text in dict.fromkeys([*definition.scenes, *(case.scene for case in definition.case)]):
         scene = home / text
         files.append(scene)
         for shape in read(scene).objects:

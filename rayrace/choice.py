@@ -29,11 +29,11 @@ from reports.paper import quantity
 SEEN = ("width", "height", "region", "shadows", "lens_radius", "focal_distance", "arithmetic")  # what is in a picture
 
 
-def render(scene, variant, out, asked, most, against, seconds, given, frames, timeout, folders, as_json) -> None:
+def render(scene, variant, out, options, most, against, seconds, given, frames, timeout, folders, as_json) -> None:
     """Render `scene` to `out` with the quickest method whose RMSE is `most` or less, and print what it promised and
     what the picture keeps.
 
-    asked: the Image of the options; given: names of those that the user gave. against: "scene" or "centres".
+    options: the Image of the command line; given: names of those that the user gave. against: "scene" or "centres".
     seconds: in which all is to be done; 0: as many as a job may take (timeout). Failure if no picture is within the
     limit, or nobody can tell; the best is kept.
     """
@@ -44,10 +44,10 @@ def render(scene, variant, out, asked, most, against, seconds, given, frames, ti
     if against not in ("scene", "centres"):
         raise UserError(f"--against {against}: expected scene or centres")
     picture.check_suffix(out)
-    read, known = load(scene), registry.entries(folders)
+    read, entries = load(scene), registry.entries(folders)
     if variant:
-        registry.find(variant, known)
-    arrays, parameters = flatten(read, asked.arithmetic), asked.parameters(1, 0)
+        registry.find(variant, entries)
+    arrays, parameters = flatten(read, options.arithmetic), options.parameters(1, 0)
     fixed = frozenset(given & {*NAMES} - {*SEEN, "seed", "frames", "threads"})
     if against == "centres":
         if "sampler" in fixed and parameters.sampler != "one":
@@ -66,8 +66,8 @@ def render(scene, variant, out, asked, most, against, seconds, given, frames, ti
     with host.exclusive(), Sessions() as sessions, scratch() as folder:
         began = time.monotonic()  # it may have waited for another measurement to end
         test = trial.Trial(
-            arrays, lambda job: needs_of(read, job), parameters, known, limit, against, sessions.run,
-            began + (seconds or timeout), None if asked.threads == "default" else asked.threads,
+            arrays, lambda job: needs_of(read, job), parameters, entries, limit, against, sessions.run,
+            began + (seconds or timeout), None if options.threads == "default" else options.threads,
         )  # fmt: skip
         known_methods = advice.find(results_folder(), wanted)
         made = Choice(test, variant, fixed, out, frames, known_methods, Audit(host), folder)
@@ -114,8 +114,8 @@ def _time(times: turns.Times) -> str:
 def _truth(error: dict) -> str:
     if "unavailable" in error:
         return ""
-    known = f", known to {error['uncertainty']:.2g}" if error["uncertainty"] else ""
-    return f"; its truth is by {error['truth']}, {error['samples']} samples a pixel{known}"
+    uncertainty = f", known to {error['uncertainty']:.2g}" if error["uncertainty"] else ""
+    return f"; its truth is by {error['truth']}, {error['samples']} samples a pixel{uncertainty}"
 
 
 def error_limit(option: str, most: str) -> float:

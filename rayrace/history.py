@@ -45,37 +45,41 @@ def history(
     from reports.paper import table
 
     file = bundled.experiment(experiment)
-    known = registry.entries(tuple(renderer or ()))
-    if variant not in known:
+    entries = registry.entries(tuple(renderer or ()))
+    if variant not in entries:
         raise UserError(f"{variant}: no such variant; `rayrace list` has them")
-    asked = experiments.load(file, (*(settings or ()), f'renderers=["{variant}"]'), (), known)
-    all_of_them = versions.commits(commits, known[variant])
+    definition = experiments.load(file, (*(settings or ()), f'renderers=["{variant}"]'), (), entries)
+    all_of_them = versions.commits(commits, entries[variant])
     if resume and out:
         raise UserError("--resume goes on in the history's own folder; leave --out out")
     if resume and not resume.is_dir():
         raise UserError(f"--resume {resume}: no such folder")
     folder = resume or new_run(Path(f"history-{variant}"), out)
-    found: dict[int, list] = {}
+    commit_points: dict[int, list] = {}
     due = _spread(len(all_of_them), at_most)
     while due:
         for number in due:
-            found[number] = _measure(all_of_them[number], variant, asked, file, known, folder)
-            print(_line(all_of_them[number], found[number]), file=sys.stderr, flush=True)
-        due = halves(all_of_them, found, [one for mine in _places(found).values() for one in _steps(mine, step)])
-    points = _places(found)
-    steps = [one for mine in points.values() for one in _steps(mine, step)]
-    rows = [point for mine in points.values() for point in mine]
+            commit_points[number] = _measure(all_of_them[number], variant, definition, file, entries, folder)
+            print(_line(all_of_them[number], commit_points[number]), file=sys.stderr, flush=True)
+        due = halves(
+            all_of_them,
+            commit_points,
+            [change for series in _places(commit_points).values() for change in _steps(series, step)],
+        )
+    points = _places(commit_points)
+    steps = [change for series in points.values() for change in _steps(series, step)]
+    rows = [point for series in points.values() for point in series]
     table.write_frame(folder / "history.csv", reports.table(rows))
     _charts(points, steps, folder)
     if as_json:
-        shown = [{**asdict(one), "before": one.before.commit, "after": one.after.commit} for one in steps]
+        shown = [{**asdict(change), "before": change.before.commit, "after": change.after.commit} for change in steps]
         print(json.dumps({"folder": str(folder), "points": json.loads(reports.table(rows).to_json(orient="records")),
                           "steps": shown}, indent=1))  # fmt: skip
         return
-    for one in steps:
-        print(one.text)
+    for change in steps:
+        print(change.text)
     if not steps:
-        print(f"no step of {step:g} % or more in {len(found)} of {len(all_of_them)} commits")
+        print(f"no step of {step:g} % or more in {len(commit_points)} of {len(all_of_them)} commits")
     print(f"history: {folder / 'history.csv'}, {folder / 'history.png'}")
 
 
@@ -86,17 +90,17 @@ def _spread(count: int, at_most: int | None) -> list[int]:
     return sorted({round(k * (count - 1) / (at_most - 1)) for k in range(at_most)})
 
 
-def halves(commits: list, found: dict[int, list], steps: list) -> list[int]:
+def halves(commits: list, commit_points: dict[int, list], steps: list) -> list[int]:
     """The middle one of the commits that are not measured, between the two of each step."""
     number = {commit.hash: place for place, commit in enumerate(commits)}
     due = set()
-    for one in steps:
-        span = [n for n in range(number[one.before.commit] + 1, number[one.after.commit]) if n not in found]
+    for step in steps:
+        span = [n for n in range(number[step.before.commit] + 1, number[step.after.commit]) if n not in commit_points]
         due |= {span[len(span) // 2]} if span else set()
     return sorted(due)
 
 
-def _measure(commit, variant: str, asked, file: Path, known, folder: Path) -> list:
+def _measure(commit, variant: str, experiment, file: Path, entries, folder: Path) -> list:
     """Points of a commit: of each place of its run, or one with the reason why there is none."""
     from harness.errors import UserError
     from harness.plan import plan
@@ -106,21 +110,21 @@ def _measure(commit, variant: str, asked, file: Path, known, folder: Path) -> li
     from reports.run.missing import Missing
 
     try:
-        versions.others(commit.hash, [known[variant]])
+        versions.others(commit.hash, [entries[variant]])
     except UserError as error:
         why = Missing(str(error))
         return [reports.Point(commit.hash, commit.date, commit.subject, "", why, why)]
-    planned = plan.make(asked, file, known, (variant,), commit.hash)
+    planned = plan.make(experiment, file, entries, (variant,), commit.hash)
     into = folder / commit.short
     begun = (into / "run.json").exists()
     output.make_folder(into)
-    here(asked, planned, known, into, begun, math.inf)
+    here(experiment, planned, entries, into, begun, math.inf)
     return reports.read(into, commit.hash, commit.date, commit.subject)
 
 
-def _places(found: dict[int, list]) -> dict[str, list]:
+def _places(commit_points: dict[int, list]) -> dict[str, list]:
     """Points by place, in the order of the commits; those of no place, which were not measured, are at each."""
-    ordered = [point for number in sorted(found) for point in found[number]]
+    ordered = [point for number in sorted(commit_points) for point in commit_points[number]]
     names = list(dict.fromkeys(point.place for point in ordered if point.place)) or [""]
     return {name: [point for point in ordered if point.place in (name, "")] for name in names}
 
@@ -136,13 +140,13 @@ def _line(commit, points: list) -> str:
     from reports.paper import quantity
     from reports.run.missing import Missing
 
-    told = []
+    parts = []
     for point in points:
         missing = isinstance(point.instructions, Missing)
         count = str(point.instructions) if missing else f"{point.instructions:.5g} instructions"
         time = str(point.time) if isinstance(point.time, Missing) else f"{quantity.text(point.time)} × the present time"
-        told.append(", ".join(dict.fromkeys((*([point.place] * (len(points) > 1)), count, time))))
-    return f"{commit.short} {commit.subject}: " + "; ".join(told)
+        parts.append(", ".join(dict.fromkeys((*([point.place] * (len(points) > 1)), count, time))))
+    return f"{commit.short} {commit.subject}: " + "; ".join(parts)
 
 
 def _charts(points: dict[str, list], steps: list, folder: Path) -> None:
@@ -150,7 +154,7 @@ def _charts(points: dict[str, list], steps: list, folder: Path) -> None:
     from reports.compare import history_figure
     from reports.paper import style
 
-    for number, (place, mine) in enumerate(points.items(), start=1):
+    for number, (place, series) in enumerate(points.items(), start=1):
         path = folder / ("history" if number == 1 else f"history-{number}")
         with style.styled():
-            style.save(history_figure.draw(mine, [one for one in steps if one.place == place]), path)
+            style.save(history_figure.draw(series, [step for step in steps if step.place == place]), path)

@@ -94,8 +94,8 @@ app.command(cls=Once)(picture.render)
 app.command(cls=Once)(picture.trace)
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(flag: bool) -> None:
+    if flag:
         from importlib.metadata import version
 
         print(f"rayrace {version('rayrace')}")
@@ -183,22 +183,22 @@ def compare(
 
     with packed.opened(run_a) as a, packed.opened(run_b) as b:
         _must_have(host, a, b)
-        found = comparisons.compare(a, b, host)
+        comparison = comparisons.compare(a, b, host)
     if as_json:
-        print(compare_text.as_json(found))
+        print(compare_text.as_json(comparison))
     else:
-        compare_text.show(found)
+        compare_text.show(comparison)
     if fail_slower is None and fail_more_instructions is None:
         return
-    slower = [] if fail_slower is None else found.slower(fail_slower)
-    more = [] if fail_more_instructions is None else found.more_instructions(fail_more_instructions)
+    slower = [] if fail_slower is None else comparison.slower(fail_slower)
+    more = [] if fail_more_instructions is None else comparison.more_instructions(fail_more_instructions)
     for row in slower:
         print(f"significantly slower, by more than {fail_slower:g} %: {row.name}", file=sys.stderr)
     for row in more:
         print(f"more instructions, by more than {fail_more_instructions:g} %: {row.name}", file=sys.stderr)
-    for row in found.broken:
+    for row in comparison.broken:
         print(f"no longer ok: {row.name}: {row.reason}", file=sys.stderr)
-    raise typer.Exit(1 if slower or more or found.broken else 0)
+    raise typer.Exit(1 if slower or more or comparison.broken else 0)
 
 
 def _must_have(host: str, *folders: Path) -> None:
@@ -206,9 +206,11 @@ def _must_have(host: str, *folders: Path) -> None:
     from harness.errors import UserError
     from harness.store import store
 
-    known = {name: told["host"] for folder in folders if host for name, told in store.hosts(folder).items()}
-    if host and host not in {*known, *known.values()}:
-        raise UserError(f"--host {host}: there are rows of {', '.join(known)}")
+    hosts = {
+        name: environment["host"] for folder in folders if host for name, environment in store.hosts(folder).items()
+    }
+    if host and host not in {*hosts, *hosts.values()}:
+        raise UserError(f"--host {host}: there are rows of {', '.join(hosts)}")
 
 
 @app.command(cls=Once)

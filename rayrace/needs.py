@@ -113,15 +113,15 @@ def needs(
         lens_radius=lens_radius, focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
         seed=seed, cutoff=cutoff, precision=precision, **chosen,
     )  # fmt: skip
-    job, known = image.parameters(1, FRAMES, LEAST_FRAME), registry.entries(tuple(renderer or ()))
-    entry = single.pick(variant, known, job, needs_of(read, job))
+    job, entries = image.parameters(1, FRAMES, LEAST_FRAME), registry.entries(tuple(renderer or ()))
+    entry = single.pick(variant, entries, job, needs_of(read, job))
     if why := entry.unavailable or repetition.unsupported(entry, job, needs_of(read, job)):
         raise UserError(f"{entry.name} cannot render this scene: {why}")
     job = replace(job, threads=entry.threads())
     full = worth.Model(read, job)
-    host, found, best, times = ThisHost(terminal.say), None, None, []
+    host, greedy, best, times = ThisHost(terminal.say), None, None, []
     with host.exclusive(), Sessions() as sessions:
-        true = worth.truth_of(full, known, Kept(cache_folder("references")), sessions.run)
+        true = worth.truth_of(full, entries, Kept(cache_folder("references")), sessions.run)
         listed, way = leave_out.leave_outs(read, job), worth.Way(entry, sessions.run, timeout, Audit(host), processes)
         if limit:
             worth.shoot_full(full, way)
@@ -130,30 +130,30 @@ def needs(
         times += study.times
         if limit:
             search = smallest.Search(study, listed, limit, way)
-            found = search.greedy()
-            times += found.times
+            greedy = search.greedy()
+            times += greedy.times
             if exhaustive:
-                best = _exhaustive(search, found, times)
+                best = _exhaustive(search, greedy, times)
     warned = facts.warn(warnings(read, [job]))
-    worths = sorted(study.worths, key=lambda one: -one.error.get("rmse", -1.0))
-    told = {}
-    if found:
+    worths = sorted(study.worths, key=lambda row: -row.error.get("rmse", -1.0))
+    smallest_facts = {}
+    if greedy:
         with nullcontext(reduced) if reduced else unnamed("reduced.txt", "--reduced") as path:
-            told = _smallest(found, best, limit, path, entry.name)
-    _tell(study, worths, entry.name, told, times, warned, as_json)
+            smallest_facts = _smallest(greedy, best, limit, path, entry.name)
+    _tell(study, worths, entry.name, smallest_facts, times, warned, as_json)
     if out:
         from reports.worth import figure
 
-        figure.write(out, [one.record() for one in worths], study.error["rmse"])
+        figure.write(out, [row.record() for row in worths], study.error["rmse"])
     if sheet:
         from harness.store import record
         from reports.worth import sheet as sheets
 
         changed = [
-            (one.name, record.rmse_of(one.error), one.picture) for one in worths if one.change and one.change.pixels > 0
+            (row.name, record.rmse_of(row.error), row.picture) for row in worths if row.change and row.change.pixels > 0
         ]
         sheets.write(sheet, study.full.picture, changed)
-    if any(one.unavailable and not one.unavailable.startswith("unsupported") for one in study.worths):
+    if any(row.unavailable and not row.unavailable.startswith("unsupported") for row in study.worths):
         raise typer.Exit(1)
 
 
@@ -168,31 +168,36 @@ def _exhaustive(search, greedy, times: list) -> dict:
         return {"unavailable": str(why)}
     times += best.times
     ratio = {"ratio": best.over.value, "low": best.over.low, "high": best.over.high, "verdict": best.verdict}
-    left = [one.name for one in best.left]
-    found = {"models": best.tried, "within": best.within, "left_out": left, "error": best.error}
-    return {**found, "greedy_over_best": ratio}
+    left = [leave_out.name for leave_out in best.left]
+    facts = {"models": best.tried, "within": best.within, "left_out": left, "error": best.error}
+    return {**facts, "greedy_over_best": ratio}
 
 
-def _smallest(found, best, limit: float, path: Path, name: str) -> dict:
+def _smallest(smallest, best, limit: float, path: Path, name: str) -> dict:
     """Writes the scene of a harness.single.smallest.Smallest; returns what is told of it, for JSON. best: of
     _exhaustive, or None."""
     from harness.scene import written
     from reports.run import command
 
-    files = [str(file) for file in written.write(found.model.scene, path)]
-    told = {
+    files = [str(file) for file in written.write(smallest.model.scene, path)]
+    facts = {
         "limit": limit,
-        "left_out": [one.name for one in found.left],
-        "error": found.error,
-        "time": {"ratio": found.time.value, "low": found.time.low, "high": found.time.high, "verdict": found.faster},
-        "memory_ratio": {"unavailable": "the peak is not known"} if found.memory is None else found.memory,
-        "models_rendered": found.rendered,
+        "left_out": [leave_out.name for leave_out in smallest.left],
+        "error": smallest.error,
+        "time": {
+            "ratio": smallest.time.value,
+            "low": smallest.time.low,
+            "high": smallest.time.high,
+            "verdict": smallest.faster,
+        },
+        "memory_ratio": {"unavailable": "the peak is not known"} if smallest.memory is None else smallest.memory,
+        "models_rendered": smallest.rendered,
         "files": files,
-        "command": command.of_job(str(path), name, found.model.job, "reduced.npy"),
+        "command": command.of_job(str(path), name, smallest.model.job, "reduced.npy"),
     }
     if best:
-        told["exhaustive"] = best
-    return told
+        facts["exhaustive"] = best
+    return facts
 
 
 def _tell(study, worths: list, name: str, told_smallest: dict, times: list, warned: list[str], as_json: bool) -> None:
@@ -206,16 +211,16 @@ def _tell(study, worths: list, name: str, told_smallest: dict, times: list, warn
     from reports.paper import quantity
 
     full = study.full
-    seconds, doubts = full.times.seconds, list(dict.fromkeys(doubt for one in times for doubt in one.doubts))
+    seconds, doubts = full.times.seconds, list(dict.fromkeys(doubt for timing in times for doubt in timing.doubts))
     if as_json:
-        told = {"seconds": seconds.value, "low": seconds.low, "high": seconds.high, "error": study.error}
-        told |= {"processes": seconds.processes, "doubts": full.times.doubts}
+        full_facts = {"seconds": seconds.value, "low": seconds.low, "high": seconds.high, "error": study.error}
+        full_facts |= {"processes": seconds.processes, "doubts": full.times.doubts}
         facts = {"truth": study.truth.maker, **study.truth.facts(), "noise_floor": study.floor.value}
         facts["doubts"] = doubts
-        rows = [one.record() for one in worths]
+        rows = [worth.record() for worth in worths]
         facts |= {"without": rows} | ({"smallest": told_smallest} if told_smallest else {})
         facts |= {"warnings": warned}
-        print(json.dumps({"renderer": name, "job": full.job.values(), "full": told, **facts}, indent=1))
+        print(json.dumps({"renderer": name, "job": full.job.values(), "full": full_facts, **facts}, indent=1))
         return
     error = {"truth": study.truth.maker, "against": "scene", **study.truth.facts(), **study.error}
     print(
@@ -233,34 +238,34 @@ def _tell(study, worths: list, name: str, told_smallest: dict, times: list, warn
     ):
         table.add_column(head, justify="right")
     table.add_column("", overflow="fold")
-    for one in worths:
-        table.add_row(escape(one.name), *_cells(one), escape(one.verdict))
+    for worth in worths:
+        table.add_row(escape(worth.name), *_cells(worth), escape(worth.verdict))
     console.print(table)
     print("time, memory: times those of the full model; in brackets the 95 % interval, ~ where it is not resolved")
     if study.floor.value is None:
         print(f"noise floor unavailable: {study.floor.reason}", file=sys.stderr)
     if told_smallest:
         _tell_smallest(told_smallest, study.error)
-    show_reasons([record for one in times for record in one.records])
+    show_reasons([record for timing in times for record in timing.records])
 
 
-def _tell_smallest(told: dict, before: dict) -> None:
+def _tell_smallest(smallest: dict, before: dict) -> None:
     """Prints the smallest model for people. before: `error` of the full model."""
     from harness.store import record
 
-    rendered = f"of {told['models_rendered']} rendered"
-    print(f"\nThe smallest model found with an RMSE of {told['limit']:.3g} or less, {rendered}:")
-    print("".join(f"  without {name}\n" for name in told["left_out"]) or "  the full model\n", end="")
-    rmse = f"RMSE {record.rmse_of(before)} before, {record.rmse_of(told['error'])} after"
-    print(f"{rmse}; time {_ratio(told['time'])} times that of the full model")
-    every = told.get("exhaustive")
+    rendered = f"of {smallest['models_rendered']} rendered"
+    print(f"\nThe smallest model found with an RMSE of {smallest['limit']:.3g} or less, {rendered}:")
+    print("".join(f"  without {name}\n" for name in smallest["left_out"]) or "  the full model\n", end="")
+    rmse = f"RMSE {record.rmse_of(before)} before, {record.rmse_of(smallest['error'])} after"
+    print(f"{rmse}; time {_ratio(smallest['time'])} times that of the full model")
+    every = smallest.get("exhaustive")
     if every and "unavailable" in every:
         print(f"the best of all combinations unavailable: {every['unavailable']}")
     elif every:
         tried = f"{every['models']} combinations of what changes the picture"
         print(f"all {tried} were rendered, {every['within']} are within the limit")
         print(f"this one takes {_ratio(every['greedy_over_best'])} times as long as the quickest of them")
-    print(f"scene: {', '.join(told['files'])}\n{told['command']}")
+    print(f"scene: {', '.join(smallest['files'])}\n{smallest['command']}")
 
 
 def _ratio(time: dict) -> str:
@@ -268,22 +273,24 @@ def _ratio(time: dict) -> str:
     return f"{'~' * (time['verdict'] == 'not resolved')}{time['ratio']:.2f}{interval}"
 
 
-def _cells(one) -> list[str]:
+def _cells(worth) -> list[str]:
     """The numbers of a row, for people."""
     from harness.store import record
 
-    if one.unavailable:
+    if worth.unavailable:
         return [""] * 6
-    time = f"{one.time.value:.2f}" + (f" [{one.time.low:.2f}, {one.time.high:.2f}]" if one.time.low is not None else "")
-    if one.faster == "not resolved":
+    time = f"{worth.time.value:.2f}" + (
+        f" [{worth.time.low:.2f}, {worth.time.high:.2f}]" if worth.time.low is not None else ""
+    )
+    if worth.faster == "not resolved":
         time = f"~{time}"
-    memory = "unavailable" if one.memory is None else f"{one.memory:.2f}"
-    rmse = record.rmse_of(one.error)
+    memory = "unavailable" if worth.memory is None else f"{worth.memory:.2f}"
+    rmse = record.rmse_of(worth.error)
     return [
-        f"{one.change.pixels:.2%}",
-        f"{one.change.largest:.2g}",
+        f"{worth.change.pixels:.2%}",
+        f"{worth.change.largest:.2g}",
         rmse,
-        f"{one.flip:.2g}",
+        f"{worth.flip:.2g}",
         time.replace("[", "\\["),
         memory,
     ]

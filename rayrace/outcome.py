@@ -25,16 +25,16 @@ def show(folder: Path, records: list[dict]) -> None:
     from reports.times import headline
 
     loaded = results.load(folder)
-    found = headline.of(loaded)
+    ranking = headline.of(loaded)
     notes: dict[str, None] = {}
-    if len(found.bars) > 1:
-        steady = found.clock == headline.STEADY
-        console.print(_ranking(loaded, found, steady, notes))
+    if len(ranking.bars) > 1:
+        steady = ranking.clock == headline.STEADY
+        console.print(_ranking(loaded, ranking, steady, notes))
         if steady:
-            console.print(_purchase(loaded, found.bars, notes))
+            console.print(_purchase(loaded, ranking.bars, notes))
     measured = {record["variant"] for record in records if record["status"] == "ok"}
-    notes |= dict.fromkeys(f"{name}: not ranked: {reason}" for name, reason in found.lacking if name in measured)
-    for text in [*notes, found.sentence]:
+    notes |= dict.fromkeys(f"{name}: not ranked: {reason}" for name, reason in ranking.lacking if name in measured)
+    for text in [*notes, ranking.sentence]:
         print(text)
 
 
@@ -45,10 +45,10 @@ def versions(folder: Path, fail_slower: float | None) -> bool:
 
     if len(store.hosts(folder)) > 1 or not store.read(folder)[0].get("against"):  # --against is of one machine
         return False
-    found = versions.held(results.load(folder))
-    for line in [*(row.text for row in found if len(found) > 1), f"this version: {versions.verdict(found)}"]:
+    rows = versions.comparisons(results.load(folder))
+    for line in [*(row.text for row in rows if len(rows) > 1), f"this version: {versions.verdict(rows)}"]:
         print(line)
-    failures = [] if fail_slower is None else versions.failures(found, fail_slower)
+    failures = [] if fail_slower is None else versions.failures(rows, fail_slower)
     for line in failures:
         print(line, file=sys.stderr)
     return bool(failures)
@@ -59,30 +59,32 @@ def budget(folder: Path, held_to) -> bool:
     from reports.compare import budget
     from reports.run import results
 
-    found = budget.hold(results.load(folder), held_to)
-    for row in found:
+    rows = budget.hold(results.load(folder), held_to)
+    for row in rows:
         print(row.text)
         if row.over:
             print(f"over the budget, by more than {held_to.percent:g} %: {row.text}", file=sys.stderr)
-    return any(row.over for row in found)
+    return any(row.over for row in rows)
 
 
-def _ranking(loaded, found, steady: bool, notes: dict[str, None]) -> Table:
+def _ranking(loaded, ranking, steady: bool, notes: dict[str, None]) -> Table:
     """The contestants, the fastest first. steady: by steady frames, of one place. notes: gets what is said below."""
     from reports.accuracy import accuracy_columns
 
     of = [f"one of {len(loaded.places)} places"] * (steady and len(loaded.places) > 1)
-    base = next(bar for bar in found.bars if bar.ratio is None)
-    table = _table(", ".join([found.where, *found.shared, *of]), "", found.clock, f"÷ {base.name}", "RMSE", "agrees")
-    for bar in found.bars[:MOST]:
+    base = next(bar for bar in ranking.bars if bar.ratio is None)
+    table = _table(
+        ", ".join([ranking.where, *ranking.shared, *of]), "", ranking.clock, f"÷ {base.name}", "RMSE", "agrees"
+    )
+    for bar in ranking.bars[:MOST]:
         ratio = "1" if bar.ratio is None else quantity.plain(bar.ratio.value)
         if bar.ratio and bar.ratio.low is not None and not bar.resolved:
             ratio += ", not resolved"
         rmse, _, _, agrees = accuracy_columns.brief(bar.cell)
         time = bar.time.value if bar.time.low is None else bar.time  # the sentence says that processes are too few
         table.add_row(*map(escape, (bar.name, quantity.seconds(time), ratio, rmse, agrees)))
-    if len(found.bars) > MOST:
-        notes[f"and {len(found.bars) - MOST} more: rayrace report {loaded.folder}"] = None
+    if len(ranking.bars) > MOST:
+        notes[f"and {len(ranking.bars) - MOST} more: rayrace report {loaded.folder}"] = None
     return table
 
 

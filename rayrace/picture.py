@@ -111,8 +111,8 @@ def render(
             from rayrace import choice
 
             given = {name for name in context.params if context.get_parameter_source(name).name != "DEFAULT"}
-            told = max_error, against, max_seconds, given, frames, timeout, tuple(renderer or ()), as_json
-            choice.render(scene, variant, path, image, *told)
+            arguments = max_error, against, max_seconds, given, frames, timeout, tuple(renderer or ()), as_json
+            choice.render(scene, variant, path, image, *arguments)
             return
         if against != "scene" or max_seconds:
             raise UserError("--against and --max-seconds: only with --max-error")

@@ -74,38 +74,43 @@ def profile(
     needs = needs_of(read, job)
     entry = single.pick(variant, registry.entries(tuple(renderer or ())), job, needs)
     job = replace(job, threads=entry.threads())
-    found = profiles.take(entry, flatten(read, job.arithmetic), job, needs, timeout)
-    if isinstance(found, str):
-        raise UserError(f"{entry.name} was not profiled: {found}")
-    title = f"{entry.name}, {Path(scene).name}: a frame, {found.unit} by {found.tool}"
-    if found.size:
-        title += f", of {found.size[0]} x {found.size[1]} pixels, as Valgrind is slow"
+    cost_profile = profiles.take(entry, flatten(read, job.arithmetic), job, needs, timeout)
+    if isinstance(cost_profile, str):
+        raise UserError(f"{entry.name} was not profiled: {cost_profile}")
+    title = f"{entry.name}, {Path(scene).name}: a frame, {cost_profile.unit} by {cost_profile.tool}"
+    if cost_profile.size:
+        title += f", of {cost_profile.size[0]} x {cost_profile.size[1]} pixels, as Valgrind is slow"
     if out and out.suffix == ".json":
-        output.text(out, json.dumps(speedscope(found, title)) + "\n", own=False)
+        output.text(out, json.dumps(speedscope(cost_profile, title)) + "\n", own=False)
     elif out:
         from reports.paper import flame_figure, style
 
         with style.styled():
-            style.save_as(flame_figure.draw(found.stacks, title), out)
+            style.save_as(flame_figure.draw(cost_profile.stacks, title), out)
     if as_json:
-        functions = [{"name": name, "own": own, "whole": whole} for name, own, whole in found.functions()]
-        about = {"renderer": entry.name, "tool": found.tool, "unit": found.unit, "size": found.size}
-        print(json.dumps({**about, "total": found.total, "functions": functions}, indent=1))
+        functions = [{"name": name, "own": own, "whole": whole} for name, own, whole in cost_profile.functions()]
+        about = {
+            "renderer": entry.name,
+            "tool": cost_profile.tool,
+            "unit": cost_profile.unit,
+            "size": cost_profile.size,
+        }
+        print(json.dumps({**about, "total": cost_profile.total, "functions": functions}, indent=1))
         return
     print(title)
     print(f"{'own':>7} {'whole':>7}  function")
-    rows = found.functions()
+    rows = cost_profile.functions()
     for name, own, whole in rows[:ROWS]:
-        print(f"{100 * own / found.total:6.1f}% {100 * whole / found.total:6.1f}%  {name}")
+        print(f"{100 * own / cost_profile.total:6.1f}% {100 * whole / cost_profile.total:6.1f}%  {name}")
     if len(rows) > ROWS:
         print(f"and {len(rows) - ROWS} more", file=sys.stderr)
 
 
-def speedscope(found, title: str) -> dict:
+def speedscope(cost_profile, title: str) -> dict:
     """A profile in the format of speedscope (its file-format-schema.json): a weight for each stack."""
-    names = list(dict.fromkeys(name for stack in found.stacks for name in stack))
+    names = list(dict.fromkeys(name for stack in cost_profile.stacks for name in stack))
     place = {name: number for number, name in enumerate(names)}
-    unit = "seconds" if found.unit == "seconds" else "none"
+    unit = "seconds" if cost_profile.unit == "seconds" else "none"
     return {
         "$schema": "https://www.speedscope.app/file-format-schema.json",
         "exporter": "rayrace",
@@ -113,9 +118,9 @@ def speedscope(found, title: str) -> dict:
         "shared": {"frames": [{"name": name} for name in names]},
         "profiles": [
             {
-                "type": "sampled", "name": title, "unit": unit, "startValue": 0, "endValue": found.total,
-                "samples": [[place[name] for name in stack] for stack in found.stacks],
-                "weights": list(found.stacks.values()),
+                "type": "sampled", "name": title, "unit": unit, "startValue": 0, "endValue": cost_profile.total,
+                "samples": [[place[name] for name in stack] for stack in cost_profile.stacks],
+                "weights": list(cost_profile.stacks.values()),
             }
         ],
     }  # fmt: skip

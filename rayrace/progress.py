@@ -35,7 +35,7 @@ class Standings:
         for cell in cells:
             if cell.refused is None and not cell.stressed and cell.parameters.frames:
                 places.setdefault((cell.scene, repr(cell.point)), []).append(cell)
-        most = max(places.values(), key=lambda mine: (len(mine), mine[0].work), default=[])
+        most = max(places.values(), key=lambda group: (len(group), group[0].work), default=[])
         self.names = {cell.key: cell.entry.name for cell in most} if len(most) > 1 else {}
         self.times: dict[str, list[float]] = {}
 
@@ -46,10 +46,10 @@ class Standings:
 
     def __str__(self) -> str:
         """Returns "cpp 117 ms, numba 1.02 ×": the fastest first, the others as ratios to it; "" of fewer than two."""
-        found = sorted((statistics.median(times), self.names[key]) for key, times in self.times.items())
-        if len(found) < 2:
+        medians = sorted((statistics.median(times), self.names[key]) for key, times in self.times.items())
+        if len(medians) < 2:
             return ""
-        (best, name), *others = found
+        (best, name), *others = medians
         return ", ".join(
             [f"{name} {quantity.seconds(best)}", *(f"{other} {quantity.times(time / best)}" for time, other in others)]
         )
@@ -130,17 +130,17 @@ def _unless_deaf(say) -> None:
 
 def places(cells: Sequence) -> dict[str, str]:
     """Returns where each cell is, by key: what of scene and swept values not all cells have."""
-    told = {cell.key: {"scene": Path(cell.scene).stem, **cell.point} for cell in cells}
+    points = {cell.key: {"scene": Path(cell.scene).stem, **cell.point} for cell in cells}
     values: dict[str, list[str]] = {}
-    for one in told.values():
-        for name, value in one.items():
+    for point in points.values():
+        for name, value in point.items():
             values.setdefault(name, []).append(repr(value))
-    varied = {name for name, some in values.items() if len(set(some)) > 1 or len(some) < len(told)}
+    varied = {name for name, some in values.items() if len(set(some)) > 1 or len(some) < len(points)}
     return {
         key: ", ".join(
-            str(value) if name == "scene" else f"{name} {value}" for name, value in one.items() if name in varied
+            str(value) if name == "scene" else f"{name} {value}" for name, value in point.items() if name in varied
         )
-        for key, one in told.items()
+        for key, point in points.items()
     }
 
 
@@ -153,8 +153,8 @@ def line(cell, record: dict, done: int, total: int, left_s: float | None) -> str
     left = _left(done, total, left_s)
     place = f"[{done}/{total}{left and ', '}{left}] {cell.label}"
     if record["pass"] == "count":
-        told = _counted(record["counts"]) if record.get("counts") else record["reason"]
-        return f"{place}, count: {told}"
+        outcome = _counted(record["counts"]) if record.get("counts") else record["reason"]
+        return f"{place}, count: {outcome}"
     if record["status"] != "ok":
         return f"{place}: {verdict(record)}: {record['reason']}"
     if record["stability"]:
@@ -162,10 +162,10 @@ def line(cell, record: dict, done: int, total: int, left_s: float | None) -> str
     frames = record["frames_s"]
     seconds = steady.find(frames).seconds
     time = "no steady frame" if seconds is None else f"{quantity.seconds(seconds)} a frame"
-    told = f"{rows.error_of(record['error'])}, {rows.agreement_of(record['agreement'])}"
+    accuracy = f"{rows.error_of(record['error'])}, {rows.agreement_of(record['agreement'])}"
     unranked = ", unranked" if record["unranked"] else ""
     turn = {"load": ", load pass", "pair": ", for the noise floor", "cold": ", cold"}.get(record["pass"], "")
-    return f"{place}{turn}: first {quantity.seconds(frames[0])}, {time}, {told}{unranked}"
+    return f"{place}{turn}: first {quantity.seconds(frames[0])}, {time}, {accuracy}{unranked}"
 
 
 def _counted(counts: dict) -> str:

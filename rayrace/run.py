@@ -79,15 +79,15 @@ def run(
     if twice := [key for key, count in keys.items() if count > 1]:
         raise UserError(f"--set {twice[0]}: is given {keys[twice[0]]} times", remedy="give each key once")
     folders = tuple(renderer or ())
-    known = registry.entries(folders)
-    asked = experiments.load(experiment, tuple(settings or ()), _taking_part(known, folders), known)
+    entries = registry.entries(folders)
+    definition = experiments.load(experiment, tuple(settings or ()), _taking_part(entries, folders), entries)
     chosen = tuple(dict.fromkeys(name.strip() for text in only or () for name in text.split(",") if name.strip()))
     if fail_slower is not None and not against:
         raise UserError("--fail-slower: only with --against; `rayrace compare` has it for two runs")
-    if budget and not asked.measure.count:
+    if budget and not definition.measure.count:
         raise UserError("--budget: the experiment counts no instructions", remedy="--set measure.count=true")
     held_to = _budget(budget)
-    planned = plan.make(asked, experiment, known, chosen, against)
+    planned = plan.make(definition, experiment, entries, chosen, against)
     for warning in planned.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     seconds = math.inf if max_minutes is None else 60 * max_minutes
@@ -103,7 +103,7 @@ def run(
         raise UserError(f"--executor {name}: known: {', '.join(executors.NAMES)}")
     if name == "local" and detach:
         raise UserError("--detach: only of jobs on a cluster, with --executor")
-    if name != "local" and asked.measure.until is not None:
+    if name != "local" and definition.measure.until is not None:
         raise UserError("measure.until: of a run here; the jobs of a cluster do not know of each other's rounds")
     if name != "local" and against:
         raise UserError("--against: of a run here; jobs on several hosts are not compared")
@@ -114,11 +114,11 @@ def run(
     if dry_run:
         from harness.plan import forecast
 
-        made = forecast.make(planned, asked, results_folder(), None if before else resume)
+        made = forecast.make(planned, definition, results_folder(), None if before else resume)
         jobs = None
         if name != "local":
-            batches = campaign.plan_batches(asked, planned, name, made.predictor)
-            jobs = campaign.Forecast(campaign.table(asked, name), batches)
+            batches = campaign.plan_batches(definition, planned, name, made.predictor)
+            jobs = campaign.Forecast(campaign.table(definition, name), batches)
         terminal.show_plan(made, seconds, as_json, jobs)
         return
     if as_json:
@@ -130,12 +130,12 @@ def run(
     given = (str(word) for option, values in options.items() for value in values or () for word in (option, value))
     again = shlex.join(["rayrace", "run", str(typed), *given, "--resume", str(folder)])
     if name == "local":
-        records, left = here(asked, planned, known, folder, resume is not None, seconds, again)
+        records, left = here(definition, planned, entries, folder, resume is not None, seconds, again)
     else:
-        front = campaign.Campaign(folder, asked, experiment, planned, name)
+        front = campaign.Campaign(folder, definition, experiment, planned, name)
         records, left = _on_cluster(front, chosen, folders, resume is not None, detach, again)
-    told = f"{left} repetitions are left; go on with: {again}" if left else ""
-    _finish(folder, records, told, report, fail_slower, held_to)
+    remainder = f"{left} repetitions are left; go on with: {again}" if left else ""
+    _finish(folder, records, remainder, report, fail_slower, held_to)
 
 
 def _budget(file: Path | None):
@@ -161,12 +161,12 @@ def new_run(experiment: Path, out: Path | None) -> Path:
     return out
 
 
-def _taking_part(known, folders: tuple[Path, ...]) -> tuple[tuple[str, ...], ...]:
+def _taking_part(entries, folders: tuple[Path, ...]) -> tuple[tuple[str, ...], ...]:
     """The variants of each renderer that the command line names, without exhibits: they take part in the run."""
     from harness.renderer import registry
 
     return tuple(
-        tuple(name for name, entry in known.items() if entry.renderer.folder == folder and not entry.variant.exhibit)
+        tuple(name for name, entry in entries.items() if entry.renderer.folder == folder and not entry.variant.exhibit)
         for folder in registry.named(folders)
     )
 
@@ -182,7 +182,9 @@ def results_folder(say: bool = False) -> Path:
     return inside[-1].parent / "results"
 
 
-def here(asked, planned, known, folder: Path, resumed: bool, budget: float, again: str = "") -> tuple[list[dict], int]:
+def here(
+    experiment, planned, entries, folder: Path, resumed: bool, budget: float, again: str = ""
+) -> tuple[list[dict], int]:
     """Run it in this process; its rows, and how many repetitions are left. again: the command that goes on with it."""
     from harness.errors import UserError, of_system
     from harness.plan import predict
@@ -192,12 +194,14 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float, agai
     from rayrace.progress import progress
 
     stopping.heed()
-    order = planned.order(asked.seed, asked.order)
+    order = planned.order(experiment.seed, experiment.order)
     try:
         with progress(planned.cells) as shown:
             earlier = predict.history(results_folder(), but=folder)
-            heard = {"tell": shown.tell, "begins": shown.begins, "kept": shown.kept, "host": ThisHost(terminal.say)}
-            records = race.run(asked, planned, known, folder, **heard, resumed=resumed, budget=budget, earlier=earlier)
+            arguments = {"tell": shown.tell, "begins": shown.begins, "kept": shown.kept, "host": ThisHost(terminal.say)}
+            records = race.run(
+                experiment, planned, entries, folder, **arguments, resumed=resumed, budget=budget, earlier=earlier
+            )
     except UserError:  # says itself what to do
         _leave(folder, resumed, len(order), again)
         raise
@@ -211,7 +215,7 @@ def here(asked, planned, known, folder: Path, resumed: bool, budget: float, agai
             stopping.end(error)
         raise
     done = {(record["cell"], record["repetition"], record["pass"]) for record in records}
-    last = enough.rounds(asked.measure.until, planned, records)
+    last = enough.rounds(experiment.measure.until, planned, records)
     due = [turn for turn in order if last is None or turn.number < last]
     return records, sum((turn.cell.key, turn.number, turn.kind) not in done for turn in due)
 

@@ -44,22 +44,22 @@ def stress(
         near = get_close_matches(row, rows, n=1)
         hint = f"did you mean {near[0]}?" if near else "rayrace stress lists them"
         raise UserError(f"{row}: no such row of the catalogue", remedy=hint)
-    known = registry.entries(tuple(renderer or ()))
+    entries = registry.entries(tuple(renderer or ()))
     file = bundled.experiment(BUNDLED)
-    asked = experiments.load(file)
+    experiment = experiments.load(file)
     changed = {
         "title": f"{row}: {rows[row].title}",
-        "stress": tuple(one for one in asked.stress if one.row == row) or (Stress(row=row),),
-        "sweep": {**asked.sweep, **({"precision": tuple(precision)} if precision else {})},
+        "stress": tuple(table for table in experiment.stress if table.row == row) or (Stress(row=row),),
+        "sweep": {**experiment.sweep, **({"precision": tuple(precision)} if precision else {})},
     }
     for variant in variants or FIRST:
-        if variant not in known:
-            raise UserError(registry.unknown(variant, known))
+        if variant not in entries:
+            raise UserError(registry.unknown(variant, entries))
     why = {}
     for chosen in [tuple(variants)] if variants else [(name,) for name in FIRST]:
-        made = asked.model_copy(update={**changed, "renderers": chosen})
+        made = experiment.model_copy(update={**changed, "renderers": chosen})
         try:
-            planned = plan.make(made, file, known)
+            planned = plan.make(made, file, entries)
         except plan.NoCells:
             why["the row is not for them (where of stability.toml)"] = chosen
             continue
@@ -67,10 +67,10 @@ def stress(
             break
         why |= {cell.refused: chosen for cell in planned.cells}
     else:
-        told = "; ".join(f"{', '.join(chosen)}: {reason}" for reason, chosen in why.items())
-        raise UserError(f"{row} cannot run: {told}")
+        reasons = "; ".join(f"{', '.join(chosen)}: {reason}" for reason, chosen in why.items())
+        raise UserError(f"{row} cannot run: {reasons}")
     folder = run.new_run(file.with_stem(row), out)
-    records, _ = run.here(made, planned, known, folder, False, math.inf)
+    records, _ = run.here(made, planned, entries, folder, False, math.inf)
     _tell(folder, as_json)
     raise typer.Exit(1 if any(map(failed, records)) else 0)
 

@@ -41,8 +41,8 @@ def show_plan(forecast, budget: float, as_json: bool, jobs=None) -> None:
     jobs: None, or what it asks of a cluster (campaign.Forecast).
     """
     if as_json:
-        told = forecast.record(budget)
-        print(json.dumps({**told, "cluster": jobs.record()} if jobs else told, indent=1))
+        record = forecast.record(budget)
+        print(json.dumps({**record, "cluster": jobs.record()} if jobs else record, indent=1))
         return
     plan = forecast.plan
     if len(plan.cells) <= MOST_ROWS:
@@ -50,10 +50,13 @@ def show_plan(forecast, budget: float, as_json: bool, jobs=None) -> None:
     else:
         _show_groups(forecast.lines)
     processes = f"{len(forecast.due)} of {len(forecast.order)} processes are due"
-    told = [f"{count} cells from {source}" for source, count in forecast.sources.items()]
-    told = [*told[:MOST_SOURCES], *([f"and {len(told) - MOST_SOURCES} more"] if len(told) > MOST_SOURCES else [])]
-    known = f"{spell(forecast.seconds)} predicted ({'; '.join(told)})" if told else "no time estimate yet"
-    print(f"{processes}; {known}" if forecast.due else "nothing is due")
+    sources = [f"{count} cells from {source}" for source, count in forecast.sources.items()]
+    sources = [
+        *sources[:MOST_SOURCES],
+        *([f"and {len(sources) - MOST_SOURCES} more"] if len(sources) > MOST_SOURCES else []),
+    ]
+    prediction = f"{spell(forecast.seconds)} predicted ({'; '.join(sources)})" if sources else "no time estimate yet"
+    print(f"{processes}; {prediction}" if forecast.due else "nothing is due")
     for variant, count in forecast.unknown.items():
         print(f"unknown for {count} cells: too few finished repetitions of {variant} on this machine")
     for variant, count in forecast.uncounted.items():
@@ -95,12 +98,12 @@ def _show_groups(lines: list) -> None:
         for line in some:
             for key, value in line.cell.point.items():
                 values.setdefault(key, {})[repr(value)] = None
-        swept = ", ".join(f"{key} ({len(found)})" for key, found in values.items())
+        swept = ", ".join(f"{key} ({len(distinct)})" for key, distinct in values.items())
         seconds = [line.seconds for line in some]
-        known = "" if skipped else spell(None if None in seconds else sum(seconds))
+        total = "" if skipped else spell(None if None in seconds else sum(seconds))
         due = str(sum(line.left for line in some))
         runs = f"no: {skipped}" if skipped else "yes"
-        table.add_row(*map(escape, (variant, scene, str(len(some)), swept, due, runs, known)))
+        table.add_row(*map(escape, (variant, scene, str(len(some)), swept, due, runs, total)))
     console.print(table)
 
 
@@ -171,8 +174,8 @@ def show_row(row, as_json: bool) -> None:
             "points": [
                 {
                     "level": point.level,
-                    "share": point.share if point.known else None,
-                    "unavailable": None if point.known else str(point.told),
+                    "share": point.share if point.answered else None,
+                    "unavailable": None if point.answered else str(point.answers),
                 }
                 for point in curve.points
             ],
@@ -186,15 +189,15 @@ def show_row(row, as_json: bool) -> None:
     table.add_column(row.facts["stress"], justify="right")
     for curve in curves:
         table.add_column(f"{curve['variant']} {curve['precision']}\n{curve['method']}", justify="right")
-    told = [{point["level"]: point for point in curve["points"]} for curve in curves]
+    columns = [{point["level"]: point for point in curve["points"]} for curve in curves]
     for level in row.levels:
-        cells = [points.get(level) for points in told]
+        cells = [points.get(level) for points in columns]
         shown = [
             "" if cell is None else "unavailable" if cell["unavailable"] else _share(cell["share"]) for cell in cells
         ]
         table.add_row(f"{level:g}", *shown)
     console.print(table)
-    for reason in dict.fromkeys(point["unavailable"] for points in told for point in points.values()):
+    for reason in dict.fromkeys(point["unavailable"] for points in columns for point in points.values()):
         if reason:
             print(f"unavailable: {reason}")
 
@@ -256,19 +259,25 @@ def show_renderers(entries: dict, as_json: bool) -> None:
 
 def show_findings(findings: list, as_json: bool) -> None:
     if as_json:
-        print(json.dumps([vars(finding) for finding in findings], indent=1))
+        rows = [
+            {"verdict": finding.verdict, "what": finding.what, "found": finding.value, "remedy": finding.remedy}
+            for finding in findings
+        ]
+        print(json.dumps(rows, indent=1))
         return
     table = Table("", "what", "found", "what to do")
     for finding in findings:
         mark = {"good": "good", "doubtful": "DOUBT", "unknown": "?"}[finding.verdict]
-        table.add_row(*map(escape, (mark, finding.what, finding.found, finding.remedy)))
+        table.add_row(*map(escape, (mark, finding.what, finding.value, finding.remedy)))
     console.print(table)
     print(verdict_of(findings))
 
 
 def verdict_of(findings: list) -> str:
     """Returns what the findings of the doctor say together."""
-    doubts, unknown = ([one.what for one in findings if one.verdict == kind] for kind in ("doubtful", "unknown"))
+    doubts, unknown = (
+        [finding.what for finding in findings if finding.verdict == kind] for kind in ("doubtful", "unknown")
+    )
     rest = f"{len(unknown)} of {len(findings)} are unknown"
     if doubts:
         return f"verdict: fit to measure with doubts: {', '.join(doubts)}; {rest}"
@@ -277,14 +286,14 @@ def verdict_of(findings: list) -> str:
 
 def show_kernels(rows, as_json: bool) -> int:
     """Print the rows of compile_report.py; the exit status: 1 if a compilation failed."""
-    found = []
+    kernels = []
     for row in rows:
-        found.append(row)
+        kernels.append(row)
         if sys.stderr.isatty():
-            print(f"\r{len(found)} kernels", end="", file=sys.stderr, flush=True)
-    good = [row for row in found if row["status"] == "ok"]
+            print(f"\r{len(kernels)} kernels", end="", file=sys.stderr, flush=True)
+    good = [row for row in kernels if row["status"] == "ok"]
     if as_json:
-        print(json.dumps(found, indent=1))
+        print(json.dumps(kernels, indent=1))
     elif good:
         names = ("variant", "case", "precision", "memory", "walk", "target", "registers", "spilled", "local", "shared")
         table = Table(
@@ -299,11 +308,11 @@ def show_kernels(rows, as_json: bool) -> int:
             table.add_row(*map(escape, what), *map(str, (*numbers, share, row["float64_instructions"])))
         console.print(table)
     if not as_json:
-        for row in found:
+        for row in kernels:
             if row["status"] != "ok":
                 what = f"{row['variant']}, {row['case']}, {row['precision']}"
                 print(f"{what}: {row['status']}: {row['reason']}")
-    return 1 if any(row["status"] == "failed" for row in found) else 0
+    return 1 if any(row["status"] == "failed" for row in kernels) else 0
 
 
 def show_checks(checks) -> int:

@@ -47,17 +47,17 @@ class Made:
 
 
 class Choice:
-    """The pictures that are made until one is within the error. known: methods that a run has measured, the quickest
+    """The pictures that are made until one is within the error. measured: methods that a run has measured, the quickest
     first (reports/accuracy/advice.py). variant, fixed: as of Search. folder: for series.
     """
 
     def __init__(
-        self, test: trial.Trial, variant: str, fixed: frozenset, out: Path, frames: int, known: list, audit: Audit,
+        self, test: trial.Trial, variant: str, fixed: frozenset, out: Path, frames: int, measured: list, audit: Audit,
         folder: Path,
     ):  # fmt: skip
         self.test, self.variant, self.fixed, self.out = test, variant, fixed, out
         self.frames, self.audit, self.folder = frames, audit, folder
-        self.known, self.search, self.made, self.said = known, None, [], []
+        self.measured, self.search, self.made, self.said = measured, None, [], []
         self.whole: Truth | None = None
 
     @property
@@ -71,6 +71,7 @@ class Choice:
                 self._make(method)
                 if self.made[-1].most <= self.test.limit:
                     return ""
+            return self._missed() if self.made else self._none()
         except trial.CannotTell as why:
             return f"cannot tell whether an RMSE of {self.test.limit:.3g} is kept: {why}"
         except trial.TimeUp:
@@ -79,7 +80,6 @@ class Choice:
             if "rmse" not in self.made[-1].error:
                 return "cannot tell: the time is up before the truth of the picture was known; give more of it"
             return f"the time is up; {self._missed()}"
-        return self._missed() if self.made else self._none()
 
     def methods(self) -> Iterator[trial.Method]:
         """Methods to try, one after the other: what a run measured, then what is measured here."""
@@ -112,15 +112,15 @@ class Choice:
             self.search.learn(method, last["rmse"] + last["rmse_standard_error"])
 
     def _of_run(self) -> Iterator[trial.Method]:
-        for one in self.known:
-            if one.rmse + search.SURE * one.standard_error > self.test.limit or one.variant not in self.test.known:
+        for row in self.measured:
+            if row.rmse + search.SURE * row.standard_error > self.test.limit or row.variant not in self.test.entries:
                 continue
-            values = {name: value for name, value in one.parameters.items() if name in NAMES}
-            job, entry = replace(self.test.asked, **values), self.test.known[one.variant]
+            values = {name: value for name, value in row.parameters.items() if name in NAMES}
+            job, entry = replace(self.test.parameters, **values), self.test.entries[row.variant]
             if entry.unavailable or repetition.unsupported(entry, job, self.test.needs_of(job)):
                 continue
-            self.said.append(f"{one.run} has measured {len(self.known)} methods of this picture")
-            yield trial.Method(entry, job, one.rmse, one.standard_error, one.seconds)
+            self.said.append(f"{row.run} has measured {len(self.measured)} methods of this picture")
+            yield trial.Method(entry, job, row.rmse, row.standard_error, row.seconds)
 
     def _make(self, method: trial.Method) -> None:
         """Renders with a method, and compares the picture with the truth. The best picture is the one that is saved."""
@@ -128,7 +128,7 @@ class Choice:
         if test.left <= 0:
             raise trial.TimeUp
         alone = "kernel" in self.fixed or method.seconds > COMPILED
-        kernel = test.asked.kernel if alone else method.parameters.kernel
+        kernel = test.parameters.kernel if alone else method.parameters.kernel
         frames = max(self.frames, FRAMES if method.seconds < BRIEF else 1)  # without a second one there is no time
         job = replace(method.parameters, kernel=kernel, threads=test.threads or entry.threads())
         job = replace(job, frames=frames, least_frame=LEAST_FRAME)
@@ -141,15 +141,15 @@ class Choice:
         self.made.append(Made(method, result, facts, {"unavailable": "not known in time"}, times))
         if broken := judge.broken(result):
             raise trial.CannotTell(f"its picture is broken: {broken}")
-        bounds = [test.asked.bounds()]
+        bounds = [test.parameters.bounds()]
         if self.whole is None or not test.is_clear(result.array, self.whole):
             side = self.search.side_for(test.limit / trial.FIRST) if self.search else 4
             self.whole, _ = test.truth(bounds, side, trial.LATER, of=result.array)
-        told = {"truth": self.whole.maker, "against": test.against, **self.whole.facts()}
-        error = {**told, **test.error(result.array, self.whole, bounds)}
+        truth_facts = {"truth": self.whole.maker, "against": test.against, **self.whole.facts()}
+        error = {**truth_facts, **test.error(result.array, self.whole, bounds)}
         self.made[-1] = replace(self.made[-1], error=error)
         if before and self.best is before:
-            picture.save(self.out, before.result.array, test.asked.arithmetic)
+            picture.save(self.out, before.result.array, test.parameters.arithmetic)
 
     def time(self) -> None:
         """Times the methods of the pictures that were made in further processes, in turn, if that takes little."""

@@ -55,21 +55,21 @@ class Family:
 
     def forecast(self, side: int) -> tuple[float, float, float]:
         """RMSE, its standard error over it, and seconds for a number of samples of a side of a pixel."""
-        known = sorted(self.measured)
-        one, last = self.measured[known[-2 if len(known) > 1 else -1]], self.measured[known[-1]]
+        sides = sorted(self.measured)
+        previous, last = self.measured[sides[-2 if len(sides) > 1 else -1]], self.measured[sides[-1]]
         if side in self.measured:
-            found = self.measured[side]
-            error, seconds = found.rmse, found.seconds
-        elif len(known) == 1:
-            error, seconds = last.rmse * known[-1] / max(side, 1), last.seconds * (side / known[-1]) ** 2
-        elif side < known[-1]:
-            logs = [np.log(max(self.measured[one].rmse, 1e-300)) for one in known]
-            error = float(np.exp(np.interp(np.log(side), np.log(known), logs)))
-            seconds = float(np.interp(side**2, np.square(known), [self.measured[one].seconds for one in known]))
+            method = self.measured[side]
+            error, seconds = method.rmse, method.seconds
+        elif len(sides) == 1:
+            error, seconds = last.rmse * sides[-1] / max(side, 1), last.seconds * (side / sides[-1]) ** 2
+        elif side < sides[-1]:
+            logs = [np.log(max(self.measured[number].rmse, 1e-300)) for number in sides]
+            error = float(np.exp(np.interp(np.log(side), np.log(sides), logs)))
+            seconds = float(np.interp(side**2, np.square(sides), [self.measured[number].seconds for number in sides]))
         else:
-            slope = np.log(max(last.rmse, 1e-300) / max(one.rmse, 1e-300)) / np.log(known[-1] / known[-2])
-            error = last.rmse * (side / known[-1]) ** float(np.clip(slope, -2.0, 0.0))
-            seconds = last.seconds * (side / known[-1]) ** 2
+            slope = np.log(max(last.rmse, 1e-300) / max(previous.rmse, 1e-300)) / np.log(sides[-1] / sides[-2])
+            error = last.rmse * (side / sides[-1]) ** float(np.clip(slope, -2.0, 0.0))
+            seconds = last.seconds * (side / sides[-1]) ** 2
         return error, last.standard_error / last.rmse if last.rmse else 0.0, seconds
 
 
@@ -98,13 +98,13 @@ class Search:
         self.trial, self.variant, self.fixed = trial, variant, fixed
         self.tried: dict[tuple[str, Parameters], Method] = {}
         self.pictures: dict[Parameters, tuple[np.ndarray, int | None]] = {}
-        self.asked = trial.asked
-        self.places = [self.asked.bounds()] if whole else tiles(self.asked.bounds(), self.asked.seed)
+        self.parameters = trial.parameters
+        self.places = [self.parameters.bounds()] if whole else tiles(self.parameters.bounds(), self.parameters.seed)
         self.miss = 1.0  # how much larger errors are in the whole picture than in the tiles
         building = self._build_ahead()
         # The noise of this truth is taken off; what it leaves uncertain is in the margin of a method, and is little
         # where there are many pixels.
-        many = np.prod(self.asked.shape()[:2]) >= MANY
+        many = np.prod(self.parameters.shape()[:2]) >= MANY
         self.truth, self.side = trial.truth(self.places, 4, 2**15 if whole else 1, 1.0 if many else KNOWN)
         if building:
             building.join()  # what is timed from here on has the cores to itself
@@ -117,12 +117,12 @@ class Search:
 
     def side_for(self, uncertainty: float) -> int:
         """Samples of a side of a pixel in each picture of a truth that is to be known so well, by that of the tiles."""
-        known = self.truth.uncertainty or 0.0
-        return int(np.ceil(self.side * max(1.0, known / uncertainty) ** (2 / 3)))
+        of_tiles = self.truth.uncertainty or 0.0
+        return int(np.ceil(self.side * max(1.0, of_tiles / uncertainty) ** (2 / 3)))
 
     def free(self, **changes) -> dict | None:
         """`changes` without those of parameters that are the user's; None if one of these is another there."""
-        if any(changes[name] != getattr(self.asked, name) for name in self.fixed & changes.keys()):
+        if any(changes[name] != getattr(self.parameters, name) for name in self.fixed & changes.keys()):
             return None
         return changes
 
@@ -130,7 +130,7 @@ class Search:
         """The job with changes of the base. seconds: that its picture should take. The program for any job is built
         once, one for this job alone would take longer than most pictures, but for those of one sample in lanes (VEC-1).
         """
-        made = replace(self.asked, **{**self.base, **changes})
+        made = replace(self.parameters, **{**self.base, **changes})
         alone = "kernel" in self.fixed or (made.vector != "off" and made.sampler == "one" and seconds > WORTH)
         return made if alone else general(self.entry, made)
 
@@ -143,32 +143,32 @@ class Search:
             if shot := self.trial.shoot(entry, parameters, self.places, int(seconds < BRIEF)):
                 array, seconds, rays = shot
                 self.pictures[key[1]] = array, rays
-                told = self.trial.error(array, self.truth, self.places, self.hard)
-                self.tried[key] = Method(entry, parameters, told["rmse"], told["rmse_standard_error"], seconds)
+                error = self.trial.error(array, self.truth, self.places, self.hard)
+                self.tried[key] = Method(entry, parameters, error["rmse"], error["rmse_standard_error"], seconds)
         return self.tried[key]
 
     @property
     def measured(self) -> list[Method]:
         """Those that have all that is the user's."""
-        mine = self.fixed & set(NAMES)
+        names = self.fixed & set(NAMES)
         return [
             method
             for method in self.tried.values()
-            if method and all(getattr(method.parameters, name) == getattr(self.asked, name) for name in mine)
+            if method and all(getattr(method.parameters, name) == getattr(self.parameters, name) for name in names)
         ]
 
     def _base(self, variant: str) -> tuple[Entry, dict]:
         """Choose the variant, and changes of the job for every method, which leave out as little as possible."""
-        known, reasons = self.trial.known, []
-        for name in [variant] if variant else [name for name in FASTEST if name in known]:
-            entry = known[name]
+        entries, reasons = self.trial.entries, []
+        for name in [variant] if variant else [name for name in FASTEST if name in entries]:
+            entry = entries[name]
             samplers = self._samplers() or [{"sampler": "jittered", "samples": FIRST[1]}]  # to measure the rest with
             for vector, precision, sampler, optics, cutoff in product(
                 VECTORS, PRECISIONS, samplers, self._optics(), (self.truth.cutoff, 0.0)
             ):
                 arithmetic = {"precision": precision, "vector": vector}
                 changes = {**self.own({**self.deep, "cutoff": cutoff, **arithmetic, **optics}), **sampler}
-                made = general(entry, replace(self.asked, **changes))
+                made = general(entry, replace(self.parameters, **changes))
                 why = entry.unavailable or repetition.unsupported(entry, made, self.trial.needs_of(made))
                 if why is None:
                     return entry, changes
@@ -177,12 +177,12 @@ class Search:
 
     def _build_ahead(self) -> threading.Thread | None:
         """Begins to build the program of float32, on another core than the one that builds that of the truth."""
-        names = [self.variant] if self.variant else [name for name in FASTEST if name in self.trial.known]
-        entry = next((self.trial.known[name] for name in names if not self.trial.known[name].unavailable), None)
+        names = [self.variant] if self.variant else [name for name in FASTEST if name in self.trial.entries]
+        entry = next((self.trial.entries[name] for name in names if not self.trial.entries[name].unavailable), None)
         if entry is None or not entry.renderer.manifest.build or "precision" in self.fixed:
             return None
         vectors = [vector for vector in VECTORS if vector in entry.methods.get("vector", ("off",))]
-        job = general(entry, replace(self.asked, precision=PRECISIONS[1], **self.own({"vector": vectors[0]})))
+        job = general(entry, replace(self.parameters, precision=PRECISIONS[1], **self.own({"vector": vectors[0]})))
 
         def build() -> None:
             with contextlib.suppress(BuildError, OSError):  # who needs it tries again, and tells
@@ -196,52 +196,55 @@ class Search:
         """Where samples of the whole picture differ from each other, as trial.error takes it."""
         if len(self.places) == 1 or self.base["sampler"] != "jittered":
             return None
-        job, seed = replace(self.job(), samples=FIRST[0]), self.asked.seed
+        job, seed = replace(self.job(), samples=FIRST[0]), self.parameters.seed
         shots = [
-            self.trial.shoot(self.entry, replace(job, seed=one), [self.asked.bounds()], 0)
-            for one in ((seed + 1) % 2**32, (seed + 2) % 2**32)
+            self.trial.shoot(self.entry, replace(job, seed=next_seed), [self.parameters.bounds()], 0)
+            for next_seed in ((seed + 1) % 2**32, (seed + 2) % 2**32)
         ]
         return (shots[0][0] - shots[1][0]) ** 2 if all(shots) else None
 
     def own(self, changes: dict) -> dict:
         """`changes`, with the user's values where they are fixed."""
-        return {name: getattr(self.asked, name) if name in self.fixed else value for name, value in changes.items()}
+        return {
+            name: getattr(self.parameters, name) if name in self.fixed else value for name, value in changes.items()
+        }
 
     def _samplers(self) -> list[dict]:
         """Samplers that may be taken, with a first number of samples."""
         fixed = {"samples"} & self.fixed
         wanted = [
-            {"sampler": name, "samples": self.asked.samples if fixed else FIRST[1]} for name in ("jittered", "uniform")
+            {"sampler": name, "samples": self.parameters.samples if fixed else FIRST[1]}
+            for name in ("jittered", "uniform")
         ]
         wanted.append({"sampler": "one", "samples": 1})
         if self.trial.against == "centres":
             wanted = wanted[-1:]
-        return [one for one in wanted if self.free(**one) is not None]
+        return [sampler for sampler in wanted if self.free(**sampler) is not None]
 
     def _optics(self) -> list[dict]:
         """Feelers and glossy rays that may be taken, those of the truth first."""
         if self.trial.against == "centres":
             return [{}]
-        most = replace(self.asked, feelers=1, glossy_rays=1, sampler="jittered", **self.deep)
+        most = replace(self.parameters, feelers=1, glossy_rays=1, sampler="jittered", **self.deep)
         needs = self.trial.needs_of(most)
         feelers, glossy = ((1, 0) if need in needs else (0,) for need in ("soft", "glossy"))
-        found = [{"feelers": f, "glossy_rays": g} for g, f in product(glossy, feelers)]
-        found += [{"feelers": 4, "glossy_rays": glossy[0]}] * feelers[0]
-        return list({repr(one): one for one in map(self.own, found)}.values())
+        optics = [{"feelers": f, "glossy_rays": g} for g, f in product(glossy, feelers)]
+        optics += [{"feelers": 4, "glossy_rays": glossy[0]}] * feelers[0]
+        return list({repr(changes): changes for changes in map(self.own, optics)}.values())
 
     def _families(self) -> None:
-        found = self.families
+        families = self.families
         samplers, first = self._samplers(), self._optics()[0]
         for optics, sampler in product(self._optics(), samplers):
-            one = sampler["sampler"] == "one"
-            if optics != first and not one and sampler["sampler"] != max(found, key=_worth).changes["sampler"]:
+            single = sampler["sampler"] == "one"
+            if optics != first and not single and sampler["sampler"] != max(families, key=_worth).changes["sampler"]:
                 continue  # of jittered and uniform samples the better ones are enough
-            sides = (sampler["samples"],) if one or "samples" in self.fixed else SIDES[1:]
+            sides = (sampler["samples"],) if single or "samples" in self.fixed else SIDES[1:]
             family = Family({**optics, "sampler": sampler["sampler"]}, sides)
             for side in sides[:1] if len(sides) == 1 else FIRST:
                 if method := self.measure(self.job(**family.changes, samples=side)):
                     family.measured[side] = method
-            found += [family] * bool(family.measured)
+            families += [family] * bool(family.measured)
 
     def _part(self, **changes) -> Part | None:
         """What these changes of the base do to it."""
@@ -253,65 +256,65 @@ class Search:
         made = self.job(before.seconds, **few, **changes)
         if not (after := self.measure(made)):
             return None
-        (one, rays), (other, fewer) = (self.pictures[replace(job, kernel=DEFAULT.kernel)] for job in (plain, made))
+        (picture, rays), (other, fewer) = (self.pictures[replace(job, kernel=DEFAULT.kernel)] for job in (plain, made))
         # Times of tiles are noisy, and where the arithmetic is the same the rays take them.
         same = rays and fewer and "precision" not in changes
         ratio = fewer / rays if same else after.seconds / before.seconds
-        return Part(changes, float(np.sqrt(np.mean((other.astype(np.float64) - one) ** 2))), ratio)
+        return Part(changes, float(np.sqrt(np.mean((other.astype(np.float64) - picture) ** 2))), ratio)
 
     @staticmethod
     def _paying(parts: list[Part]) -> list[Part]:
         """Those that are quicker than all that leave out less."""
-        found = []
+        paying = []
         for part in sorted(parts, key=lambda part: part.bias):
-            if not found or part.ratio < PAYS * min(one.ratio for one in found):
-                found.append(part)
-        return found
+            if not paying or part.ratio < PAYS * min(other.ratio for other in paying):
+                paying.append(part)
+        return paying
 
     def _paths(self) -> list[Part]:
         """Depths and cut-offs that may be taken."""
-        found = [Part({}, 0.0, 1.0)]
+        paths = [Part({}, 0.0, 1.0)]
         if not self.truth.depth:
-            return found
+            return paths
         for depth in (0, *DEPTHS):
             changes = {"depth": depth, "cutoff": self.base["cutoff"] if depth else 0.0}
             if depth >= self.truth.depth or self.free(**changes) is None:
                 continue
             part = self._part(**changes)
-            found += [part] * bool(part)
+            paths += [part] * bool(part)
             if part and part.bias < self.trial.limit / 16:
                 break
         for cutoff in reversed(CUTOFFS):
             if self.free(cutoff=cutoff) is None or not (part := self._part(cutoff=cutoff)):
                 continue
-            found.append(part)
+            paths.append(part)
             if part.bias > self.trial.limit:
                 break
-        good = [part for part in found[1:] if part.bias <= self.trial.limit / 2]
+        good = [part for part in paths[1:] if part.bias <= self.trial.limit / 2]
         both = [[part for part in good if ("depth" in part.changes) == deep] for deep in (True, False)]
         if all(both):  # the quickest of each kind, together
             shallow, cut = (min(parts, key=lambda part: part.ratio) for parts in both)
             part = self._part(**{**shallow.changes, **cut.changes})
-            found += [part] * bool(part)
+            paths += [part] * bool(part)
         # Adaptive samples know no cut-off: theirs is the first depth that leaves out little.
         little = (
-            part.changes["depth"] for part in found if "depth" in part.changes and part.bias < self.trial.limit / 4
+            part.changes["depth"] for part in paths if "depth" in part.changes and part.bias < self.trial.limit / 4
         )
         self.shallow = min(little, default=self.truth.depth)
-        found = self._paying(found)
+        paths = self._paying(paths)
         # All else is measured with the quickest that leaves out next to nothing.
-        best = min((part for part in found if part.bias <= self.trial.limit / 16), key=lambda part: part.ratio)
+        best = min((part for part in paths if part.bias <= self.trial.limit / 16), key=lambda part: part.ratio)
         self.base |= best.changes
-        rest = [part for part in found if part.ratio < best.ratio]
+        rest = [part for part in paths if part.ratio < best.ratio]
         return [Part({}, best.bias, 1.0), *(replace(part, ratio=part.ratio / best.ratio) for part in rest)]
 
     def _arithmetic(self) -> list[Part]:
-        found = [Part({}, 0.0, 1.0)]
+        parts = [Part({}, 0.0, 1.0)]
         for precision in PRECISIONS:
             if precision != self.base["precision"] and self.free(precision=precision) is not None:
                 part = self._part(precision=precision)
-                found += [part] * bool(part)
-        return self._paying(found)
+                parts += [part] * bool(part)
+        return self._paying(parts)
 
     def _adaptive(self) -> None:
         """Families of adaptive samples: of those with the light of the truth, and of those without random rays."""
@@ -322,14 +325,16 @@ class Search:
             return  # a tree of rays that nothing cuts off
         own = {"adaptive_depth", "adaptive_threshold"} & self.fixed
         quickest = min(part.ratio for part in self.arithmetic)
-        asked = self.asked.adaptive_depth, self.asked.adaptive_threshold
+        pair = self.parameters.adaptive_depth, self.parameters.adaptive_threshold
         optics = self._optics()
-        for one in (
-            optics if "sampler" in self.fixed else optics[:1] + [one for one in optics[1:] if not any(one.values())]
+        for optic in (
+            optics
+            if "sampler" in self.fixed
+            else optics[:1] + [optic for optic in optics[1:] if not any(optic.values())]
         ):
-            for depth, threshold in (asked,) if len(own) == 2 else ADAPTIVE:
+            for depth, threshold in (pair,) if len(own) == 2 else ADAPTIVE:
                 way = self.own({"adaptive_depth": depth, "adaptive_threshold": threshold})
-                changes = {"sampler": "adaptive", **paths, **way, **one}
+                changes = {"sampler": "adaptive", **paths, **way, **optic}
                 if self.free(**changes) is None or not (method := self.measure(self.job(**changes))):
                     continue
                 self.families.append(Family(changes, (1,), {1: method}, whole=True))
@@ -343,7 +348,7 @@ class Search:
 
     def forecasts(self) -> list[tuple[float, float, Family, float, Parameters]]:
         """(seconds, RMSE with its margin, family, RMSE, changes) of every method, the quickest first."""
-        found = []
+        rows = []
         for family in self.families:
             paths = self.paths[:1] if family.whole else self.paths
             for side in family.sides:
@@ -353,8 +358,8 @@ class Search:
                     error = float(np.sqrt(sampled**2 + path.bias**2 + arithmetic.bias**2))
                     changes = {**family.changes, **step, **path.changes, **arithmetic.changes}
                     time = seconds * path.ratio * arithmetic.ratio
-                    found.append((time, error * family.worse * (1 + SURE * doubt), family, error, changes))
-        return sorted(found, key=lambda one: one[0])
+                    rows.append((time, error * family.worse * (1 + SURE * doubt), family, error, changes))
+        return sorted(rows, key=lambda row: row[0])
 
     def holds(self, method: Method, limit: float) -> bool:
         return (method.rmse + SURE * method.standard_error) * self.miss + self.truth.doubt <= limit
@@ -374,13 +379,13 @@ class Search:
             best = self.best
             if best and number >= ENOUGH:
                 break
-            for seconds, error, *told in self.forecasts():
+            for seconds, error, *rest in self.forecasts():
                 if best and seconds > PAYS * best.seconds:
                     return self._others(best)
-                family, plain, changes = told
+                family, plain, changes = rest
                 made = self.job(seconds, **changes)
-                known = (self.entry.name, replace(made, kernel=DEFAULT.kernel)) in self.tried
-                if not known and error * self.miss + self.truth.doubt <= limit:
+                tried = (self.entry.name, replace(made, kernel=DEFAULT.kernel)) in self.tried
+                if not tried and error * self.miss + self.truth.doubt <= limit:
                     break
             else:
                 return best and self._others(best)
@@ -406,15 +411,17 @@ class Search:
 
     def _others(self, best: Method) -> Method:
         """The quickest variant for a method, of those that measure it together in less time than the picture takes."""
-        known = self.trial.known
-        others = [name for name in truth.MAKERS if name in known and known[name].renderer is not best.entry.renderer]
+        entries = self.trial.entries
+        others = [
+            name for name in truth.MAKERS if name in entries and entries[name].renderer is not best.entry.renderer
+        ]
         return best if self.variant or best.seconds < LONG else self._quickest(best, others)
 
     def _quickest(self, best: Method, others: list[str]) -> Method:
-        end, job = self.trial.end, replace(best.parameters, kernel=self.asked.kernel)
+        end, job = self.trial.end, replace(best.parameters, kernel=self.parameters.kernel)
         last = min(end, end - self.trial.left + best.seconds)  # all of them together
         for name in others:
-            entry = self.trial.known[name]
+            entry = self.trial.entries[name]
             self.trial.end = last
             try:
                 method = None if entry.unavailable else self.measure(general(entry, job), entry, best.seconds)
@@ -435,7 +442,7 @@ class Search:
         """Options of the user without which the most accurate method would hold; else those that cost it most."""
         best = min(self.measured, key=lambda method: method.rmse)
         freed = {"samples": self.side, "sampler": "jittered", "feelers": 1, "glossy_rays": 1, **self.deep}
-        found = []
+        errors = []
         for name in sorted(self.fixed & set(NAMES)):
             value = freed.get(name, getattr(DEFAULT, name))
             if value == getattr(best.parameters, name):
@@ -444,6 +451,6 @@ class Search:
             more |= {"sampler": "jittered"} if name == "samples" and "sampler" not in self.fixed else {}
             method = self.measure(general(best.entry, replace(best.parameters, **{name: value}, **more)))
             if method:
-                found.append((method.rmse, name))
-        alone = [name for rmse, name in found if rmse <= self.trial.limit]
-        return alone or [name for rmse, name in sorted(found) if rmse < 0.9 * best.rmse]
+                errors.append((method.rmse, name))
+        alone = [name for rmse, name in errors if rmse <= self.trial.limit]
+        return alone or [name for rmse, name in sorted(errors) if rmse < 0.9 * best.rmse]

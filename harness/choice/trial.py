@@ -81,28 +81,28 @@ def tiles(bounds: Bounds, seed: int) -> list[Bounds]:
     side = int(np.clip(np.sqrt(width * height) / SHARE, *SIDES))
     if width * height <= SMALL * (ACROSS * side) ** 2 or min(width, height) < ACROSS * side:
         return [bounds]
-    rng, found = np.random.default_rng(seed), []
+    rng, boxes = np.random.default_rng(seed), []
     for row in range(ACROSS):
         for column in range(ACROSS):
             x = x0 + int(rng.integers(width * column // ACROSS, width * (column + 1) // ACROSS - side + 1))
             y = y0 + int(rng.integers(height * row // ACROSS, height * (row + 1) // ACROSS - side + 1))
-            found.append((x, y, x + side, y + side))
-    return found
+            boxes.append((x, y, x + side, y + side))
+    return boxes
 
 
 @dataclass
 class Trial:
     """A picture that is to be made, with what measures methods for it.
 
-    asked: its job, in which a method is free to be another. needs_of: the needs of a job with its scene. limit: of the
-    RMSE. against: "scene" or "centres" (see truth.view). run: as Sessions.run. end: on the clock of time.monotonic, by
-    which all is to be done.
+    parameters: its job, in which a method is free to be another. needs_of: the needs of a job with its scene. limit: of
+    the RMSE. against: "scene" or "centres" (see truth.view). run: as Sessions.run. end: on the clock of time.monotonic,
+    by which all is to be done.
     """
 
     arrays: dict
     needs_of: Callable[[Parameters], tuple[str, ...]]
-    asked: Parameters
-    known: dict[str, Entry]
+    parameters: Parameters
+    entries: dict[str, Entry]
     limit: float
     against: str
     run: Callable
@@ -127,7 +127,7 @@ class Trial:
         kinds = "primary", "reflected", "transmitted", "shadow"
         rays = sum((result.said.rays or {}).get(kind, 0) for result in results for kind in kinds)
         picture = np.concatenate([result.array for result in results])
-        height, width, _ = self.asked.shape()
+        height, width, _ = self.parameters.shape()
         return picture, seconds * width * height / np.prod(picture.shape[:2]), rays or None
 
     def _results(
@@ -136,11 +136,11 @@ class Trial:
         """The results of a job with the arrays of a scene at each place; None if one cannot be made. TimeUp."""
         results, threads = [], self.threads or entry.threads()
         for place in places:
-            asked = replace(parameters, region=place, frames=frames, threads=threads)
+            job = replace(parameters, region=place, frames=frames, threads=threads)
             if self.left <= 0:
                 raise TimeUp
-            needs = truth.needs_in(scene, self.arrays, self.needs_of(asked))
-            result = self.run(entry, scene, asked, needs, timeout=self.left, cache=kernels(entry))
+            needs = truth.needs_in(scene, self.arrays, self.needs_of(job))
+            result = self.run(entry, scene, job, needs, timeout=self.left, cache=kernels(entry))
             self.shots += 1
             if result.status == "timeout":
                 raise TimeUp
@@ -161,8 +161,8 @@ class Trial:
         """
         target = self.limit / share
         wanted = Wanted(against=self.against)
-        told = truth.jobs([self.asked], wanted, self.needs_of)[truth.view(self.asked, wanted)]
-        maker = truth.choose(self.known, told)
+        truth_job = truth.jobs([self.parameters], wanted, self.needs_of)[truth.view(self.parameters, wanted)]
+        maker = truth.choose(self.entries, truth_job)
         if maker is None:
             raise CannotTell("no renderer here can make its truth")
 
@@ -180,7 +180,7 @@ class Trial:
         def picture(parameters: Parameters) -> np.ndarray:
             return shoot(parameters, self.arrays)[0]
 
-        deep, change = told.parameters, 0.0
+        deep, change = truth_job.parameters, 0.0
         if deep.depth:
             least = min(depth.UNCHANGED, self.limit / KNOWN**2), min(depth.LITTLE, self.limit / KNOWN**2)
             deep, change = depth.deep_enough(deep, self.arrays, shoot, *least)
@@ -190,14 +190,14 @@ class Trial:
             )
             raise CannotTell(f"{why}, more than {target / KNOWN:.2g}, to which it must be known")
         facts = {"depth": deep.depth, "cutoff": deep.cutoff, "change": change}
-        if len(told.seeds) == 1:
-            return Truth(maker.name, picture(deep), told.samples, (0,), None, **facts), side
+        if len(truth_job.seeds) == 1:
+            return Truth(maker.name, picture(deep), truth_job.samples, (0,), None, **facts), side
         pixels = sum((x1 - x0) * (y1 - y0) for x0, y0, x1, y1 in places)
         alone = truth.unseen(self.arrays, deep, 1, pixels)  # of one sample a pixel
         goals = [self._goal(goal, change, alone) for goal in ([] if of is None else [self.limit / FIRST]) + [target]]
         room, least = goals.pop(0)
         family = (truth.FAMILY * number % 2**32 for number in count(first))
-        seeds = (seed for seed in family if seed != self.asked.seed)
+        seeds = (seed for seed in family if seed != self.parameters.seed)
         side = side if deep.sampler == "jittered" else 1
         side = max(side, min(MOST, int(np.ceil(np.sqrt(least / truth.PICTURES)))))
         while True:
@@ -207,12 +207,12 @@ class Trial:
                 noise, samples = float(np.sqrt(np.mean(error**2))), number * truth.samples(deep)
                 if noise <= room and samples >= least:
                     unseen = alone / samples
-                    found = Truth(maker.name, centre, samples, tuple(taken), error, **facts, unseen=unseen)
-                    if not goals or self.is_clear(of, found):
-                        return found, side
+                    ground_truth = Truth(maker.name, centre, samples, tuple(taken), error, **facts, unseen=unseen)
+                    if not goals or self.is_clear(of, ground_truth):
+                        return ground_truth, side
                     room, least = goals.pop(0)
                     if noise <= room and samples >= least:
-                        return found, side
+                        return ground_truth, side
                 # More pictures err less with the root of their number; the same samples in a larger one by more.
                 each, over = (time.monotonic() - began) / number, noise / room
                 more = max(1.1 * number * over**2, number * least / samples)
@@ -232,13 +232,13 @@ class Trial:
         small = SMALL_THINGS * goal if alone else 0.0
         return np.sqrt(goal**2 - (change + small) ** 2), alone / small if alone else 0.0
 
-    def is_clear(self, array: np.ndarray, found: Truth) -> bool:
+    def is_clear(self, array: np.ndarray, ground_truth: Truth) -> bool:
         """Whether a truth of a picture's places tells if its error is within the limit: it is known as well as asked
         for, or the error is so far from the limit that it does not matter."""
-        if (found.uncertainty or 0.0) <= 1.001 * self.limit / KNOWN:  # rounding
+        if (ground_truth.uncertainty or 0.0) <= 1.001 * self.limit / KNOWN:  # rounding
             return True
-        told = judge.errors(array, found.picture, found.standard_error, None)
-        return abs(told["rmse"] - self.limit) > CLEAR * told["rmse_standard_error"] + found.doubt
+        error = judge.errors(array, ground_truth.picture, ground_truth.standard_error, None)
+        return abs(error["rmse"] - self.limit) > CLEAR * error["rmse_standard_error"] + ground_truth.doubt
 
     def _must_have(self, seconds: float, noise: float, target: float) -> None:
         if seconds > self.left:
@@ -247,27 +247,29 @@ class Trial:
                 f" {seconds:.2g} s more; --against centres has a truth without samples, for pictures without any"
             )
 
-    def error(self, array: np.ndarray, found: Truth, places: list[Bounds], hard: np.ndarray | None = None) -> dict:
+    def error(
+        self, array: np.ndarray, ground_truth: Truth, places: list[Bounds], hard: np.ndarray | None = None
+    ) -> dict:
         """As judge.errors; of tiles the error of the whole picture, with their spread in rmse_standard_error.
 
         hard: (height, width, 3) of the whole picture, how large its squared errors are as compared with each other:
         then the tiles say only how large they are over that (a ratio estimator: Cochran, Sampling Techniques, ch. 6).
         """
-        told = judge.errors(array, found.picture, found.standard_error, None, found.doubt)
+        error = judge.errors(array, ground_truth.picture, ground_truth.standard_error, None, ground_truth.doubt)
         if len(places) == 1:
-            return told
-        noise = 0.0 if found.standard_error is None else found.standard_error**2
-        squares = ((array.astype(np.float64) - found.picture) ** 2 - noise).reshape(len(places), -1).mean(axis=1)
+            return error
+        noise = 0.0 if ground_truth.standard_error is None else ground_truth.standard_error**2
+        squares = ((array.astype(np.float64) - ground_truth.picture) ** 2 - noise).reshape(len(places), -1).mean(axis=1)
         other, whole = np.ones(len(places)), 1.0
-        x, y = self.asked.bounds()[:2]
+        x, y = self.parameters.bounds()[:2]
         if hard is not None:
-            mine = np.array([hard[y0 - y : y1 - y, x0 - x : x1 - x].mean() for x0, y0, x1, y1 in places])
-            if mine.mean() > 0:
-                other, whole = mine, float(hard.mean())
+            hardness = np.array([hard[y0 - y : y1 - y, x0 - x : x1 - x].mean() for x0, y0, x1, y1 in places])
+            if hardness.mean() > 0:
+                other, whole = hardness, float(hard.mean())
         ratio = max(0.0, squares.mean() / other.mean())
-        share = array.shape[0] * array.shape[1] * 3 / np.prod(self.asked.shape())
+        share = array.shape[0] * array.shape[1] * 3 / np.prod(self.parameters.shape())
         spread = (squares - ratio * other).std(ddof=1) * whole / other.mean() * np.sqrt((1 - share) / len(places))
         rmse = float(np.sqrt(ratio * whole))
         spread = min(np.sqrt(spread), spread / (2 * rmse)) if rmse else np.sqrt(spread)
-        told |= {"rmse": rmse, "rmse_standard_error": float(np.hypot(told["rmse_standard_error"], spread))}
-        return {**told, "below": record.below({**told, "change": found.doubt})}
+        error |= {"rmse": rmse, "rmse_standard_error": float(np.hypot(error["rmse_standard_error"], spread))}
+        return {**error, "below": record.below({**error, "change": ground_truth.doubt})}

@@ -23,7 +23,7 @@ class Batch:
 
     def of(self, plan: Plan) -> Plan:
         """`plan` with this batch's cells alone; its truths are those of the whole plan."""
-        versions = {mine.scene_version for cell in self.cells for mine in (cell, cell.whole or cell)}
+        versions = {cell_or_whole.scene_version for cell in self.cells for cell_or_whole in (cell, cell.whole or cell)}
         arrays = {version: arrays for version, arrays in plan.arrays.items() if version in versions}
         return replace(plan, cells=self.cells, arrays=arrays, pair=self.pair, pair_reason=self.reason)
 
@@ -40,9 +40,9 @@ def name(cell: Cell) -> tuple[str, str, str]:
 
 def restored(record: dict, plan: Plan) -> Batch:
     """The Batch of a Batch.record(), from a plan that was made again. KeyError if a cell is no longer in it."""
-    known = {name(cell): cell for cell in plan.cells}
-    pair = known[tuple(record["pair"])] if record["pair"] else None
-    return Batch(tuple(known[tuple(told)] for told in record["cells"]), pair, record["reason"])
+    cells = {name(cell): cell for cell in plan.cells}
+    pair = cells[tuple(record["pair"])] if record["pair"] else None
+    return Batch(tuple(cells[tuple(cell_name)] for cell_name in record["cells"]), pair, record["reason"])
 
 
 def make(plan: Plan, wanted: str, most: int, time: float, predictor: Predictor) -> list[Batch]:
@@ -70,9 +70,9 @@ def make(plan: Plan, wanted: str, most: int, time: float, predictor: Predictor) 
 
 def _batch(cells: tuple[Cell, ...], wanted: str, predictor: Predictor, plan: Plan) -> Batch:
     pair, reason = pair_of(cells, wanted)
-    known = [_seconds(cell, predictor, plan) for cell in cells]
+    durations = [_seconds(cell, predictor, plan) for cell in cells]
     truths = len(plan.truths_of(cells)) * predictor.truth
-    return Batch(cells, pair, reason, None if None in known else sum(known) + truths)
+    return Batch(cells, pair, reason, None if None in durations else sum(durations) + truths)
 
 
 def _seconds(cell: Cell, predictor: Predictor, plan: Plan) -> float | None:

@@ -51,7 +51,7 @@ class Campaign:
     def begin(self, batches: list[Batch], only: tuple[str, ...], renderers: tuple[Path, ...]) -> None:
         """Writes run.json of a new run. only, renderers: as on the command line."""
         self.batches = batches
-        told = {
+        executor = {
             "name": self.name,
             "file": str(self.file.resolve()),
             "only": list(only),
@@ -61,22 +61,22 @@ class Campaign:
             **self._limits(),
         }
         self.jobs.reserve()
-        self._describe({**race.describe(self.experiment, self.plan), "pair": _pair(batches), "executor": told})
+        self._describe({**race.describe(self.experiment, self.plan), "pair": _pair(batches), "executor": executor})
 
     def go_on(self) -> None:
         """Resumes the run. UserError if cells, versions or software have changed since it was submitted."""
         front, _ = store.read_front(self.folder)
-        told = front["executor"]
-        changes = software.differences(told["software"], software.here())
+        executor = front["executor"]
+        changes = software.differences(executor["software"], software.here())
         changes += resume.of_cells(front["cells"], self.plan.cells, part.CHECKED)
         names = [batch.name(cell) for cell in self.plan.cells]
-        known = {identity(cell) for cell in front["cells"]}
-        changes += [f"{cell.label}: is new" for cell in self.plan.cells if batch.name(cell) not in known]
-        changes += [f"{', '.join(name)}: is gone" for name in known - set(names)]
+        identities = {identity(cell) for cell in front["cells"]}
+        changes += [f"{cell.label}: is new" for cell in self.plan.cells if batch.name(cell) not in identities]
+        changes += [f"{', '.join(name)}: is gone" for name in identities - set(names)]
         resume.refuse(self.folder, changes, "start a new run")
-        self.batches = [batch.restored(each, self.plan) for each in told["batches"]]
+        self.batches = [batch.restored(each, self.plan) for each in executor["batches"]]
         facts = {name: value for name, value in front.items() if name not in ("format", "hosts")}
-        self._describe({**facts, "executor": {**told, **self._limits()}})
+        self._describe({**facts, "executor": {**executor, **self._limits()}})
 
     def _limits(self) -> dict:
         """The time limit of a job and its warning before the end (s), and the table of the executor."""
@@ -124,7 +124,7 @@ class Campaign:
     def follow(self, executor: Executor, tell: race.Tell, say: Callable[[str], None] = lambda _: None) -> None:
         """Reports each repetition as it ends, until no job is left, and submits waiting batches when there is room."""
         cells = {batch.name(cell): cell for each in self.batches for cell in each.cells}
-        rows, ended, asked, silence = _Rows(self.folder), {}, -math.inf, ""
+        rows, ended, last_poll, silence = _Rows(self.folder), {}, -math.inf, ""
         seen = {key(record) for record in rows.new()}
         total = len(seen) + sum(map(len, self.missing().values()))
 
@@ -135,8 +135,8 @@ class Campaign:
                     tell(cells[identity(record)], record, len(seen), max(total, len(seen)), None)
 
         while self.jobs.live:
-            if time.monotonic() - asked >= POLL:
-                asked = time.monotonic()
+            if time.monotonic() - last_poll >= POLL:
+                last_poll = time.monotonic()
                 unknown = self.settle(executor, ended)
                 if unknown and unknown != silence:
                     say(f"unknown state: {unknown}; asking again every {POLL:g} s")
@@ -197,8 +197,8 @@ def executor_of(folder: Path, name: str, settings) -> Executor:
 
 def plan_batches(experiment: Experiment, plan: Plan, name: str, predictor: Predictor) -> list[Batch]:
     """The batches of a plan for the executor `name`."""
-    told = table(experiment, name)
-    return batch.make(plan, experiment.measure.pair, told.cells, told.time, predictor)
+    settings = table(experiment, name)
+    return batch.make(plan, experiment.measure.pair, settings.cells, settings.time, predictor)
 
 
 @dataclass(frozen=True)
@@ -211,23 +211,23 @@ class Forecast:
     @property
     def seconds(self) -> float | None:
         """The predicted duration of all batches, from times of this machine; None if unknown."""
-        known = [each.seconds for each in self.batches]
-        return None if None in known else sum(known)
+        durations = [each.seconds for each in self.batches]
+        return None if None in durations else sum(durations)
 
     @property
     def text(self) -> str:
         """One sentence for people."""
         jobs, limit = len(self.batches), self.table.time
         most = max(len(each.cells) for each in self.batches)
-        known = "unknown" if self.seconds is None else f"{self.seconds / 3600:.3g} h from times of this machine"
+        hours = "unknown" if self.seconds is None else f"{self.seconds / 3600:.3g} h from times of this machine"
         long = sum(each.seconds is not None and each.seconds > limit for each in self.batches)
-        told = (
+        sentence = (
             f"{jobs} jobs of at most {most} cells, each with a host of its own for at most {limit / 3600:.3g} h:"
-            f" at most {jobs * limit / 3600:.3g} host hours, predicted: {known}"
+            f" at most {jobs * limit / 3600:.3g} host hours, predicted: {hours}"
         )
         if long:
-            told += f"; {long} of them will probably run out of time; --resume completes them"
-        return told
+            sentence += f"; {long} of them will probably run out of time; --resume completes them"
+        return sentence
 
     def record(self) -> dict:
         """For --json."""
@@ -270,13 +270,13 @@ class _Rows:
 
     def new(self) -> list[dict]:
         """The rows since the last call."""
-        found = []
+        rows = []
         for path in sorted(self.folder.glob(f"{part.PARTS}/*/repetitions.jsonl")):
             size = path.stat().st_size
             if size == self.sizes.get(path) or not path.with_name("run.json").exists():
                 continue
             self.sizes[path] = size
             records = store.read(path.parent)[1]
-            found += records[self.counts.get(path, 0) :]
+            rows += records[self.counts.get(path, 0) :]
             self.counts[path] = len(records)
-        return found
+        return rows

@@ -85,28 +85,28 @@ def _place(wanted: Path) -> Path:
 def _measure(run: Path, number: int, place: Path) -> int:
     """Runs the missing repetitions, as far as time allows; returns how many are still missing."""
     front, _ = store.read_front(run)
-    told = front["executor"]
+    executor = front["executor"]
     experiment = Experiment.model_validate_json(json.dumps(front["experiment"]))
-    different = software.differences(told["software"], software.here())
+    different = software.differences(executor["software"], software.here())
     if different:
         raise Refused("; ".join(different))
-    known = registry.entries(tuple(map(Path, told["renderers"])))
-    whole = plan.make(experiment, Path(told["file"]), known, tuple(told["only"]))
+    entries = registry.entries(tuple(map(Path, executor["renderers"])))
+    whole = plan.make(experiment, Path(executor["file"]), entries, tuple(executor["only"]))
     try:
-        mine = batch.restored(told["batches"][number], whole)
+        own_batch = batch.restored(executor["batches"][number], whole)
     except KeyError as error:
         raise Refused(f"the plan no longer has {error}: the experiment's file or its renderers have changed") from None
-    different = resume.of_cells(front["cells"], mine.cells, CHECKED)
+    different = resume.of_cells(front["cells"], own_batch.cells, CHECKED)
     if different:
         raise Refused("; ".join(different[:5]))
     there = finished(run, number)
-    keys = {batch.name(cell): cell.key for cell in mine.cells}
+    keys = {batch.name(cell): cell.key for cell in own_batch.cells}
     elsewhere = [{**record, "cell": keys[identity(record)]} for record in there]
     part = {"batch": number, "job": job_facts(), "speed": speed()}
-    budget = told["time"] - told["warning"] - (time.monotonic() - STARTED)
-    small = mine.of(whole)
+    budget = executor["time"] - executor["warning"] - (time.monotonic() - STARTED)
+    small = own_batch.of(whole)
     more = {"budget": budget, "host": JobHost(_log), "part": part, "elsewhere": elsewhere}
-    records = race.run(experiment, small, known, place, _print, **more)
+    records = race.run(experiment, small, entries, place, _print, **more)
     done = {(record["cell"], record["repetition"], record["pass"]) for record in [*elsewhere, *records]}
     return sum(
         (turn.cell.key, turn.number, turn.kind) not in done for turn in small.order(experiment.seed, experiment.order)
@@ -118,8 +118,8 @@ class JobHost(ThisHost):
     process handles its own signal; without the pause the renderer would count as failed."""
 
     @staticmethod
-    def run(*told, **more) -> Result:
-        result = repetition.run(*told, **more)
+    def run(*job, **more) -> Result:
+        result = repetition.run(*job, **more)
         if result.status in ("failed", "killed"):
             time.sleep(PATIENCE)
         return result
@@ -154,9 +154,9 @@ def job_name() -> str:
 
 def job_facts() -> dict:
     """For run.json: the job's name, partition, nodes and restarts, as far as Slurm reports them."""
-    known = {"partition": "SLURM_JOB_PARTITION", "nodes": "SLURM_JOB_NODELIST", "restarts": "SLURM_RESTART_COUNT"}
-    told = {key: os.environ[name] for key, name in known.items() if name in os.environ}
-    return {"name": job_name(), **told}
+    variables = {"partition": "SLURM_JOB_PARTITION", "nodes": "SLURM_JOB_NODELIST", "restarts": "SLURM_RESTART_COUNT"}
+    facts = {key: os.environ[name] for key, name in variables.items() if name in os.environ}
+    return {"name": job_name(), **facts}
 
 
 def _log(text: str) -> None:
@@ -171,8 +171,8 @@ def _print(cell, record, done, total, left_s) -> None:
 
 def _say(place: Path, end: dict) -> None:
     """Writes end.json in place, as a full disk has no room for a new file; and a line to the log of the job."""
-    told = {**end, "at": timestamp(), "job": job_facts(), "hostname": socket.gethostname()}
-    text = lines.as_json(told).encode().ljust(BLOCK)
+    record = {**end, "at": timestamp(), "job": job_facts(), "hostname": socket.gethostname()}
+    text = lines.as_json(record).encode().ljust(BLOCK)
     try:
         with open(output.opened_in_place(place / END, os.O_WRONLY | os.O_CREAT), "wb") as file:
             file.write(text)
@@ -194,8 +194,8 @@ def _is_full(place: Path) -> bool:
 def ending(place: Path) -> dict | None:
     """end.json of the part in `place`; None if there is none, or it is incomplete."""
     try:
-        told = clean.parsed(confined.content(place / END, LONGEST))
+        end = clean.parsed(confined.content(place / END, LONGEST))
     except (OSError, ValueError, UserError):
         return None
-    whole = isinstance(told, dict) and all(isinstance(told.get(name), str) for name in ("status", "reason", "hostname"))
-    return told if whole else None
+    whole = isinstance(end, dict) and all(isinstance(end.get(name), str) for name in ("status", "reason", "hostname"))
+    return end if whole else None

@@ -85,23 +85,23 @@ def of(folder: Path) -> Status:
     folder = Path(folder)
     hosts = store.hosts(folder)
     facts, records = store.read(folder, hosts=list(hosts))
-    told = facts.get("executor")
+    executor = facts.get("executor")
     ran = [record for record in records if not record.get("lost")]
     done = {key(record) for record in ran if record["pass"] != "load"}
     statuses = Counter(record["status"] for record in records)
-    if told is None:
+    if executor is None:
         names = {cell["cell"]: identity(cell) for cell in facts["cells"]}
         count = len(merge.turns(facts, {"cells": names.values(), "pair": names.get(facts["pair"].get("cell"))}))
         return Status(folder, facts, statuses, len(done), count, [], [])
     jobs = Jobs(folder)
     last, live = jobs.last(), [job.name for job in jobs.live]
-    states = scheduler(folder, told).states(live) if live else {}
+    states = scheduler(folder, executor).states(live) if live else {}
     lines = []
-    for number, mine in enumerate(told["batches"]):
+    for number, batch in enumerate(executor["batches"]):
         job = last.get(number)
-        wanted = merge.turns(facts, mine)
+        wanted = merge.turns(facts, batch)
         state = states.get(job.name) if job else None
-        lines.append(Line(number, len(mine["cells"]), sum(name in done for name in wanted), len(wanted), job, state))
+        lines.append(Line(number, len(batch["cells"]), sum(name in done for name in wanted), len(wanted), job, state))
     return Status(folder, facts, statuses, len(done), sum(line.all for line in lines), lines, likeness.of_run(folder))
 
 
@@ -114,7 +114,11 @@ def cancel(folder: Path) -> int:
     return len(names)
 
 
-def scheduler(folder: Path, told: dict) -> Executor:
-    """The executor that a run was submitted to. told: `executor` of its run.json."""
-    settings = TABLES[told["name"]].model_validate_json(json.dumps(told["table"])) if told["name"] in TABLES else None
-    return executor_of(folder, told["name"], settings)
+def scheduler(folder: Path, executor: dict) -> Executor:
+    """The executor that a run was submitted to. executor: that of its run.json."""
+    settings = (
+        TABLES[executor["name"]].model_validate_json(json.dumps(executor["table"]))
+        if executor["name"] in TABLES
+        else None
+    )
+    return executor_of(folder, executor["name"], settings)

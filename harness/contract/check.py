@@ -212,16 +212,16 @@ class Examination:
         if maker is None:
             yield Check(what, True, "not checked: no other renderer here can make this picture")
             return
-        found = reference.make(maker, arrays, parameters, needs, self.cache / "reference", self.sessions.run)
-        if isinstance(found, reference.NoReference):
-            yield Check(what, False, found.reason)
+        standard = reference.make(maker, arrays, parameters, needs, self.cache / "reference", self.sessions.run)
+        if isinstance(standard, reference.NoReference):
+            yield Check(what, False, standard.reason)
             return
-        verdict = judge.judge(result.array, found, parameters.precision, external)
-        yield Check(f"{what} ({found.maker})", verdict.wrong is None, verdict.wrong or _told(verdict))
+        verdict = judge.judge(result.array, standard, parameters.precision, external)
+        yield Check(f"{what} ({standard.maker})", verdict.wrong is None, verdict.wrong or _told(verdict))
         if parameters.precision == "float64" and not external:
-            wrong = judge.compare_rays(result.said.rays, found.rays, parameters.precision)
-            told = "" if result.said.rays else "unavailable: it does not count them"
-            yield Check("counts the rays of SPEC.md", wrong is None, wrong or told)
+            wrong = judge.compare_rays(result.said.rays, standard.rays, parameters.precision)
+            note = "" if result.said.rays else "unavailable: it does not count them"
+            yield Check("counts the rays of SPEC.md", wrong is None, wrong or note)
 
     def _other(self, parameters: Parameters, needs: tuple[str, ...]) -> Entry | None:
         # The plainest first: for so small a picture it is also the quickest, having nothing to compile.
@@ -320,7 +320,7 @@ class Examination:
         if result.status != "ok":
             return Check(what, False, result.reason)
         disturbed, blanks = trouble.between(before, trouble.look()), contradiction.Blanks()
-        wrong = contradiction.found(result, series, self.entry, wanted, blanks, run, disturbed=disturbed)
+        wrong = contradiction.reason(result, series, self.entry, wanted, blanks, run, disturbed=disturbed)
         return Check(what, wrong is None, wrong or "")
 
     def _rays(self) -> Check:
@@ -330,17 +330,17 @@ class Examination:
         arrays = {**self.arrays, "rays": np.hstack([origins, targets - origins])}
         parameters = Parameters(kind="rays", precision=self.parameters.precision)
         needs = tuple(n for n in self.needs if n in SHAPES.values())
-        mine = self.run(parameters, needs, arrays)
+        result = self.run(parameters, needs, arrays)
         maker = self._other(parameters, needs)
-        if mine.status != "ok" or maker is None:
-            return Check(what, mine.status == "ok", mine.reason or "not checked: no other renderer here")
-        theirs = repetition.run(maker, arrays, reference.for_any_scene(maker, reference.job_of(parameters)), needs)
-        if mine.array.shape != theirs.array.shape:
-            return Check(what, False, f"shape {mine.array.shape}, expected {theirs.array.shape}")
-        hit = np.isfinite(theirs.array[:, 0])
-        if not np.array_equal(hit, np.isfinite(mine.array[:, 0])):
+        if result.status != "ok" or maker is None:
+            return Check(what, result.status == "ok", result.reason or "not checked: no other renderer here")
+        expected = repetition.run(maker, arrays, reference.for_any_scene(maker, reference.job_of(parameters)), needs)
+        if result.array.shape != expected.array.shape:
+            return Check(what, False, f"shape {result.array.shape}, expected {expected.array.shape}")
+        hit = np.isfinite(expected.array[:, 0])
+        if not np.array_equal(hit, np.isfinite(result.array[:, 0])):
             return Check(what, False, "another set of rays hits")
-        off = np.abs(mine.array[hit] - theirs.array[hit]) / np.maximum(1, np.abs(theirs.array[hit]))
+        off = np.abs(result.array[hit] - expected.array[hit]) / np.maximum(1, np.abs(expected.array[hit]))
         limit = HIT_TOLERANCE[parameters.precision]
         return Check(what, bool(off.max(initial=0) <= limit), f"largest difference {off.max(initial=0):.1e}")
 

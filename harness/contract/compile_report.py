@@ -56,30 +56,30 @@ def cases(scenes: tuple[Path, ...] = ()) -> list[Case]:
         loaded = [(path.name, load(path)) for path in scenes]
         return [Case(name, scene, Parameters(**size, precision=p)) for name, scene in loaded for p in precisions]
     mirrors, everything = text.read(comparison(), "comparison"), text.read(EVERYTHING, "everything")
-    found = []
+    listed = []
     for p in precisions:
         for memory in ("constant", "global", "shared"):
-            found.append(Case("mirrors", mirrors, Parameters(**size, precision=p, scene_memory=memory)))
-        found.append(Case("mirrors, shadows", mirrors, Parameters(**size, precision=p, shadows=True)))
+            listed.append(Case("mirrors", mirrors, Parameters(**size, precision=p, scene_memory=memory)))
+        listed.append(Case("mirrors, shadows", mirrors, Parameters(**size, precision=p, shadows=True)))
         for walk in ("stack", "table"):
-            found.append(Case("every shape", everything, Parameters(**size, precision=p, depth=6, walk=walk)))
+            listed.append(Case("every shape", everything, Parameters(**size, precision=p, depth=6, walk=walk)))
         full = {"shadows": True, "feelers": 4, "glossy_rays": 2, "depth": 3, "lens_radius": 0.1, "focal_distance": 6.0}
-        found.append(
+        listed.append(
             Case("everything", everything, Parameters(**size, precision=p, sampler="jittered", samples=2, **full))
         )
-    return found
+    return listed
 
 
-def find(known: dict[str, Entry]) -> list[Entry]:
+def find(entries: dict[str, Entry]) -> list[Entry]:
     """The variants that can be inspected. UserError if there is none."""
-    found = [
+    variants = [
         entry
-        for entry in known.values()
+        for entry in entries.values()
         if entry.renderer.manifest.inspect and entry.variant.device == "cuda" and not entry.variant.exhibit
     ]
-    if not found:
+    if not variants:
         raise UserError("no renderer for a GPU that tells what its kernels take ([inspect] in its renderer.toml)")
-    return found
+    return variants
 
 
 def examine(entries: list[Entry], wanted: list[Case], targets: tuple[str, ...]) -> Iterator[dict]:

@@ -63,11 +63,11 @@ class Dask:
         if not jobs:
             return {}
         try:
-            told = self._client().run_on_scheduler(_look(), jobs)
+            answers = self._client().run_on_scheduler(_look(), jobs)
         except (UserError, OSError) as error:
             self._connected = None
             return dict.fromkeys(jobs, State("unknown", reason=first_line(error)))
-        return {job: _state(*told[job]) for job in jobs}
+        return {job: _state(*answers[job]) for job in jobs}
 
     def cancel(self, jobs: list[str]) -> None:
         import distributed
@@ -121,20 +121,20 @@ def _left():
 def _look():
     def look(jobs, dask_scheduler=None):
         """For each job its events, and the scheduler's state, host and error."""
-        found = {}
+        states = {}
         for job in jobs:
             events = [event for _, event in dask_scheduler.get_events(topic=job)]
             task = dask_scheduler.tasks.get(job)
             if task is None:
-                found[job] = events, "", "", ""
+                states[job] = events, "", "", ""
                 continue
             worker = task.processing_on
             running = worker is not None and task in worker.executing
             state = "executing" if running else task.state
             if state == "queued" and not dask_scheduler.workers:
                 state = "no-worker"
-            found[job] = events, state, worker.host if worker is not None else "", task.exception_text or ""
-        return found
+            states[job] = events, state, worker.host if worker is not None else "", task.exception_text or ""
+        return states
 
     return look
 

@@ -54,16 +54,16 @@ def run(job: str, work: list[str], number: int, time: float) -> None:
 
 def _run(job: str, work: list[str], number: int, seconds: float) -> str:
     """Why the work was not done; "" if it was."""
-    with _turn(job) as mine:
-        if not mine:
+    with _turn(job) as claimed:
+        if not claimed:
             return CANCELLED
-        told = dict(zip(("module", "function", "folder"), work, strict=True), number=number)
+        task = dict(zip(("module", "function", "folder"), work, strict=True), number=number)
         command = [sys.executable, "-m", "harness.executors.dask_task"]
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "env": {**os.environ, "RAYRACE_JOB": job}}
         process = subprocess.Popen(command, start_new_session=True, **pipes)
         with process.stdin, process.stdout:
             with contextlib.suppress(BrokenPipeError):
-                process.stdin.write(json.dumps(told).encode() + b"\n")
+                process.stdin.write(json.dumps(task).encode() + b"\n")
                 process.stdin.flush()
             why = _watch(process, job, time.monotonic() + seconds)
             said = process.stdout.read()
@@ -125,13 +125,13 @@ def main() -> None:
     line = b""
     while not line.endswith(b"\n"):
         line += os.read(0, 1) or b"\n"
-    told = json.loads(line)
+    task = json.loads(line)
     _end_with_the_worker()
     try:
-        work = importlib.import_module(told["module"])
-        for name in told["function"].split("."):
+        work = importlib.import_module(task["module"])
+        for name in task["function"].split("."):
             work = getattr(work, name)
-        work(told["folder"], told["number"])
+        work(task["folder"], task["number"])
         reason = ""
     except SystemExit as end:
         if not isinstance(end.code, str):

@@ -80,8 +80,8 @@ class Slurm:
     def _parameters(self) -> dict:
         """The parameters for submitit. No srun: a step may get the cores of one task, not all of the host's."""
         table = self.table
-        asked = {name: getattr(table, name) for name in ("account", "partition", "constraint")}
-        parameters = {name: value for name, value in asked.items() if value is not None}
+        values = {name: getattr(table, name) for name in ("account", "partition", "constraint")}
+        parameters = {name: value for name, value in values.items() if value is not None}
         if table.gpus:
             parameters["gpus_per_node"] = table.gpus
         return parameters | {
@@ -104,11 +104,11 @@ class Slurm:
         if not jobs:
             return {}
         try:
-            found = self._queue(jobs)
+            states = self._queue(jobs)
         except OSError as error:
             return dict.fromkeys(jobs, State("unknown", reason=str(error)))
-        gone = [job for job in jobs if job not in found]
-        return found | (self._accounts(gone) if gone else {})
+        gone = [job for job in jobs if job not in states]
+        return states | (self._accounts(gone) if gone else {})
 
     def _queue(self, jobs: list[str]) -> dict[str, State]:
         """The states of jobs that the scheduler still knows: all that have not ended, and those that ended recently. It
@@ -116,36 +116,36 @@ class Slurm:
 
         Without --array, which omits the last job that is left of an array.
         """
-        wanted, found, failed = set(jobs), {}, []
+        wanted, states, failed = set(jobs), {}, []
         for line in _ask(["squeue", "--me", "--noheader", "--states=all", f"--format={FORMAT}"]).splitlines():
             name, word, hosts, reason = (line.split("|") + [""] * 4)[:4]
             for job in wanted.intersection(_members(name)):
-                found[job] = _state(word, hosts, reason=reason)
+                states[job] = _state(word, hosts, reason=reason)
                 failed += [job] if word == "FAILED" else []
         if failed:
             fields = "--Format=JobArrayID:40|,NodeList:100|,exit_code:20|"
             for line in _ask(["squeue", "--me", "--noheader", "--states=failed", fields]).splitlines():
                 job, hosts, code = ([part.strip() for part in line.split("|")] + [""] * 3)[:3]
                 if job in failed:
-                    found[job] = _state("FAILED", hosts, code)
-        return found
+                    states[job] = _state("FAILED", hosts, code)
+        return states
 
     def _accounts(self, jobs: list[str]) -> dict[str, State]:
         """The states, from Slurm's accounting, of jobs that the scheduler has forgotten: all of them have ended."""
-        found = dict.fromkeys(jobs, State("ended", reason="the scheduler no longer knows it"))
+        states = dict.fromkeys(jobs, State("ended", reason="the scheduler no longer knows it"))
         if shutil.which("sacct") is None:
-            return found
+            return states
         names = ",".join(_arrays(jobs))
         fields = "--format=JobID,State,NodeList,ExitCode"
         try:
-            told = _ask(["sacct", "-X", "--noheader", "--parsable2", fields, "-j", names])
+            text = _ask(["sacct", "-X", "--noheader", "--parsable2", fields, "-j", names])
         except OSError:
-            return found
-        for line in told.splitlines():
+            return states
+        for line in text.splitlines():
             job, word, hosts, code = (line.split("|") + [""] * 4)[:4]
-            if job in found:
-                found[job] = _state(word, hosts, code)
-        return found
+            if job in states:
+                states[job] = _state(word, hosts, code)
+        return states
 
     def cancel(self, jobs: list[str]) -> None:
         names = []
@@ -161,10 +161,10 @@ class Slurm:
 
     def _limit(self, name: str) -> int | None:
         try:
-            told = _ask(["scontrol", "show", "config"])
+            text = _ask(["scontrol", "show", "config"])
         except OSError:
             return None
-        match = re.search(rf"^{name}\s*=\s*(\d+)", told, re.MULTILINE)
+        match = re.search(rf"^{name}\s*=\s*(\d+)", text, re.MULTILINE)
         return int(match[1]) if match else None
 
 
@@ -184,10 +184,10 @@ def _members(name: str) -> Iterator[str]:
         yield name
         return
     for some in rest.partition("]")[0].partition("%")[0].split(","):
-        told = re.fullmatch(r"(\d+)(?:-(\d+))?(?::(\d+))?", some)
-        if told is None:
+        match = re.fullmatch(r"(\d+)(?:-(\d+))?(?::(\d+))?", some)
+        if match is None:
             raise OSError(f"squeue: unknown form of a job name: {name}")
-        first, last, step = told.groups()
+        first, last, step = match.groups()
         yield from (f"{array}_{index}" for index in range(int(first), int(last or first) + 1, int(step or 1)))
 
 

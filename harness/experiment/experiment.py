@@ -64,8 +64,8 @@ class Generate(Strict):
 
     def counts(self) -> dict[str, int]:
         """Every count that the scene has."""
-        asked = self.model_dump(exclude={"scene"}, exclude_none=True)
-        return {**COUNTS[self.scene], **asked}
+        values = self.model_dump(exclude={"scene"}, exclude_none=True)
+        return {**COUNTS[self.scene], **values}
 
 
 class Measure(Strict):
@@ -300,9 +300,9 @@ class Experiment(Strict):
         swept = math.prod(
             math.prod([len(values) for values in table.values()][: 1 if zipped else None]) for table in tables
         )
-        told = sum(math.prod(len(v) if isinstance(v, tuple) else 1 for v in table.values()) for table in self.points)
+        listed = sum(math.prod(len(v) if isinstance(v, tuple) else 1 for v in table.values()) for table in self.points)
         own = sum(math.prod(map(len, row.sweep.values())) * len(row.levels or "1") for row in self.stress)
-        if (count := swept * max(told, 1) * max(own, 1)) > POINTS:
+        if (count := swept * max(listed, 1) * max(own, 1)) > POINTS:
             raise ValueError(f"sweep: {count} points, {POINTS} at most")
         return self
 
@@ -312,14 +312,14 @@ class Experiment(Strict):
 
     def _unknown(self, name: str, table: dict) -> Iterator[str]:
         counts = dict.fromkeys(key for made in self.made() for key in COUNTS[made.scene])
-        known = [*Image.model_fields, "side", *counts]
+        names = [*Image.model_fields, "side", *counts]
         for key, values in table.items():
-            if key in {key for counts in COUNTS.values() for key in counts} - set(known):
+            if key in {key for counts in COUNTS.values() for key in counts} - set(names):
                 yield f"{name}.{key}: only of a scene that has it, in [generate]"
-            elif key not in known:
-                near = get_close_matches(key, known, n=1)
+            elif key not in names:
+                near = get_close_matches(key, names, n=1)
                 yield f"{name}.{key}: no such parameter; " + (
-                    f'did you mean "{near[0]}"?' if near else f"known: {', '.join(known)}"
+                    f'did you mean "{near[0]}"?' if near else f"known: {', '.join(names)}"
                 )
             elif values == ():
                 yield f"{name}.{key}: expected at least one value"
@@ -351,21 +351,21 @@ def _value_faults(key: str, values: Any) -> Iterator[str]:
         try:
             Image.model_validate({field: value})
         except ValidationError as error:  # one of no place is of this value and others
-            found = [fault["msg"].removeprefix("Value error, ") for fault in error.errors() if fault["loc"]]
-            if found:
-                yield f"{value!r}: {' or: '.join(found)}"
+            messages = [fault["msg"].removeprefix("Value error, ") for fault in error.errors() if fault["loc"]]
+            if messages:
+                yield f"{value!r}: {' or: '.join(messages)}"
 
 
 def load(
     path: Path,
     settings: tuple[str, ...] = (),
     more: tuple[tuple[str, ...], ...] = (),
-    known: Collection[str] | None = None,
+    renderers: Collection[str] | None = None,
 ) -> Experiment:
     """The experiment in a TOML file, with `key=value` settings (values as in TOML, keys dotted) put over it.
 
     more: the variants of renderers that take part too, unless the file names one of them. UserError with every mistake
-    in keys and values; if there is none, in what concerns several of them; then, if `known` names all renderers,
+    in keys and values; if there is none, in what concerns several of them; then, if `renderers` names all renderers,
     unknown ones and scenes that are not there.
     """
     path = Path(path)
@@ -377,11 +377,11 @@ def load(
             tables["renderers"] += names if not set(names) & set(map(str, tables["renderers"])) else ()
 
     def check(tables: dict) -> Iterator[tuple[Place, str]]:
-        if known is None:
+        if renderers is None:
             return
         for number, name in enumerate(tables.get("renderers", ())):
-            if name not in known:
-                yield ("renderers", number), registry.unknown(name, known)
+            if name not in renderers:
+                yield ("renderers", number), registry.unknown(name, renderers)
         named = [(("scenes", number), scene) for number, scene in enumerate(tables.get("scenes", ()))]
         cases = enumerate(tables.get("case", ()))
         named += [(("case", number, "scene"), case["scene"]) for number, case in cases if "scene" in case]

@@ -127,8 +127,8 @@ class Image(Methods):
         if self.lens_radius and self.focal_distance is None:
             raise UserError("lens_radius: also needs focal_distance, from the eye to what is in focus")
         values = self.model_dump(exclude={"rays", "scale", "region", "threads", "sampler"}, exclude_none=True)
-        asked = {"threads": threads, "frames": frames, "least_frame": least_frame}
-        return Parameters(**values, **asked, region=self.bounds(), sampler=self.chosen_sampler())
+        timing = {"threads": threads, "frames": frames, "least_frame": least_frame}
+        return Parameters(**values, **timing, region=self.bounds(), sampler=self.chosen_sampler())
 
     def chosen_sampler(self) -> str:
         return self.sampler or ("uniform" if self.samples > 1 else "one")

@@ -28,8 +28,8 @@ class Ladder(Strict):
 
 def points(ladders: tuple[Ladder, ...], image: dict[str, Any]) -> list[dict[str, Any]]:
     """Returns what of `image` is other on some rung, each such table once."""
-    found = {repr(sorted(own.items())): own for each in ladders for rung in each.rung for own in [_own(rung, image)]}
-    return list(found.values())
+    tables = {repr(sorted(own.items())): own for each in ladders for rung in each.rung for own in [_own(rung, image)]}
+    return list(tables.values())
 
 
 def climbers(ladders: tuple[Ladder, ...], image: dict[str, Any], point: dict[str, Any]) -> set[str]:

@@ -26,9 +26,9 @@ def parse(text: str) -> ast.AST:
     except Exception as error:
         why = error.msg if isinstance(error, SyntaxError) else error
         raise ValueError(f"expected an expression such as depth <= 4 or renderer != 'python': {why}") from None
-    known = (*NAMES, *FUNCTIONS)
-    if unknown := sorted(_names(tree) - set(known)):
-        near = get_close_matches(unknown[0], known, n=1)
+    names = (*NAMES, *FUNCTIONS)
+    if unknown := sorted(_names(tree) - set(names)):
+        near = get_close_matches(unknown[0], names, n=1)
         hint = f'did you mean "{near[0]}"?' if near else f"known: {', '.join(NAMES)}"
         raise ValueError(f"no parameter {', '.join(unknown)}; {hint}")
     return tree
@@ -55,14 +55,14 @@ class Constraints:
 
     def _holds(self, text: str, tree: ast.AST, values: dict[str, Any]) -> bool:
         try:
-            found = self._evaluator.eval(text, previously_parsed=tree)
+            value = self._evaluator.eval(text, previously_parsed=tree)
         except Exception as error:  # of many kinds: the expression can be anything
             where = ", ".join(f"{name} = {values[name]!r}" for name in sorted(_names(tree) & set(values)))
             raise self._error(text, f"cannot be worked out for {where}: {error}") from None
-        if not isinstance(found, bool):
-            raise self._error(text, f"expected true or false, such as objects * lights <= 200, found {found!r}")
-        self.left_out[text] += not found
-        return found
+        if not isinstance(value, bool):
+            raise self._error(text, f"expected true or false, such as objects * lights <= 200, found {value!r}")
+        self.left_out[text] += not value
+        return value
 
     def _error(self, text: str, why: str) -> UserError:
         return UserError(f'where "{text}": {why}', file=self.file)

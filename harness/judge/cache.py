@@ -70,7 +70,7 @@ class Kept:
             self._prune()
 
     def _prune(self) -> None:
-        found, now = [], time.time()
+        files, now = [], time.time()
         for path in self.folder.iterdir():
             try:
                 state = path.lstat()
@@ -79,9 +79,9 @@ class Kept:
             if not (OWN.fullmatch(path.name) and stat.S_ISREG(state.st_mode)):
                 continue
             # A time to come is of a clock that was wrong, and says nothing.
-            found.append((state.st_mtime if state.st_mtime < now + 3600 else 0.0, state.st_size, path))
-        total = sum(size for _, size, _ in found)
-        for _, size, path in sorted(found):
+            files.append((state.st_mtime if state.st_mtime < now + 3600 else 0.0, state.st_size, path))
+        total = sum(size for _, size, _ in files)
+        for _, size, path in sorted(files):
             if total <= LIMIT:
                 return
             path.unlink(missing_ok=True)

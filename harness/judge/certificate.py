@@ -24,31 +24,31 @@ GRACE = 600.0  # s: a single pixel may take long
 def certify(
     picture: np.ndarray,
     mask: np.ndarray | None,
-    known: dict[str, Entry],
+    entries: dict[str, Entry],
     arrays: dict[str, np.ndarray],
     parameters: Parameters,
     needs: tuple[str, ...],
-    asked: int,
+    count: int,
     seconds: float,
     seed: int = 60,
     stray: bool = False,
 ) -> dict:
     """Compare seeded pixels of `picture` (height, width, 3) outside `mask` (height, width) with 60 digits.
 
-    mask: None for a picture of samples at random places. asked: how many; none is begun after `seconds`. stray: the
+    mask: None for a picture of samples at random places. count: how many; none is begun after `seconds`. stray: the
     picture has ill-conditioned pixels outside the mask. Returns {"spots", "asked", "largest", "median", "digits",
     "wrong"}: the largest and the median difference of a channel, and how many spots are off by more than TOLERANCE, of
     a stray picture by more than LOOSE, where they are more than a share STRAY; or {"unavailable": reason}.
     """
     wanted = replace(parameters, precision=f"mp{DIGITS}")
-    entry = next((e for e in known.values() if e.renderer.manifest.spots and not e.unavailable), None)
+    entry = next((e for e in entries.values() if e.renderer.manifest.spots and not e.unavailable), None)
     if entry is None:
         return {"unavailable": "no renderer here works out spots ([spots] of its manifest)"}
     reason = repetition.unsupported(entry, replace(wanted, precision="float64"), needs)
     if reason:
         return {"unavailable": f"{entry.name} {reason}"}
     places = np.argwhere(np.ones(picture.shape[:2], bool) if mask is None else ~mask)
-    chosen = np.random.default_rng(seed).permutation(len(places))[:asked]
+    chosen = np.random.default_rng(seed).permutation(len(places))[:count]
     if not len(chosen):
         return {"unavailable": "every pixel is in the mask"}
     rows = places[chosen]
@@ -69,8 +69,8 @@ def certify(
     wrong = int(np.count_nonzero(~(off <= (LOOSE if stray else TOLERANCE))))
     if stray and wrong <= STRAY * len(off):
         wrong = 0
-    told = {"largest": float(off.max()), "median": float(np.median(off)), "digits": DIGITS, "wrong": wrong}
-    return {"spots": len(off), "asked": asked, **told}
+    facts = {"largest": float(off.max()), "median": float(np.median(off)), "digits": DIGITS, "wrong": wrong}
+    return {"spots": len(off), "asked": count, **facts}
 
 
 def work_out(entry: Entry, arrays, parameters: Parameters, needs, spots: np.ndarray, seconds: float):

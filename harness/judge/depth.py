@@ -38,11 +38,11 @@ def deep_enough(
     It looks at one sample a pixel, by `shoot`: the picture and the dropped weights of a job and the arrays of a scene.
     After the last of `steps` it stops, however much is left.
     """
-    one = replace(wanted, sampler="one", samples=1)
+    parameters = replace(wanted, sampler="one", samples=1)
     (depth, cutoff), *deeper = steps(wanted.depth)
-    before, _ = shoot(replace(one, depth=depth, cutoff=cutoff), arrays)
+    before, _ = shoot(replace(parameters, depth=depth, cutoff=cutoff), arrays)
     for depth, cutoff in deeper:
-        job = replace(one, depth=depth, cutoff=cutoff)
+        job = replace(parameters, depth=depth, cutoff=cutoff)
         picture, dropped = shoot(job, arrays)
         change = float(np.sqrt(np.mean((picture - before) ** 2)))
         left = left_out(job, arrays, dropped, shoot) if change <= unchanged or depth == deeper[-1][0] else np.inf

@@ -107,13 +107,13 @@ def make(
             moved = (other[:, OBJECT] != right[:, OBJECT]) | ~(_off(other, right) <= THRESHOLD)
             seen.append(_told(other, moved))
             mask |= moved
-        found, left = _spans(np.concatenate([_told(right, mask), *seen])), ()
+        spans, left = _spans(np.concatenate([_told(right, mask), *seen])), ()
         if mask.any():
             tolerance = TOLERANCE.get(precision, TOLERANCE["float64"])
-            left = tuple(int(np.count_nonzero(_leaves(other.array, mask, found, tolerance))) for other in made)
+            left = tuple(int(np.count_nonzero(_leaves(other.array, mask, spans, tolerance))) for other in made)
     except LookupError as error:
         return NoReference(str(error))
-    return Reference(entry.name, right, mask, first.said.rays, found, left)
+    return Reference(entry.name, right, mask, first.said.rays, spans, left)
 
 
 def _told(hits: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -121,12 +121,12 @@ def _told(hits: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.column_stack([np.flatnonzero(rows), hits[rows][:, [OBJECT, DISTANCE]]])
 
 
-def _spans(told: np.ndarray) -> np.ndarray:
-    """The smallest and the largest distance (S, 4) of each row and object in `told`, rising."""
-    told = told[np.lexsort(told.T[::-1])]
-    first = np.flatnonzero(np.diff(told[:, :2], axis=0, prepend=np.nan).any(axis=1))
-    last = np.append(first, len(told))[1:] - 1
-    return np.column_stack([told[first], told[last, 2]])
+def _spans(hits: np.ndarray) -> np.ndarray:
+    """The smallest and the largest distance (S, 4) of each row and object in `hits`, rising."""
+    hits = hits[np.lexsort(hits.T[::-1])]
+    first = np.flatnonzero(np.diff(hits[:, :2], axis=0, prepend=np.nan).any(axis=1))
+    last = np.append(first, len(hits))[1:] - 1
+    return np.column_stack([hits[first], hits[last, 2]])
 
 
 def _leaves(hits: np.ndarray, mask: np.ndarray, spans: np.ndarray, tolerance: float) -> np.ndarray:

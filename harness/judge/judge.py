@@ -92,7 +92,7 @@ def broken(result: Result) -> str | None:
 
 def judge(
     picture: np.ndarray,
-    found: Reference,
+    expected: Reference,
     precision: str,
     external: bool = False,
     bound: np.ndarray | float = 0.0,
@@ -102,7 +102,7 @@ def judge(
     external: the picture is by a program that is not ours. bound: (height, width), what a cut-off may have changed
     beside the tolerance (bound.py).
     """
-    reference, mask = found.picture, found.mask
+    reference, mask = expected.picture, expected.mask
     broken = not_finite(picture)
     if broken:
         return Verdict(broken)
@@ -120,7 +120,7 @@ def judge(
         limit = f"{tolerance:.3g}" + ("" if np.isscalar(bound) else " and the bound of its cut-off")
         wrong = f"{beyond.size} pixels off by more than {limit} outside the mask, the worst by {beyond.max():.3g}"
     elif inside.size:
-        wrong = _inside(picture[mask].astype(np.float64), found, allowed[mask])
+        wrong = _inside(picture[mask].astype(np.float64), expected, allowed[mask])
     return Verdict(
         wrong=wrong,
         max_outside=worst,
@@ -133,11 +133,11 @@ def judge(
     )
 
 
-def _inside(pixels: np.ndarray, found: Reference, allowed: np.ndarray) -> str | None:
+def _inside(pixels: np.ndarray, expected: Reference, allowed: np.ndarray) -> str | None:
     """None, or why the ill-conditioned `pixels` (M, 3), allowed to be so far off (M,), are not those of a right one."""
-    excess = span.excess(pixels, found.span, allowed)
+    excess = span.excess(pixels, expected.span, allowed)
     beyond = int(np.count_nonzero(excess > 0))
-    limit = span.most(len(pixels), found.left)
+    limit = span.most(len(pixels), expected.left)
     if beyond <= limit:
         return None
     return (

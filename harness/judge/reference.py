@@ -59,7 +59,7 @@ def rays_of(parameters: Parameters) -> int:
 
 def choose(
     judged: Entry,
-    known: dict[str, Entry],
+    entries: dict[str, Entry],
     parameters: Parameters,
     needs: tuple[str, ...],
     judges: tuple[str, ...] = (),
@@ -67,7 +67,7 @@ def choose(
     """The first of `judges`, or of JUDGES, of another renderer that is here and can do the job."""
     wanted = job_of(parameters)
     for name in judges or (JUDGES_OF_MANY if {"mesh", "csg"} & set(needs) else JUDGES):
-        entry = known.get(name)
+        entry = entries.get(name)
         if entry is None or entry.is_of(judged):
             continue
         if repetition.unsupported(entry, wanted, needs) is None and _runs(entry, wanted, needs):
@@ -122,9 +122,9 @@ def key(maker: Entry, scene_version: str, parameters: Parameters) -> str:
     return fingerprint({}, scene_version, job_of(parameters), "span", counts, maker.name, maker.renderer.version)
 
 
-def find(kept: Kept, judged: Entry, known: dict[str, Entry], scene_version: str, parameters: Parameters):
+def find(kept: Kept, judged: Entry, entries: dict[str, Entry], scene_version: str, parameters: Parameters):
     """The Reference of a picture that an earlier run made and kept, or None: nothing is rendered."""
-    for maker in (known[name] for name in JUDGES if name in known):
+    for maker in (entries[name] for name in JUDGES if name in entries):
         stored = kept.get(key(maker, scene_version, parameters))
         if stored and not maker.is_of(judged):
             return Reference.restored(*stored)

@@ -84,8 +84,8 @@ class Truth:
 
     def facts(self) -> dict:
         """What is known of it, as `error` of a record has it."""
-        known = {"samples": self.samples, "depth": self.depth, "change": self.change, "unseen": self.unseen}
-        return {**known, "uncertainty": self.uncertainty}
+        facts = {"samples": self.samples, "depth": self.depth, "change": self.change, "unseen": self.unseen}
+        return {**facts, "uncertainty": self.uncertainty}
 
     def stored(self) -> tuple[dict, dict[str, np.ndarray]]:
         """Converts it to facts for JSON and arrays, for the cache."""
@@ -99,10 +99,10 @@ class Truth:
         facts = {**facts, "seeds": tuple(facts["seeds"])}
         return cls(picture=arrays["truth"], standard_error=arrays.get("standard_error"), **facts)
 
-    def serves(self, told: Job) -> bool:
+    def serves(self, job: Job) -> bool:
         """Whether it is as good as that of a job with the same view, and independent of the pictures under test."""
-        deep = not told.deepen or self.depth >= told.parameters.depth
-        return deep and self.samples >= told.samples and not told.taken & set(self.seeds)
+        deep = not job.deepen or self.depth >= job.parameters.depth
+        return deep and self.samples >= job.samples and not job.taken & set(self.seeds)
 
 
 def view(parameters: Parameters, wanted: Wanted) -> Parameters:
@@ -140,14 +140,16 @@ def jobs(
     groups: dict[Parameters, list[Parameters]] = {}
     for parameters in pictures:
         groups.setdefault(replace(view(parameters, wanted), epsilon=None), []).append(parameters)
-    found = {}
+    by_view = {}
     for shown, members in groups.items():
         made = _job(shown, members, wanted, needs_of)
-        for mine in {view(parameters, wanted) for parameters in members}:
+        for with_epsilon in {view(parameters, wanted) for parameters in members}:
             if not SAMPLED & set(made.needs):  # else its noise hides what epsilon does
-                made = replace(made, parameters=replace(made.parameters, epsilon=mine.epsilon), shown=mine)
-            found[mine] = made
-    return found
+                made = replace(
+                    made, parameters=replace(made.parameters, epsilon=with_epsilon.epsilon), shown=with_epsilon
+                )
+            by_view[with_epsilon] = made
+    return by_view
 
 
 def _job(seen: Parameters, under_test: list[Parameters], wanted: Wanted, needs_of) -> Job:
@@ -183,13 +185,13 @@ def samples(parameters: Parameters) -> int:
     return side**2 * max(parameters.feelers, 1) * max(parameters.glossy_rays, 1)
 
 
-def certifiable(told: Job, found: Truth) -> Parameters:
+def certifiable(job: Job, truth: Truth) -> Parameters:
     """The job that 60 digits can repeat: that of the truth, as deep as it came to be; of a sampled one, with a few
     samples of its first picture."""
-    deep = replace(told.parameters, depth=found.depth, cutoff=found.cutoff)
-    if found.standard_error is None:
+    deep = replace(job.parameters, depth=truth.depth, cutoff=truth.cutoff)
+    if truth.standard_error is None:
         return deep
-    return replace(deep, samples=min(deep.samples, 2), seed=found.seeds[0])
+    return replace(deep, samples=min(deep.samples, 2), seed=truth.seeds[0])
 
 
 def key(shown: Parameters, wanted: Wanted, maker: Entry, scene_version: str) -> str:
@@ -198,47 +200,47 @@ def key(shown: Parameters, wanted: Wanted, maker: Entry, scene_version: str) -> 
     return fingerprint({}, "truth", scene_version, shown, settings, maker.name, maker.renderer.version)
 
 
-def find(kept: Kept, known: dict[str, Entry], scene_version: str, parameters: Parameters) -> Truth | None:
+def find(kept: Kept, entries: dict[str, Entry], scene_version: str, parameters: Parameters) -> Truth | None:
     """The truth of the scene for a picture that an earlier run made and kept; None if there is none."""
     wanted = Wanted()
-    for maker in (known[name] for name in MAKERS if name in known):
+    for maker in (entries[name] for name in MAKERS if name in entries):
         stored = kept.get(key(view(parameters, wanted), wanted, maker, scene_version))
-        if stored and parameters.seed not in (found := Truth.restored(*stored)).seeds:
-            return found
+        if stored and parameters.seed not in (truth := Truth.restored(*stored)).seeds:
+            return truth
     return None
 
 
-def choose(known: dict[str, Entry], told: Job) -> Entry | None:
+def choose(entries: dict[str, Entry], job: Job) -> Entry | None:
     """The first of MAKERS that is here and can do the job."""
     for name in MAKERS:
-        entry = known.get(name)
-        if entry and not entry.unavailable and repetition.unsupported(entry, told.parameters, told.needs) is None:
+        entry = entries.get(name)
+        if entry and not entry.unavailable and repetition.unsupported(entry, job.parameters, job.needs) is None:
             return entry
     return None
 
 
-def make(told: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | None, run: Callable) -> Truth:
+def make(job: Job, maker: Entry, arrays: dict[str, np.ndarray], cache: Path | None, run: Callable) -> Truth:
     """The truth of a job with seeds, made by `maker`, whose compiled code goes to `cache`. LookupError with the reason
     if it fails. `run` starts it.
     """
 
     def shoot(parameters: Parameters, scene: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray | None]:
-        asked = replace(parameters, threads=maker.threads())
-        if parameters.width * parameters.height * samples(parameters) * len(told.seeds) <= FEW:
-            asked = for_any_scene(maker, asked)
-        result = run(maker, scene, asked, needs_in(scene, arrays, told.needs), cache=cache)
+        job_parameters = replace(parameters, threads=maker.threads())
+        if parameters.width * parameters.height * samples(parameters) * len(job.seeds) <= FEW:
+            job_parameters = for_any_scene(maker, job_parameters)
+        result = run(maker, scene, job_parameters, needs_in(scene, arrays, job.needs), cache=cache)
         if result.status != "ok":
             raise LookupError(f"{maker.name} could not make the truth: {result.status}: {result.reason}")
         if judge.not_finite(result.array):
             raise LookupError(f"the truth of {maker.name} has pixels that are not finite")
         return result.array, result.dropped
 
-    wanted, change = told.parameters, None
-    if told.deepen:
+    wanted, change = job.parameters, None
+    if job.deepen:
         wanted, change = depth.deep_enough(wanted, arrays, shoot) if wanted.depth else (wanted, 0.0)
-    centre, error = mean(shoot(replace(wanted, seed=seed), arrays)[0] for seed in told.seeds)
-    missed = unseen(arrays, wanted, told.samples, centre[..., 0].size)
-    return Truth(maker.name, centre, told.samples, told.seeds, error, wanted.depth, wanted.cutoff, change, missed)
+    centre, error = mean(shoot(replace(wanted, seed=seed), arrays)[0] for seed in job.seeds)
+    missed = unseen(arrays, wanted, job.samples, centre[..., 0].size)
+    return Truth(maker.name, centre, job.samples, job.seeds, error, wanted.depth, wanted.cutoff, change, missed)
 
 
 def needs_in(scene: dict[str, np.ndarray], arrays: dict[str, np.ndarray], needs: tuple[str, ...]) -> tuple[str, ...]:

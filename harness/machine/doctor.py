@@ -34,8 +34,8 @@ def examine(left: dict[Path, str] | None = None) -> list[Finding]:
 
 def swap() -> Finding:
     used = psutil.swap_memory()
-    found = f"{used.used / 2**20:.0f} of {used.total / 2**20:.0f} MiB used"
-    return judged(used.used <= 2**20, "swap", found, "sudo swapoff -a")
+    usage = f"{used.used / 2**20:.0f} of {used.total / 2**20:.0f} MiB used"
+    return judged(used.used <= 2**20, "swap", usage, "sudo swapoff -a")
 
 
 def memory_limit(root: Path = ROOT) -> Finding:
@@ -52,9 +52,9 @@ def memory_peak() -> Finding:
     what = "peak memory of rendering alone"
     if not os.path.exists("/proc/self/clear_refs"):
         return unknown(what, "no /proc here", "peaks come from wait4 and include start-up")
-    found = f"VmHWM, reset before rendering; the cgroup counts {'one too' if cgroup.memory_peak() else 'none'}"
+    source = f"VmHWM, reset before rendering; the cgroup counts {'one too' if cgroup.memory_peak() else 'none'}"
     if os.access("/proc/self/clear_refs", os.W_OK):
-        return Finding("good", what, found)
+        return Finding("good", what, source)
     return Finding("doubtful", what, "the peak cannot be reset", "peaks include start-up and compilation")
 
 
@@ -75,26 +75,26 @@ def randomisation(value: str) -> Finding:
 
 
 def temporary(left: dict[Path, str]) -> Finding:
-    found = "; ".join(f"{place}: {why}" for place, why in left.items())
+    listing = "; ".join(f"{place}: {why}" for place, why in left.items())
     remedy = "rayrace removes only what it can prove to be its own; remove these yourself if they are not needed"
-    return judged(not left, "temporary folders", found or "none left by rayrace", remedy)
+    return judged(not left, "temporary folders", listing or "none left by rayrace", remedy)
 
 
 def counts() -> list[Finding]:
     """What can count instructions (`count` of an experiment's [measure]); nothing that times depend on."""
     what = "counts of instructions"
     tools = counters.perf(), counters.valgrind()
-    found = next((tool for tool in tools if isinstance(tool, counters.Tool)), None)
-    if found is None:
+    counter = next((tool for tool in tools if isinstance(tool, counters.Tool)), None)
+    if counter is None:
         return [unknown(what, "; ".join(map(str, tools)))]
-    why = f"; {tools[0]}" if found is tools[1] else ""
-    return [Finding("good", what, f"by {found.name} {found.version}{why}")]
+    why = f"; {tools[0]}" if counter is tools[1] else ""
+    return [Finding("good", what, f"by {counter.name} {counter.version}{why}")]
 
 
 def energy() -> Finding:
     """Whether the energy of the processor can be read; nothing that times depend on."""
-    what, found = "energy of the processor", Rapl().unavailable
-    return Finding("good", what, "by RAPL, of whole packages") if found is None else unknown(what, found)
+    what, reason = "energy of the processor", Rapl().unavailable
+    return Finding("good", what, "by RAPL, of whole packages") if reason is None else unknown(what, reason)
 
 
 def compiler(value: str) -> Finding:

@@ -100,11 +100,11 @@ def _frequency() -> str | dict:
 
 
 def _caches() -> dict | str:
-    found = {}
+    caches = {}
     for index in sorted(Path("/sys/devices/system/cpu/cpu0/cache").glob("index*")):
         name = f"L{_read(str(index / 'level'))} {_read(str(index / 'type')).lower()}"
-        found[name] = _read(str(index / "size"))
-    return found or _no("no /sys/devices/system/cpu/cpu0/cache")
+        caches[name] = _read(str(index / "size"))
+    return caches or _no("no /sys/devices/system/cpu/cpu0/cache")
 
 
 def _virtual() -> str:

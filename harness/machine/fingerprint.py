@@ -9,18 +9,18 @@ SOFTWARE = "os", "kernel", "python", "compilers", "packages"
 
 def of(environment: dict) -> str:
     """The host name with a hash of the machine's properties and software. environment: from capture()."""
-    told = {name: environment.get(name) for name in (*MACHINE, *SOFTWARE)}
-    digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+    properties = {name: environment.get(name) for name in (*MACHINE, *SOFTWARE)}
+    digest = hashlib.sha256(json.dumps(properties, sort_keys=True).encode()).hexdigest()
     return f"{environment.get('host', 'unknown')}-{digest[:8]}"
 
 
 def changes(before: dict, now: dict, names: tuple[str, ...], prefix: str = "") -> list[tuple[str, object, object]]:
     """(name, old, new) for each value of `names` that differs; tables are compared key by key, with dotted names."""
-    found = []
+    differences = []
     for name in names:
         old, new = before.get(name), now.get(name)
         if isinstance(old, dict) and isinstance(new, dict):
-            found += changes(old, new, tuple(sorted({*old, *new})), f"{prefix}{name}.")
+            differences += changes(old, new, tuple(sorted({*old, *new})), f"{prefix}{name}.")
         elif old != new:
-            found.append((f"{prefix}{name}", old, new))
-    return found
+            differences.append((f"{prefix}{name}", old, new))
+    return differences

@@ -66,8 +66,8 @@ def throttled(root: Path = ROOT) -> Finding:
 
 def load() -> Finding:
     busy = psutil.cpu_percent(interval=0.5) / 100 * (psutil.cpu_count() or 1)
-    found = f"{busy:.2f} of {usable_cores()} usable cores busy over half a second"
-    return judged(busy <= 0.1, "other load", found, "end other programs; `top` shows them")
+    usage = f"{busy:.2f} of {usable_cores()} usable cores busy over half a second"
+    return judged(busy <= 0.1, "other load", usage, "end other programs; `top` shows them")
 
 
 def pressure(value: str) -> Finding:
@@ -77,8 +77,8 @@ def pressure(value: str) -> Finding:
     averages = dict(re.findall(r"\b(avg10|avg300)=(\d+(?:\.\d+)?)(?!\S)", value.partition("\n")[0]))
     if len(averages) < 2:
         return unknown(what, f"{UNAVAILABLE}/proc/pressure/cpu has no avg10 and avg300")
-    found = f"{averages['avg10']} % of the last 10 s, {averages['avg300']} % of the last 5 min"
-    return judged(float(averages["avg10"]) < 1, what, found, "something else wants the cores: see other load")
+    shares = f"{averages['avg10']} % of the last 10 s, {averages['avg300']} % of the last 5 min"
+    return judged(float(averages["avg10"]) < 1, what, shares, "something else wants the cores: see other load")
 
 
 def virtual(value: str) -> Finding:
@@ -96,8 +96,8 @@ def pinning() -> Finding:
     allowed = sorted(os.sched_getaffinity(0))
     tried = subprocess.run([sys.executable, "-I", "-S", "-c", PIN], capture_output=True, text=True, timeout=20)
     can = tried.stdout.strip() == "True"
-    found = f"{'possible' if can else 'refused'}, on {ranges(allowed)} of {os.cpu_count()} cores"
-    return judged(can, what, found, "the container or its seccomp profile forbids it: allow sched_setaffinity")
+    state = f"{'possible' if can else 'refused'}, on {ranges(allowed)} of {os.cpu_count()} cores"
+    return judged(can, what, state, "the container or its seccomp profile forbids it: allow sched_setaffinity")
 
 
 def siblings(virtual_machine: str, root: Path = ROOT) -> Finding:
@@ -109,10 +109,10 @@ def siblings(virtual_machine: str, root: Path = ROOT) -> Finding:
         return unknown(what, "the system does not list the siblings of a core")
     pick = ",".join(map(str, sorted(groups.values())))
     remedy = f"two threads on one core slow each other down; use one of each pair: taskset -c {pick} rayrace run .."
-    found = f"{len(allowed)} usable on {len(groups)} physical cores"
+    count = f"{len(allowed)} usable on {len(groups)} physical cores"
     if virtual_machine == "yes" and len(groups) == len(allowed):
-        return Finding("unknown", what, f"{found}, as the virtual machine shows them", OF_THE_HOST)
-    return judged(len(groups) == len(allowed), what, found, remedy)
+        return Finding("unknown", what, f"{count}, as the virtual machine shows them", OF_THE_HOST)
+    return judged(len(groups) == len(allowed), what, count, remedy)
 
 
 def quota(root: Path = ROOT) -> Finding:
@@ -122,25 +122,25 @@ def quota(root: Path = ROOT) -> Finding:
         return unknown(what, "no cgroups here")
     if cores is None:
         return Finding("good", what, f"none (version {version})")
-    found = f"{cores:g} cores (version {version})"
-    found += f", which stopped it {stopped[0]} times for {stopped[1]:.3g} s" if stopped else ""
+    limit = f"{cores:g} cores (version {version})"
+    limit += f", which stopped it {stopped[0]} times for {stopped[1]:.3g} s" if stopped else ""
     remedy = f"programs stop for parts of 0.1 s when it is used up: raise cpu.max, or use at most {int(cores)} threads"
-    return judged(cores >= usable_cores() and not (stopped and stopped[0]), what, found, remedy)
+    return judged(cores >= usable_cores() and not (stopped and stopped[0]), what, limit, remedy)
 
 
 def clock(root: Path = ROOT) -> Finding:
     """Checks the clock's source, its resolution, and the time to read it."""
-    told = time.get_clock_info("monotonic")
+    info = time.get_clock_info("monotonic")
     readings = [time.monotonic_ns() for _ in range(20001)]
     cost = min(b - a for a, b in zip(readings[::1000], readings[1000::1000], strict=False)) / 1000 * 1e-9
     places = root / "sys/devices/system/clocksource/clocksource0"
     source = read(places / "current_clocksource")
-    found = f"{source or 'source unknown'}, resolution {told.resolution:.0e} s, read in {cost * 1e9:.0f} ns"
-    good = told.resolution <= 1e-6 and cost <= SLOW_READ and (source is None or source in QUICK_CLOCKS)
-    known = (read(places / "available_clocksource") or "").split()
-    better = [f"start the system with clocksource={name}" for name in QUICK_CLOCKS if name in known]
+    facts = f"{source or 'source unknown'}, resolution {info.resolution:.0e} s, read in {cost * 1e9:.0f} ns"
+    good = info.resolution <= 1e-6 and cost <= SLOW_READ and (source is None or source in QUICK_CLOCKS)
+    available = (read(places / "available_clocksource") or "").split()
+    better = [f"start the system with clocksource={name}" for name in QUICK_CLOCKS if name in available]
     remedy = better[0] if better else "frames must be much longer: see least_frame"
-    return judged(good, "clock", found, remedy)
+    return judged(good, "clock", facts, remedy)
 
 
 def ranges(numbers: list[int]) -> str:

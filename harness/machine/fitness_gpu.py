@@ -15,10 +15,10 @@ def findings() -> list[Finding]:
 
 
 def of_opencl() -> Finding:
-    found = opencl.devices()
-    if isinstance(found, str):
-        return unknown("OpenCL devices", found)
-    return Finding("good", "OpenCL devices", "; ".join(f"{number}: {name}" for number, name in enumerate(found)))
+    devices = opencl.devices()
+    if isinstance(devices, str):
+        return unknown("OpenCL devices", devices)
+    return Finding("good", "OpenCL devices", "; ".join(f"{number}: {name}" for number, name in enumerate(devices)))
 
 
 def of_nvidia() -> list[Finding]:
@@ -26,8 +26,8 @@ def of_nvidia() -> list[Finding]:
     if gpu.unavailable:
         return [unknown("GPU", gpu.unavailable, "without an NVIDIA driver the GPU columns stay empty")]
     facts = gpu.identity()
-    found = f"{facts['name']}, driver {facts['driver']}"
-    return [Finding("good", "GPU", found), persistence(facts["persistence"]), clocks(gpu, facts), users(gpu)]
+    device = f"{facts['name']}, driver {facts['driver']}"
+    return [Finding("good", "GPU", device), persistence(facts["persistence"]), clocks(gpu, facts), users(gpu)]
 
 
 def persistence(value: str) -> Finding:
@@ -38,13 +38,13 @@ def persistence(value: str) -> Finding:
 
 
 def clocks(gpu: Gpu, facts: dict) -> Finding:
-    what, now, held = "GPU clocks", nvml.Column(CLOCK), nvml.columns()["gpu_throttle"]
-    mhz, reasons = now.read(gpu), held.read(gpu)
+    what, now, throttle = "GPU clocks", nvml.Column(CLOCK), nvml.columns()["gpu_throttle"]
+    mhz, reasons = now.read(gpu), throttle.read(gpu)
     if mhz is None or reasons is None:
-        return unknown(what, now.state if mhz is None else held.state)
-    found = f"{mhz} of {facts['max_clock_mhz']} MHz now, held back by: {reasons}"
+        return unknown(what, now.state if mhz is None else throttle.state)
+    state = f"{mhz} of {facts['max_clock_mhz']} MHz now, held back by: {reasons}"
     good = all(reason in FREE for reason in reasons.split("; "))
-    return judged(good, what, found, "cool it, or fix the clock: sudo nvidia-smi -lgc MHZ (-rgc undoes it)")
+    return judged(good, what, state, "cool it, or fix the clock: sudo nvidia-smi -lgc MHZ (-rgc undoes it)")
 
 
 def users(gpu: Gpu) -> Finding:

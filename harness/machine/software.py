@@ -24,9 +24,9 @@ def _own() -> str:
     return digest.hexdigest()[:16]
 
 
-def differences(wanted: dict, found: dict) -> list[str]:
-    """A line for each value of `found` that differs from `wanted`."""
+def differences(wanted: dict, present: dict) -> list[str]:
+    """A line for each value of `present` that differs from `wanted`."""
     return [
         f"{name} is {new} here, {old} where it was submitted"
-        for name, old, new in fingerprint.changes(wanted, found, NAMES)
+        for name, old, new in fingerprint.changes(wanted, present, NAMES)
     ]

@@ -17,8 +17,8 @@ LIBRARIES = {".exr": ("OpenEXR", "exr"), ".tif": ("tifffile", "tiff")}  # option
 def check_suffix(path: Path) -> None:
     """UserError if no picture can be saved at `path`: unknown suffix, no such folder, or a library is not installed."""
     if path.suffix not in SUFFIXES:
-        known = f"known: {', '.join(SUFFIXES)}, .pov for a scene"
-        raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; {known}')
+        choices = f"known: {', '.join(SUFFIXES)}, .pov for a scene"
+        raise UserError(f'{path}: unknown kind of picture "{path.suffix}"; {choices}')
     check_folder(path)
     module, extra = LIBRARIES.get(path.suffix, (None, None))
     if module and find_spec(module) is None:

@@ -94,12 +94,12 @@ class Forecast:
         clock, fitting, truths = 0.0, 0, set(self.truths)
         for cell, number, kind in self.due:
             line, first = lines[cell.key], number == 0 and kind == "timed"
-            known = line.first if first else line.later
-            one = 0.0 if line.skipped else line.counting if kind == "count" else known.seconds
-            if clock + (one if number or kind == "count" else 0.0) >= budget:
+            prediction = line.first if first else line.later
+            seconds = 0.0 if line.skipped else line.counting if kind == "count" else prediction.seconds
+            if clock + (seconds if number or kind == "count" else 0.0) >= budget:
                 break
-            asked = truths & self.plan.truths_of([cell])
-            clock, fitting, truths = clock + one + len(asked) * self.predictor.truth, fitting + 1, truths - asked
+            needed = truths & self.plan.truths_of([cell])
+            clock, fitting, truths = clock + seconds + len(needed) * self.predictor.truth, fitting + 1, truths - needed
         missing = self.due[fitting:]
         return fitting, min((turn.number for turn in missing if turn.kind != "count"), default=self.rounds)
 

@@ -168,9 +168,9 @@ def rounds(members: list, count: int, seed: int) -> Iterator[list]:
 
 
 def make(
-    experiment: Experiment, file: Path, known: dict[str, Entry], only: tuple[str, ...] = (), against: str = ""
+    experiment: Experiment, file: Path, entries: dict[str, Entry], only: tuple[str, ...] = (), against: str = ""
 ) -> Plan:
-    """The plan of an experiment read from `file`. known: variants by name; only: names, if not all are to run.
+    """The plan of an experiment read from `file`. entries: variants by name; only: names, if not all are to run.
 
     against: where another version of them is, if they are to be held against it (renderer/versions.py): each cell then
     has one more beside it.
@@ -178,14 +178,14 @@ def make(
     UserError for an unknown renderer, a faulty scene, swept value or constraint, and for two equal cells unless they
     are from different [[points]] tables.
     """
-    chosen = [registry.find(name, known, file) for name in experiment.renderers]
+    chosen = [registry.find(name, entries, file) for name in experiment.renderers]
     if unknown := [name for name in only if name not in experiment.renderers]:
         near = get_close_matches(unknown[0], experiment.renderers, n=1)
         hint = f'did you mean "{near[0]}"?' if near else f"they are: {', '.join(experiment.renderers)}"
         raise UserError(f"--only {', '.join(unknown)}: not among the experiment's renderers", remedy=hint)
     chosen = [entry for entry in chosen if not only or entry.name in only]
     others = versions.others(against, chosen) if against else {}
-    equal = [name for name, other in others.items() if other.renderer.version == known[name].renderer.version]
+    equal = [name for name, other in others.items() if other.renderer.version == entries[name].renderer.version]
     chosen = [version for entry in chosen for version in (entry, others.get(entry.name)) if version]
     constraints = Constraints(experiment.where, file)
     arrays: dict[str, dict] = {}
@@ -196,15 +196,15 @@ def make(
             other, table = seen.setdefault(cell.key, (cell, picture.table))
             if other is not cell and table == picture.table:
                 raise UserError(f'{file}: "{other.label}" and "{cell.label}" are the same cell; leave one out')
-            for mine, source in ((cell, picture.source), (cell.whole, picture.whole and picture.whole.source)):
-                if mine:
-                    sources.setdefault(mine.scene_version, source)
-                    arrays.setdefault(mine.scene_version, source.flat(picture.image.arithmetic)[1])
+            for cell_or_whole, source in ((cell, picture.source), (cell.whole, picture.whole and picture.whole.source)):
+                if cell_or_whole:
+                    sources.setdefault(cell_or_whole.scene_version, source)
+                    arrays.setdefault(cell_or_whole.scene_version, source.flat(picture.image.arithmetic)[1])
     cells = tuple(cell for cell, _ in seen.values())
     if not cells:
         raise NoCells("every cell is left out by where", file=file)
-    if (asked := sum(cell.processes for cell in cells)) > PROCESSES:
-        raise UserError(f"{len(cells)} cells have {asked} processes, {PROCESSES} at most", file=file)
+    if (processes := sum(cell.processes for cell in cells)) > PROCESSES:
+        raise UserError(f"{len(cells)} cells have {processes} processes, {PROCESSES} at most", file=file)
     pair, reason = pair_of(cells, experiment.measure.pair)
     truths = Truths(cells, sources, experiment.reference)
     left_out = tuple(constraints.left_out.items())
@@ -216,8 +216,8 @@ def make(
     shown = ((source.scene, jobs.get(key, ())) for key, source in sources.items() if isinstance(source, Source))
     doubts = tuple(dict.fromkeys(text for scene, of_scene in shown for text in warnings(scene, of_scene)))
     doubts += tuple(f"{name} has the same sources as {others[name].name}" for name in equal)
-    held = tuple((name, other.name) for name, other in others.items())
-    return Plan(cells, arrays, pair, reason, left_out, truths, cold, peaks, doubts, held, experiment.measure.count)
+    pairs = tuple((name, other.name) for name, other in others.items())
+    return Plan(cells, arrays, pair, reason, left_out, truths, cold, peaks, doubts, pairs, experiment.measure.count)
 
 
 class Truths:
@@ -234,7 +234,7 @@ class Truths:
         whole = cell.whole or cell
         version = whole.scene_version
         if version not in self.jobs:
-            wholes = {mine.key: mine for mine in (other.whole or other for other in self.cells)}
+            wholes = {whole_cell.key: whole_cell for whole_cell in (other.whole or other for other in self.cells)}
             shown = [other.parameters for other in wholes.values() if other.scene_version == version]
             self.jobs[version] = truth.jobs(shown, self.wanted, self.sources[version].needs)
         return self.jobs[version][truth.view(whole.parameters, self.wanted)]
@@ -323,11 +323,11 @@ def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
         yield from _stressed(experiment, file)
         return
     sources = Sources(experiment, file)
-    asked = [(name, {}, {}) for name in (*experiment.scenes, *sources.made)]
+    scenes = [(name, {}, {}) for name in (*experiment.scenes, *sources.made)]
     for case in experiment.case:
-        asked.append((case.scene, {"case": case.name}, case.model_dump(exclude={"name", "scene"}, exclude_none=True)))
+        scenes.append((case.scene, {"case": case.name}, case.model_dump(exclude={"name", "scene"}, exclude_none=True)))
     points, image, keys = sweep.points(experiment), experiment.image.model_dump(), set(Image.model_fields)
-    for name, case, own in asked:
+    for name, case, own in scenes:
         values = {**image, **own}
         square = values["width"] == values["height"]
         defaults = {**values, **sources.counts(name), **({"side": values["width"]} if square else {})}
@@ -343,30 +343,37 @@ def _pictures(experiment: Experiment, file: Path) -> Iterator[_Picture]:
             if "side" in swept:
                 chosen |= {"width": swept["side"], "height": swept["side"]}
             where = [f'case "{case["case"]}"'] if case else []
-            found = _image(chosen, file, [*where, *([f"sweep {swept}"] if swept else [])])
+            point_image = _image(chosen, file, [*where, *([f"sweep {swept}"] if swept else [])])
             if experiment.leave_out is None:
-                yield _Picture(sources.aimed(source, found), found, point, table)
+                yield _Picture(sources.aimed(source, point_image), point_image, point, table)
                 continue
-            whole = _Picture(source, found, {**point, "without": WHOLE}, table)
+            whole = _Picture(source, point_image, {**point, "without": WHOLE}, table)
             yield whole
-            kinds, job = experiment.leave_out.kinds(), source.parameters(found, threads=1, frames=0)
-            for one in leave_outs(source.scene, job, kinds):
-                yield _Picture(sources.without(source, one), found, {**point, "without": one.name}, table, one, whole)
+            kinds, job = experiment.leave_out.kinds(), source.parameters(point_image, threads=1, frames=0)
+            for left_out in leave_outs(source.scene, job, kinds):
+                yield _Picture(
+                    sources.without(source, left_out),
+                    point_image,
+                    {**point, "without": left_out.name},
+                    table,
+                    left_out,
+                    whole,
+                )
         if not seen:
             raise UserError(f"sweep: every point sweeps a count that {Path(name).stem} does not have", file=file)
 
 
 def _stressed(experiment: Experiment, file: Path) -> Iterator[_Picture]:
     """Yields every level of every row, with every combination of the row's sweep and the experiment's."""
-    known, image, made = stress.rows(), experiment.image.model_dump(), {}
-    for asked in experiment.stress:
-        if asked.row not in known:
-            raise UserError(f'stress: no row "{asked.row}"', file=file, remedy=f"known: {', '.join(known)}")
-        row = known[asked.row]
-        axes = [[(key, value) for value in values] for key, values in asked.sweep.items()]
+    rows, image, made = stress.rows(), experiment.image.model_dump(), {}
+    for stress_table in experiment.stress:
+        if stress_table.row not in rows:
+            raise UserError(f'stress: no row "{stress_table.row}"', file=file, remedy=f"known: {', '.join(rows)}")
+        row = rows[stress_table.row]
+        axes = [[(key, value) for value in values] for key, values in stress_table.sweep.items()]
         for (common, table), *own in itertools.product(sweep.points(experiment), *axes):
             swept = {**common, **dict(own)}
-            for level in asked.levels or row.levels:
+            for level in stress_table.levels or row.levels:
                 precision = swept.get("precision", image["precision"])
                 if precision not in ROUNDOFF:
                     why = f'stress: {row.name} has no precision "{precision}"'
@@ -374,8 +381,8 @@ def _stressed(experiment: Experiment, file: Path) -> Iterator[_Picture]:
                 key = row.name, level, precision
                 source = made.setdefault(key, Stressed(row, level, precision, experiment.seed))
                 point = {"stress": row.name, "level": level, **swept}
-                found = _image({**image, **source.trial.parameters, **swept}, file, [f"stress {point}"])
-                yield _Picture(source, found, point, table)
+                point_image = _image({**image, **source.trial.parameters, **swept}, file, [f"stress {point}"])
+                yield _Picture(source, point_image, point, table)
 
 
 def _located(items: Iterator, file: Path, point: dict | None = None) -> Iterator:

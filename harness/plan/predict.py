@@ -72,8 +72,8 @@ class Predictor:
 
     def count(self, cell: Cell) -> float | None:
         """Predicts how long (s) the count of a cell takes: the median of its own, else of its variant's, if any."""
-        known = self._counts.get(cell.key) or self._counts.get(cell.entry.name)
-        return statistics.median(known) if known else None
+        times = self._counts.get(cell.key) or self._counts.get(cell.entry.name)
+        return statistics.median(times) if times else None
 
     def seconds(self, cell: Cell, first: bool = False) -> Prediction | None:
         """Predicts a later repetition of a cell, or its first: the median of its own rows, else a fit over its variant.
@@ -101,12 +101,12 @@ class _Fit:
         self.ones_ones = self.ones_works = self.works_works = 0.0
 
     def add(self, work: int, took: float) -> None:
-        one, share = 1 / took, work / took
+        weight, share = 1 / took, work / took
         self.took.append(took)
         self.least, self.most = min(self.least, work), max(self.most, work)
-        self.ones, self.works = self.ones + one, self.works + share
-        self.ones_ones += one * one
-        self.ones_works += one * share
+        self.ones, self.works = self.ones + weight, self.works + share
+        self.ones_ones += weight * weight
+        self.ones_works += weight * share
         self.works_works += share * share
 
     def at(self, work: int) -> float | None:
@@ -141,30 +141,30 @@ def history(results: Path, but: Path | None = None, most: int = HISTORY) -> list
 
     but: a run to leave out, as its rows are known.
     """
-    found = [path for kind in ("*", "*/parts/*") for path in results.glob(f"{kind}/repetitions.jsonl")]
-    runs = sorted(found, key=lambda path: path.stat().st_mtime, reverse=True)
+    files = [path for kind in ("*", "*/parts/*") for path in results.glob(f"{kind}/repetitions.jsonl")]
+    runs = sorted(files, key=lambda path: path.stat().st_mtime, reverse=True)
     runs = [path for path in runs if but is None or not path.resolve().is_relative_to(but.resolve())]
-    here, found = environment.capture() if runs else {}, []
+    here, past_rows = environment.capture() if runs else {}, []
     for path in runs:
         facts = path.with_name("run.json")
         most -= facts.stat().st_size if facts.exists() else 0
         if most <= 0:
             break
         try:
-            told = store.facts_of(path.parent)
+            run = store.facts_of(path.parent)
         except UserError:  # a damaged run
             continue
-        if any((told.get("environment") or {}).get(name) != here[name] for name in ("host", "cpu")):
+        if any((run.get("environment") or {}).get(name) != here[name] for name in ("host", "cpu")):
             continue
         try:
             tail = _tail(path, most)
         except UserError:  # no plain file
             continue
         most -= len(tail)
-        cells = {cell["cell"]: cell for cell in told.get("cells", ())}
+        cells = {cell["cell"]: cell for cell in run.get("cells", ())}
         rows = [{**cells.get(str(row.get("cell")), {}), **row} for row in map(_json, tail.splitlines())]
-        found += [row for row in rows if schema.teaches(row) and row["status"] not in NEVER_RAN]
-    return found
+        past_rows += [row for row in rows if schema.teaches(row) and row["status"] not in NEVER_RAN]
+    return past_rows
 
 
 def _tail(path: Path, most: int) -> bytes:

@@ -45,18 +45,18 @@ def of_cells(before: list[dict], now: Iterable[Cell], names: tuple[str, ...]) ->
 
     A parameter that an older version did not have had the value that is the default now.
     """
-    known, found = {identity(cell): cell | {"parameters": DEFAULTS | cell["parameters"]} for cell in before}, []
+    cells, changes = {identity(cell): cell | {"parameters": DEFAULTS | cell["parameters"]} for cell in before}, []
     for cell in now:
         facts = cell.facts()
-        found += _changes(f"{cell.label}: ", known.get(identity(facts), facts), facts, names)
-    return found
+        changes += _changes(f"{cell.label}: ", cells.get(identity(facts), facts), facts, names)
+    return changes
 
 
 def _changes(where: str, before: dict, now: dict, names: tuple[str, ...]) -> list[str]:
     """A line for each value that differs."""
-    found = fingerprint.changes(before, json.loads(json.dumps(now)), names)
-    known = [change for change in found if not any(map(_unread, change[1:]))]
-    return [f"{where}{name} was {json.dumps(old)}, is {json.dumps(new)}" for name, old, new in known]
+    changes = fingerprint.changes(before, json.loads(json.dumps(now)), names)
+    readable = [change for change in changes if not any(map(_unread, change[1:]))]
+    return [f"{where}{name} was {json.dumps(old)}, is {json.dumps(new)}" for name, old, new in readable]
 
 
 def _unread(value) -> bool:

@@ -24,7 +24,7 @@ class Sources:
     def __init__(self, experiment: Experiment, file: Path):
         self.file = file
         names = [*experiment.scenes, *(case.scene for case in experiment.case)]
-        self.known = {name: Source(name, lambda source=load(file.parent / name): source) for name in names}
+        self.sources = {name: Source(name, lambda source=load(file.parent / name): source) for name in names}
         swept = {key for table in _tables(experiment) for key in table}
         self.made = {_name(made, swept): made for made in experiment.made()}
 
@@ -41,23 +41,23 @@ class Sources:
         if any(key in point for key in COUNTED - set(counts)):
             return None
         if name not in self.made:
-            return self.known[name]
+            return self.sources[name]
         counts = {key: point.get(key, value) for key, value in counts.items()}
         key = repr((name, counts))
-        if key not in self.known:
-            self.known[key] = self._generated(name, self.made[name].scene, counts)
-        return self.known[key]
+        if key not in self.sources:
+            self.sources[key] = self._generated(name, self.made[name].scene, counts)
+        return self.sources[key]
 
     def aimed(self, source: Source, image: Image) -> Source | Aimed:
         """The source itself for a picture, or with image.rays rays for first hits."""
         if not image.rays:
             return source
         key = f"{id(source)}, {image.rays} rays, seed {image.seed}"
-        return self.known.setdefault(key, Aimed(source, image.rays, image.seed))
+        return self.sources.setdefault(key, Aimed(source, image.rays, image.seed))
 
-    def without(self, source: Source, one: LeaveOut) -> Reduced:
+    def without(self, source: Source, left_out: LeaveOut) -> Reduced:
         """The source with one thing left out; what has one name is the same at every point of a sweep."""
-        return self.known.setdefault(f"{id(source)} without {one.name}", Reduced(source, one))
+        return self.sources.setdefault(f"{id(source)} without {left_out.name}", Reduced(source, left_out))
 
     def _generated(self, name: str, scene: str, counts: dict) -> Source:
         try:

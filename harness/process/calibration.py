@@ -26,8 +26,8 @@ def peaks(threads: int) -> dict:
     triad), and vector_bytes, the width of a vector.
     """
     try:
-        one = _measure(1)
-        return {"one": one, "all": _measure(threads) if threads > 1 else one}
+        rates = _measure(1)
+        return {"one": rates, "all": _measure(threads) if threads > 1 else rates}
     except PermissionError as error:
         return {"unavailable": f"calibration: {builder.noexec(_program().parent) or error}"}
     except (builder.BuildError, OSError, subprocess.SubprocessError, ValueError) as error:

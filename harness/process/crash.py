@@ -32,8 +32,8 @@ def reason(text: str) -> str:
     Python's last traceback; else the last line.
     """
     text = "\n".join(line[:_LINE] for line in text.split("\n"))
-    if found := _SIGN.search(text):
-        return found[found.lastgroup].strip()
+    if match := _SIGN.search(text):
+        return match[match.lastgroup].strip()
     _, traceback, after = text.rpartition(_TRACEBACK)
     lines = [line for line in after.splitlines() if line.strip()]
     message = next((lines[n:] for n, line in enumerate(lines) if traceback and not line[0].isspace()), lines[-1:])

@@ -90,16 +90,16 @@ class Family:
     def _shared_once(self, living: list[int], rss: int, now: float) -> int | None:
         files = self._files(living, now)
         if len(living) == 1 and files:
-            found = rss + max(0, files - sizes(living[0], "status", "RssShmem:")[0])
-            self.pss = max(self.pss or 0, found)
-            return found
+            pss = rss + max(0, files - sizes(living[0], "status", "RssShmem:")[0])
+            self.pss = max(self.pss or 0, pss)
+            return pss
         if len(living) < 2 or now < self.pss_due:
             return None
         start = time.process_time()
-        found = shared_once(living, files) or None  # None: the system does not tell
+        pss = shared_once(living, files) or None  # None: the system does not tell
         self.pss_due = now + (time.process_time() - start) / PSS_SHARE
-        self.pss = max(self.pss or 0, found or 0) or None
-        return found
+        self.pss = max(self.pss or 0, pss or 0) or None
+        return pss
 
     def _files(self, living: list[int], now: float) -> int:
         """Bytes of the family's files in memory, as they were at most 20 times as long ago as looking takes."""
@@ -123,10 +123,10 @@ class Family:
                 pids += (child.pid for child in psutil.Process(self.launcher).children(recursive=True))
         else:
             return
-        known, self.members = self.members, {}
+        previous, self.members = self.members, {}
         for pid in pids:
             with contextlib.suppress(psutil.NoSuchProcess):
-                self.members[pid] = known.get(pid) or psutil.Process(pid)
+                self.members[pid] = previous.get(pid) or psutil.Process(pid)
 
 
 def _cpu(process: psutil.Process) -> float:
@@ -141,9 +141,9 @@ def _cpu(process: psutil.Process) -> float:
 
 def _children(pid: int) -> list[int]:
     """Returns the children of all threads of a process, including dead ones that nobody has waited for."""
-    found = []
+    children = []
     with contextlib.suppress(OSError):
         for thread in os.listdir(f"/proc/{pid}/task"):
             with contextlib.suppress(OSError), open(f"/proc/{pid}/task/{thread}/children", "rb") as listed:
-                found += map(int, listed.read().split())
-    return found
+                children += map(int, listed.read().split())
+    return children

@@ -118,13 +118,13 @@ class Limits:
             self.due = now + LOOK
             return None
         self.seen = seen
-        found = [*self.written(), *self.living(pids, now)]
+        amounts = [*self.written(), *self.living(pids, now)]
         cost = time.process_time() - began
         self.due = now + max(LOOK, cost / SHARE)
-        return next(iter(self.over(found)), None)
+        return next(iter(self.over(amounts)), None)
 
-    def over(self, found):
-        return [[name, used] for name, used in found if used > self.limits.get(name, used)]
+    def over(self, amounts):
+        return [[name, used] for name, used in amounts if used > self.limits.get(name, used)]
 
     def written(self):
         """[limit, how much] of what stays when all have ended."""
@@ -165,15 +165,15 @@ def size(folder, most):
 
 def cpu_ticks(pids):
     """{process: its CPU time in ticks}; None if the system does not tell that of each."""
-    found = {}
+    ticks = {}
     for pid in pids:
         try:
-            with open(f"/proc/{pid}/stat", "rb") as told:
-                fields = told.read().rpartition(b")")[2].split()
+            with open(f"/proc/{pid}/stat", "rb") as file:
+                fields = file.read().rpartition(b")")[2].split()
         except OSError:
             return None
-        found[pid] = int(fields[11]) + int(fields[12])  # utime and stime, proc(5)
-    return found
+        ticks[pid] = int(fields[11]) + int(fields[12])  # utime and stime, proc(5)
+    return ticks
 
 
 def rss(pid):
@@ -185,13 +185,13 @@ def rss(pid):
 
 def sizes(pid, name, *keys):
     """Sizes in a file of /proc/PID that gives them as "KEY 123 kB"; 0 of a dead process, and where there is no such."""
-    found = dict.fromkeys(keys, 0)
+    values = dict.fromkeys(keys, 0)
     with contextlib.suppress(OSError), open(f"/proc/{pid}/{name}", encoding="ascii", errors="replace") as lines:
         for line in lines:
             key = line.split(maxsplit=1)[0]
-            if key in found:
-                found[key] = int(line.split()[1]) * 1024
-    return list(found.values())
+            if key in values:
+                values[key] = int(line.split()[1]) * 1024
+    return list(values.values())
 
 
 def shared_once(pids, files):
@@ -200,9 +200,9 @@ def shared_once(pids, files):
     It is of the moment when all are read, or a little less: who has ended by then, and pages that were given back, do
     not count. Others, read later, own a larger share of those pages, so they would count more than once.
     """
-    told = [(pid, rss(pid), *sizes(pid, "smaps_rollup", "Pss:", "Pss_Shmem:")) for pid in pids]
+    readings = [(pid, rss(pid), *sizes(pid, "smaps_rollup", "Pss:", "Pss_Shmem:")) for pid in pids]
     total = mapped = 0
-    for pid, before, pss, shared in told:
+    for pid, before, pss, shared in readings:
         after = rss(pid)
         if after:
             total += max(0, pss - max(0, before - after))
@@ -222,19 +222,19 @@ class MemoryFiles:
 
     def size(self, pids):
         """Bytes of the files of these processes."""
-        found = {}
-        for file, (path, told) in opened(pids).items():
+        amounts = {}
+        for file, (path, status) in opened(pids).items():
             if path.startswith(MEMORY):
-                if told.st_ctime_ns < self.began:
+                if status.st_ctime_ns < self.began:
                     continue
                 self.paths[file] = path
-            found[file] = told.st_blocks * 512
-        for file in self.paths.keys() - found.keys():
+            amounts[file] = status.st_blocks * 512
+        for file in self.paths.keys() - amounts.keys():
             with contextlib.suppress(OSError):
-                told = os.stat(self.paths[file], follow_symlinks=False)
-                if (told.st_dev, told.st_ino) == file:
-                    found[file] = told.st_blocks * 512
-        return sum(found.values())
+                status = os.stat(self.paths[file], follow_symlinks=False)
+                if (status.st_dev, status.st_ino) == file:
+                    amounts[file] = status.st_blocks * 512
+        return sum(amounts.values())
 
 
 def now_of_files():
@@ -244,16 +244,16 @@ def now_of_files():
 
 def opened(pids):
     """{(device, inode): (path, stat)} of the files in memory that processes have open."""
-    found = {}
+    files = {}
     for pid in pids:
         for number in numbers(f"/proc/{pid}/fd"):
             name = f"/proc/{pid}/fd/{number}"
             with contextlib.suppress(OSError):
                 path = os.readlink(name)
                 if path.startswith(("/memfd:", f"{MEMORY}/")):
-                    told = os.stat(name)
-                    found[told.st_dev, told.st_ino] = path, told
-    return found
+                    status = os.stat(name)
+                    files[status.st_dev, status.st_ino] = path, status
+    return files
 
 
 def numbers(folder):
@@ -316,20 +316,20 @@ def end_all(pid):
 
 def family():
     """Numbers of all processes below this one, the dead that nobody has waited for included."""
-    found = children(os.getpid())
-    for pid in found:  # which grows meanwhile
-        found += children(pid)
-    return found
+    pids = children(os.getpid())
+    for pid in pids:  # which grows meanwhile
+        pids += children(pid)
+    return pids
 
 
 def children(pid):
     """Numbers of the children of a process's threads; none where the system does not list them."""
-    found = []
+    pids = []
     with contextlib.suppress(OSError):
         for thread in os.listdir(f"/proc/{pid}/task"):
             with contextlib.suppress(OSError), open(f"/proc/{pid}/task/{thread}/children", "rb") as listed:
-                found += map(int, listed.read().split())
-    return found
+                pids += map(int, listed.read().split())
+    return pids
 
 
 def reap(pid):
@@ -337,15 +337,15 @@ def reap(pid):
     _, status, usage = os.wait4(pid, 0)
     usages = [usage]
     with contextlib.suppress(ChildProcessError):
-        while (found := os.wait4(-1, os.WNOHANG))[0]:
-            usages.append(found[2])
+        while (orphan := os.wait4(-1, os.WNOHANG))[0]:
+            usages.append(orphan[2])
     return status, usages
 
 
-def say(told):
+def say(message):
     """One line to the harness. If that is dead, standard input is closed too, which ends the renderer."""
     with contextlib.suppress(BrokenPipeError):
-        os.write(1, json.dumps(told).encode() + b"\n")
+        os.write(1, json.dumps(message).encode() + b"\n")
 
 
 def main(path):

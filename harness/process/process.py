@@ -177,7 +177,7 @@ class Process:
             return could_not_start(end["failed"])
         if end["over"]:
             name, used = end["over"]
-            end["over"] = name, self.limits.told(name, used, self.most[name])
+            end["over"] = name, self.limits.excess(name, used, self.most[name])
         places = self.dialog and self.dialog.answered
         return Outcome(failed=None, spawned=self.started["spawned"], measurer=audit, places=places, **end)
 
@@ -260,14 +260,14 @@ def _speaks(helper: subprocess.Popen, seconds: float) -> bool:
 def end_marked(own: Path) -> None:
     """End the processes that have the folder `own` for their temporary files, where Linux tells: a dead launcher's."""
     mark = f"TMPDIR={own}\0".encode()
-    found = True
-    while found:  # they may be multiplying
-        found = False
+    alive = True
+    while alive:  # they may be multiplying
+        alive = False
         for place in Path("/proc").glob("[0-9]*"):
             with contextlib.suppress(OSError):
                 if mark in (place / "environ").read_bytes():
                     os.kill(int(place.name), signal.SIGKILL)
-                    found = True
+                    alive = True
 
 
 def _for_launcher() -> dict[str, str]:

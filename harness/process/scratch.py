@@ -30,7 +30,7 @@ def scratch() -> Iterator[Path]:
         except FileExistsError:
             made = False
             raise
-        with ownership.held(around):
+        with ownership.marked(around):
             (around / FILES).mkdir()
             yield around / FILES
     finally:
@@ -52,17 +52,17 @@ def remove_left() -> None:
 
 def doubtful() -> dict[Path, str]:
     """Folders that are called like temporary ones of rayrace, and why they cannot be proved to be: they stay."""
-    found = {}
+    doubts = {}
     for place in [*_named(NAME), *_named(OLD)]:
         try:
             with ownership.proved(place):
                 if {path.name for path in place.iterdir()} - {ownership.MARKER, FILES}:
-                    found[place] = "it holds files that rayrace did not make"
+                    doubts[place] = "it holds files that rayrace did not make"
         except ownership.Doubt as doubt:
-            found[place] = str(doubt)
+            doubts[place] = str(doubt)
         except (ownership.Alive, OSError):  # at work, or gone meanwhile
             pass
-    return found
+    return doubts
 
 
 def _named(pattern: re.Pattern) -> list[Path]:

@@ -93,7 +93,7 @@ class Session:
             result = repetition.collect(outcome, said, text, fault, here / "out", parameters, needs, arrays)
             printed = self.read - read + self.stderr.stat().st_size - errors
             if printed > self.limits.output:  # the launcher looks now and then
-                why = self.limits.told("output", printed, self.limits.output)
+                why = self.limits.excess("output", printed, self.limits.output)
                 result = Result("failed", why, outcome, said)
             for path, first in ((self.stdout, read), (self.stderr, errors)) if log else ():
                 with open(path, "rb") as source:
@@ -137,9 +137,9 @@ class Session:
     def _output(self) -> bytes:
         with open(self.stdout, "rb") as file:
             file.seek(self.read)
-            found = file.read()
-        self.read += len(found)
-        return found
+            data = file.read()
+        self.read += len(data)
+        return data
 
 
 def _outcome(start: float, end: float, status: int) -> process.Outcome:

@@ -126,7 +126,7 @@ class Audit:
         else:  # it compiled again: so is its blank to do, all of it
             key, run = (task.entry.name, task.scene, "compiles"), partial(self.again, made, cached=False)
         disturbed = made.record["disturbed"]
-        return contradiction.found(made.result, made.series, task.entry, task.parameters, blanks, run, key, disturbed)
+        return contradiction.reason(made.result, made.series, task.entry, task.parameters, blanks, run, key, disturbed)
 
     def again(self, made: Measured, parameters: Parameters, cached: bool = True) -> Result:
         """The Result of a job like that of a repetition, but for its parameters. cached: with its compiled code."""

@@ -32,7 +32,7 @@ class Bench:
     def __init__(
         self,
         plan: Plan,
-        known: dict[str, Entry],
+        entries: dict[str, Entry],
         run_store: store.Run,
         caches: Path,
         interval: float,
@@ -42,7 +42,7 @@ class Bench:
         """untimed: of host.untimed(), runs what is put under stress and the pictures that others are judged by."""
         self.plan, self.store = plan, run_store
         self.caches, self.host, self.untimed = caches, host, untimed
-        self.judging = Judging(plan, known, run_store.folder, caches, host, untimed)
+        self.judging = Judging(plan, entries, run_store.folder, caches, host, untimed)
         self.pictures: dict[str, str] = {}  # sha256 of the first picture of a cell
         self.audit, self.turns = Audit(host, interval), frames.Turns()
 
@@ -103,8 +103,8 @@ class Bench:
             record["picture"] = self._keep(cell, result.array, record["warnings"])
             if number == 0 and record["picture"] and cell.parameters.region is None and any(record["shapes"].values()):
                 record["warnings"] += filter(None, [doubts.one_colour(result.array)])
-            told = self.judging.judge(cell, result, record["picture"])
-            record["agreement"], record["error"], record["bound"], wrong = told
+            verdict = self.judging.judge(cell, result, record["picture"])
+            record["agreement"], record["error"], record["bound"], wrong = verdict
             record["truth_s"] = self.judging.truth_s
             if wrong:
                 result.status, result.reason = "wrong picture", wrong

@@ -49,7 +49,7 @@ BLANK_FRAMES = 3  # later ones of a blank, at most
 TAKEN = "steal_s", "other_cpu_s", "held_back_s"  # CPU time that others had (trouble.py)
 
 
-def found(
+def reason(
     result: Result,
     series: Path,
     entry: Entry,
@@ -204,7 +204,7 @@ class Blanks:
     """CPU time of processes that rendered a smaller picture, by what the time depends on."""
 
     def __init__(self):
-        self.known: dict = {}
+        self.times: dict = {}
 
     def contradiction(self, key, result: Result, parameters: Parameters, make: Callable[[], Result]) -> str | None:
         """None, or how the marks contradict the CPU time of the process (wait4).
@@ -213,15 +213,17 @@ class Blanks:
         become slower meanwhile.
         """
         used = unframed_cpu(result, parameters)
-        if used <= _most(self.known.get(key, 0.0)):
+        if used <= _most(self.times.get(key, 0.0)):
             return None
         blank = make()
         if blank.status != "ok":
             return None
-        self.known[key] = known = max(self.known.get(key, 0.0), _cpu(blank))
-        if used <= _most(known):
+        self.times[key] = seconds = max(self.times.get(key, 0.0), _cpu(blank))
+        if used <= _most(seconds):
             return None
-        return f"{CONTRADICTED}the processor: {used:.3g} s of CPU time in no frame, {known:.3g} s for a smaller picture"
+        return (
+            f"{CONTRADICTED}the processor: {used:.3g} s of CPU time in no frame, {seconds:.3g} s for a smaller picture"
+        )
 
 
 def blank(parameters: Parameters) -> Parameters:

@@ -45,8 +45,8 @@ def count(cell: Cell, arrays: dict, host: Host, cache: Path) -> tuple[str, str, 
 
     def run(frames: int, words: list[str]) -> Result:
         entry = under(cell.entry, options, environment, words)
-        asked = dataclasses.replace(parameters, frames=frames)
-        return host.run(entry, arrays, asked, cell.needs, timeout=cell.timeout, limits=cell.limits, cache=cache)
+        job = dataclasses.replace(parameters, frames=frames)
+        return host.run(entry, arrays, job, cell.needs, timeout=cell.timeout, limits=cell.limits, cache=cache)
 
     plain = run(1, [])  # compiles what later jobs find in the cache, and tells how long a frame takes
     if plain.status != "ok":
@@ -81,9 +81,9 @@ def steady(jobs: list[dict[str, int]], step: int) -> dict:
     spread: by what share the instructions between two jobs differ at most; None where they are not positive.
     """
     frames = (len(jobs) - 1) * step
-    found = {name: (jobs[-1][name] - jobs[0][name]) / frames for name in jobs[0] if all(name in job for job in jobs)}
+    counts = {name: (jobs[-1][name] - jobs[0][name]) / frames for name in jobs[0] if all(name in job for job in jobs)}
     steps = [after["instructions"] - before["instructions"] for before, after in itertools.pairwise(jobs)]
-    return {**found, "spread": max(steps) / min(steps) - 1 if min(steps) > 0 else None}
+    return {**counts, "spread": max(steps) / min(steps) - 1 if min(steps) > 0 else None}
 
 
 def smaller(parameters: Parameters) -> Parameters:
@@ -103,20 +103,20 @@ def smaller(parameters: Parameters) -> Parameters:
 
 def special(entry: Entry) -> tuple[tuple[str, ...], dict[str, str]]:
     """The words for a build, and the environment, with which a renderer uses nothing that Valgrind does not know."""
-    told = entry.renderer.manifest.count.get(platform.machine())
-    return (told.options, dict(told.environment)) if told else ((), {})
+    settings = entry.renderer.manifest.count.get(platform.machine())
+    return (settings.options, dict(settings.environment)) if settings else ((), {})
 
 
 def under(entry: Entry, options: tuple[str, ...], environment: dict[str, str], words: list[str]) -> Entry:
     """`entry` built with more options, in an environment, and with words before its command; its frames have no
     checksums, which are no part of a frame."""
-    told, variant = entry.renderer.manifest, entry.variant
+    manifest, variant = entry.renderer.manifest, entry.variant
     set_to = [SAME, *(f"{name}={value}" for name, value in environment.items())]
     started = variant.model_copy(update={"command": ("env", *set_to, *words, *variant.command), "contract": 1})
-    if options and told.build:
-        build = told.build.model_copy(update={"command": (*told.build.command, *options)})
-        told = told.model_copy(update={"build": build})
-    return Entry(Renderer(entry.renderer.folder, told), started, entry.label)
+    if options and manifest.build:
+        build = manifest.build.model_copy(update={"command": (*manifest.build.command, *options)})
+        manifest = manifest.model_copy(update={"build": build})
+    return Entry(Renderer(entry.renderer.folder, manifest), started, entry.label)
 
 
 def operations(cell: Cell, arrays: dict, host: Host, cache: Path) -> dict | None:
@@ -126,14 +126,14 @@ def operations(cell: Cell, arrays: dict, host: Host, cache: Path) -> dict | None
     are those of the source, one ray after another on one thread: what a vector, a compiler or a clever search leaves
     out is not taken off, so programs of different speed are held to the same work.
     """
-    told = cell.entry.renderer.manifest
-    if cell.refused or not told.operations or not told.build:
+    manifest = cell.entry.renderer.manifest
+    if cell.refused or not manifest.operations or not manifest.build:
         return None
-    build = told.build.model_copy(update={"command": (*told.build.command, *told.operations.options)})
-    renderer = Renderer(cell.entry.renderer.folder, told.model_copy(update={"build": build}))
+    build = manifest.build.model_copy(update={"command": (*manifest.build.command, *manifest.operations.options)})
+    renderer = Renderer(cell.entry.renderer.folder, manifest.model_copy(update={"build": build}))
     entry = Entry(renderer, cell.entry.variant, cell.entry.label)
-    one = dataclasses.replace(cell.parameters, threads=1, vector="off", frames=0, least_frame=0.0)
-    result = host.run(entry, arrays, one, cell.needs, timeout=cell.timeout, limits=cell.limits, cache=cache)
+    parameters = dataclasses.replace(cell.parameters, threads=1, vector="off", frames=0, least_frame=0.0)
+    result = host.run(entry, arrays, parameters, cell.needs, timeout=cell.timeout, limits=cell.limits, cache=cache)
     if result.status != "ok":
         return {"unavailable": f"{result.status}: {result.reason}"}
     return result.said.operations or {"unavailable": "the build that counts reported no operations"}

@@ -11,7 +11,7 @@ the packages: what idles there, and what others use, included.
 from pathlib import Path
 
 from harness.process.process import Outcome
-from harness.race.gpu_use import Render, told
+from harness.race.gpu_use import Render, value_or_reason
 from harness.race.series import ticks
 from harness.renderer.events import Said
 from harness.system.nvml import AVAILABLE
@@ -41,4 +41,4 @@ def use(said: Said, outcome: Outcome, series: Path) -> dict:
     render = OfPackages.of(said, outcome, ticks(series), {COLUMN: AVAILABLE})
     if isinstance(render, str):
         return {"unavailable": render}
-    return {name: told(getattr(render, name)) for name in VALUES}
+    return {name: value_or_reason(getattr(render, name)) for name in VALUES}

@@ -20,11 +20,11 @@ BASE = "cpp"  # the variant that ratios are to; where it does not run, the first
 
 def looks(most: int) -> list[int]:
     """Numbers of rounds after which it is looked, up to `most`."""
-    found, rounds = [], FIRST_LOOK
+    counts, rounds = [], FIRST_LOOK
     while rounds <= most:
-        found.append(rounds)
+        counts.append(rounds)
         rounds = math.ceil(rounds * LOOK_AGAIN)
-    return found
+    return counts
 
 
 def rounds(until: float | None, plan: Plan, records: Iterable[dict]) -> int | None:
@@ -49,8 +49,8 @@ def end(most: int, until: float, estimates: Callable[[int], Iterable[Estimate]])
     """
     before = False
     for count in looks(most):
-        found = list(estimates(count))
-        now = bool(found) and all(_is_narrow(estimate, until) for estimate in found)
+        intervals = list(estimates(count))
+        now = bool(intervals) and all(_is_narrow(estimate, until) for estimate in intervals)
         if now and before:
             return count
         before = now
@@ -81,21 +81,21 @@ def _estimates(plan: Plan, times: dict[str, dict[int, float]], count: int) -> It
         pairs = [(cell, base) for cell in cells if cell is not base]
         pairs += [(cell, variants[name]) for cell in cells if (name := other.get(cell.entry.name)) in variants]
         for above, below in pairs:
-            mine, its = times[above.key], times[below.key]
-            both = sorted(number for number in mine.keys() & its.keys() if number < count)
-            yield statistics.ratio([mine[n] for n in both], [its[n] for n in both], paired=True)
+            above_times, below_times = times[above.key], times[below.key]
+            both = sorted(number for number in above_times.keys() & below_times.keys() if number < count)
+            yield statistics.ratio([above_times[n] for n in both], [below_times[n] for n in both], paired=True)
         if not pairs:
             yield statistics.median([time for number, time in times[base.key].items() if number < count])
 
 
 def _places(plan: Plan, times: dict[str, dict[int, float]]) -> dict[tuple, list[Cell]]:
     """The cells with times, by scene and swept values but threads, as a report compares them."""
-    found: dict[tuple, list[Cell]] = {}
+    places: dict[tuple, list[Cell]] = {}
     for cell in plan.cells:
         if cell.key in times:
             point = {key: value for key, value in cell.point.items() if key != "threads"}
-            found.setdefault((Path(cell.scene), repr(point)), []).append(cell)
-    return found
+            places.setdefault((Path(cell.scene), repr(point)), []).append(cell)
+    return places
 
 
 def _is_narrow(estimate: Estimate, until: float) -> bool:

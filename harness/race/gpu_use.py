@@ -41,10 +41,14 @@ def use(said: Said, outcome: Outcome, series: Path) -> dict:
     if outcome.measurer is None:
         return unavailable("the measurer died")
     render = OfGpu.of(said, outcome, ticks(series), outcome.measurer["gpu"])
-    return unavailable(render) if isinstance(render, str) else {name: told(getattr(render, name)) for name in VALUES}
+    return (
+        unavailable(render)
+        if isinstance(render, str)
+        else {name: value_or_reason(getattr(render, name)) for name in VALUES}
+    )
 
 
-def told(ask):
+def value_or_reason(ask):
     """What `ask` returns, or {"unavailable": reason}."""
     try:
         return ask()
@@ -102,10 +106,10 @@ class Render:
     def _span(self):
         """(time, counter of energy) of the first and the last tick."""
         self._long_enough(self.counter)
-        found = self._values(self.counter, self.start, self.end)
-        if len(found) < 2:
+        readings = self._values(self.counter, self.start, self.end)
+        if len(readings) < 2:
             raise Missing("fewer than two ticks in the phase render")
-        return found[0], found[-1]
+        return readings[0], readings[-1]
 
     def _long_enough(self, column: str) -> None:
         if self.end - self.start < self.shortest and self.states[column] in (AVAILABLE, NO_TICK, TOO_SOON):
@@ -119,10 +123,10 @@ class Render:
         if self.states[column] != AVAILABLE:
             raise Missing(self.states[column])
         rows = [(float(tick["t"]), tick[column]) for tick in self.ticks if tick[column]]
-        found = [(t, kind(value)) for t, value in rows if start <= t <= end]
-        if not found:
+        values = [(t, kind(value)) for t, value in rows if start <= t <= end]
+        if not values:
             raise Missing(self._short(max(window, self.audit["interval_s"])))
-        return found
+        return values
 
 
 class OfGpu(Render):

@@ -66,7 +66,7 @@ def host_lock(say: Callable[[str], object]) -> Iterator[None]:
     def wait(other: machine_lock.Holder) -> None:
         say(f"another rayrace is measuring on this machine, {_who(other)}; waiting for it to end")
 
-    with machine_lock.held(wait):
+    with machine_lock.locked(wait):
         yield
 
 

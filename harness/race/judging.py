@@ -27,8 +27,10 @@ from harness.store import record, store
 class Judging:
     """Judges the pictures of a run. caches: folder for compiled code. untimed: runs what they are judged by."""
 
-    def __init__(self, plan: Plan, known: dict[str, Entry], folder: Path, caches: Path, host: Host, untimed: Sessions):
-        self.plan, self.known, self.folder, self.caches, self.untimed = plan, known, folder, caches, untimed
+    def __init__(
+        self, plan: Plan, entries: dict[str, Entry], folder: Path, caches: Path, host: Host, untimed: Sessions
+    ):
+        self.plan, self.entries, self.folder, self.caches, self.untimed = plan, entries, folder, caches, untimed
         self.kept = Kept(host.references)
         self.wanted = plan.truths.wanted
         self.made: dict[str, tuple] = {}  # what was made, and its files, by content
@@ -50,12 +52,12 @@ class Judging:
             return self._hits(cell, result)
         limit, bounded = self._bound(cell, result, picture)
         broken = judge.broken(result)
-        found, files = self._reference(cell)
-        if isinstance(found, NoReference):
-            agreement, wrong, mask = {"unavailable": found.reason}, broken, None
+        expected, files = self._reference(cell)
+        if isinstance(expected, NoReference):
+            agreement, wrong, mask = {"unavailable": expected.reason}, broken, None
         else:
-            verdict, wrong = self._verdict(cell, result, found, limit)
-            agreement, mask = {"reference": found.maker, **files, **verdict.record()}, found.mask
+            verdict, wrong = self._verdict(cell, result, expected, limit)
+            agreement, mask = {"reference": expected.maker, **files, **verdict.record()}, expected.mask
             wrong = wrong or broken
         if cell.whole:  # whose errors are distances from the truth of a larger scene
             whole, _ = self._reference(cell.whole)
@@ -66,7 +68,7 @@ class Judging:
         """None, or why the picture of a later frame is wrong, or UNCHECKED why nobody knows (frames.fault)."""
         arrays, needs = self.plan.arrays[cell.scene_version], reference.needs_of(cell.needs)
         judges = reference.judges_of(arrays, cell.parameters)
-        maker = reference.choose(cell.entry, self.known, cell.parameters, needs, judges)
+        maker = reference.choose(cell.entry, self.entries, cell.parameters, needs, judges)
         cache = self.caches / f"{maker and maker.name}.reference"
         self.untimed.close()  # no other renderer runs beside the one that makes the reference
         try:
@@ -76,21 +78,21 @@ class Judging:
 
     def _hits(self, cell: Cell, result: repetition.Result):
         """`judge` of a list of hits, whose truth is the reference."""
-        found, files = self._reference(cell)
-        if isinstance(found, NoReference):
-            return {"unavailable": found.reason}, None, None, None
-        verdict = hits.judge(result.array, found, cell.parameters.precision)
-        told = {"reference": found.maker, **files, **verdict.record()}
-        error = {"truth": found.maker, "against": "hits", "max": record.largest(told)}
+        expected, files = self._reference(cell)
+        if isinstance(expected, NoReference):
+            return {"unavailable": expected.reason}, None, None, None
+        verdict = hits.judge(result.array, expected, cell.parameters.precision)
+        agreement = {"reference": expected.maker, **files, **verdict.record()}
+        error = {"truth": expected.maker, "against": "hits", "max": record.largest(agreement)}
         error |= {"bad_pixels": verdict.bad_pixels, "mask_fraction": verdict.mask_fraction}
-        return told, error, None, verdict.wrong
+        return agreement, error, None, verdict.wrong
 
-    def _verdict(self, cell: Cell, result: repetition.Result, found: Reference, limit):
+    def _verdict(self, cell: Cell, result: repetition.Result, expected: Reference, limit):
         precision, external = cell.parameters.precision, cell.entry.renderer.manifest.external
-        verdict = judge.judge(result.array, found, precision, external, limit)
+        verdict = judge.judge(result.array, expected, precision, external, limit)
         wrong = verdict.wrong
         if not external and "cutoff" not in cell.needs:  # others count other things, and the reference cuts nothing off
-            wrong = wrong or judge.compare_rays(result.said.rays, found.rays, precision)
+            wrong = wrong or judge.compare_rays(result.said.rays, expected.rays, precision)
         return verdict, wrong
 
     def _bound(self, cell: Cell, result: repetition.Result, picture: dict):
@@ -115,35 +117,42 @@ class Judging:
         if broken:
             return {"unavailable": broken}
         count, begun = len(self.made), self.clock()
-        found, files = self._truth(cell, mask)
+        ground_truth, files = self._truth(cell, mask)
         if len(self.made) > count:
             self.truth_s = self.clock() - begun
-        if isinstance(found, NoReference):
-            return {"unavailable": found.reason}
-        if picture.shape != found.picture.shape:
-            return {"unavailable": f"its shape is {picture.shape}, the truth's {found.picture.shape}"}
+        if isinstance(ground_truth, NoReference):
+            return {"unavailable": ground_truth.reason}
+        if picture.shape != ground_truth.picture.shape:
+            return {"unavailable": f"its shape is {picture.shape}, the truth's {ground_truth.picture.shape}"}
         key = kept["sha256"], files["truth_file"]
         if key not in self.compared:
-            self.compared[key] = judge.errors(picture, found.picture, found.standard_error, mask, found.doubt)
-        seen = self._perceive(cell, picture, kept, found.picture, files["truth_file"])
-        known = {"truth": found.maker, "against": self.plan.truths.of(cell).against, **files, **found.facts()}
-        return {**known, **self.compared[key], **seen}
+            self.compared[key] = judge.errors(
+                picture, ground_truth.picture, ground_truth.standard_error, mask, ground_truth.doubt
+            )
+        seen = self._perceive(cell, picture, kept, ground_truth.picture, files["truth_file"])
+        facts = {
+            "truth": ground_truth.maker,
+            "against": self.plan.truths.of(cell).against,
+            **files,
+            **ground_truth.facts(),
+        }
+        return {**facts, **self.compared[key], **seen}
 
     def _perceive(self, cell: Cell, picture: np.ndarray, kept: dict, right: np.ndarray, file: str) -> dict:
         """Computes the perceptual difference once for each picture; its map is stored beside the picture."""
         key = kept["sha256"], file
         if key not in self.seen:
-            found = perception.perceive(picture, right, cell.parameters.arithmetic)
+            difference = perception.perceive(picture, right, cell.parameters.arithmetic)
             name = kept["file"].removesuffix(".npy") + ".flip.npy"
-            store.save_whole(self.folder / name, found.flip_map)
-            self.seen[key] = {**found.record(), "flip_file": name}
+            store.save_whole(self.folder / name, difference.flip_map)
+            self.seen[key] = {**difference.record(), "flip_file": name}
         return self.seen[key]
 
     def _reference(self, cell: Cell) -> tuple[Reference | NoReference, dict]:
         """The reference for a cell, and its files."""
         needs = reference.needs_of(cell.needs)
         judges = reference.judges_of(self.plan.arrays[cell.scene_version], cell.parameters)
-        maker = reference.choose(cell.entry, self.known, cell.parameters, needs, judges)
+        maker = reference.choose(cell.entry, self.entries, cell.parameters, needs, judges)
         if maker is None:
             return NoReference("no other renderer here can make this picture"), {}
 
@@ -157,37 +166,37 @@ class Judging:
 
     def _truth(self, cell: Cell, mask: np.ndarray | None) -> tuple[Truth | NoReference, dict]:
         """The truth that a cell's picture is held against, with its files and certificate."""
-        told = self.plan.truths.of(cell)
-        maker = truth.choose(self.known, told)
+        truth_job = self.plan.truths.of(cell)
+        maker = truth.choose(self.entries, truth_job)
         if maker is None:
             return NoReference("no renderer here can make its truth"), {}
 
         def make():
             try:
-                return truth.make(told, maker, arrays, self.caches / f"{maker.name}.reference", self.untimed.run)
+                return truth.make(truth_job, maker, arrays, self.caches / f"{maker.name}.reference", self.untimed.run)
             except LookupError as error:
                 return NoReference(str(error))
 
         version = (cell.whole or cell).scene_version
         arrays = self.plan.arrays[version]
-        key = truth.key(told.shown, self.wanted, maker, version)
-        found, files = self._once(key, make, Truth.stored, Truth.restored, lambda kept: kept.serves(told))
-        if isinstance(found, Truth):
+        key = truth.key(truth_job.shown, self.wanted, maker, version)
+        ground_truth, files = self._once(key, make, Truth.stored, Truth.restored, lambda kept: kept.serves(truth_job))
+        if isinstance(ground_truth, Truth):
             files = {"truth_file": files["truth_file"], "standard_error_file": files.get("standard_error_file")}
-            certified = self._certificate(key, cell, maker, found, mask)
+            certified = self._certificate(key, cell, maker, ground_truth, mask)
             if certified.get("wrong"):
-                told = f"{certified['wrong']} of {certified['spots']} spots, by {certified['largest']:.2g} at the most"
-                return NoReference(f"the truth by {maker.name} is not what 60 digits make in {told}"), {}
+                text = f"{certified['wrong']} of {certified['spots']} spots, by {certified['largest']:.2g} at the most"
+                return NoReference(f"the truth by {maker.name} is not what 60 digits make in {text}"), {}
             files["certificate"] = certified
-        return found, files
+        return ground_truth, files
 
-    def _certificate(self, key: str, cell: Cell, maker: Entry, found: Truth, mask: np.ndarray | None) -> dict:
+    def _certificate(self, key: str, cell: Cell, maker: Entry, ground_truth: Truth, mask: np.ndarray | None) -> dict:
         """Certifies single pixels of a truth in 60 digits (certificate.py); of one that is a mean, of a picture with
         few of its samples."""
-        told, spots, seconds = self.plan.truths.of(cell), self.wanted.spots, self.wanted.spot_seconds
+        truth_job, spots, seconds = self.plan.truths.of(cell), self.wanted.spots, self.wanted.spot_seconds
         if spots == 0:
             return {"unavailable": "not asked for: reference.spots is 0, or the experiment has no [reference]"}
-        sampled = found.standard_error is not None
+        sampled = ground_truth.standard_error is not None
         if not sampled and mask is None:
             return {"unavailable": "there is no mask"}
         mask = None if sampled else mask
@@ -195,17 +204,17 @@ class Judging:
         def make():
             arrays = self.plan.arrays[(cell.whole or cell).scene_version]
             cache = self.caches / f"{maker.name}.reference"
-            picture, parameters = found.picture, truth.certifiable(told, found)
+            picture, parameters = ground_truth.picture, truth.certifiable(truth_job, ground_truth)
             if sampled:
-                result = self.untimed.run(maker, arrays, parameters, told.needs, cache=cache)
+                result = self.untimed.run(maker, arrays, parameters, truth_job.needs, cache=cache)
                 if result.status != "ok":
                     return {"unavailable": f"{maker.name}: {result.status}: {result.reason}"}
                 picture = result.array
-            about = self.known, arrays, parameters, told.needs, spots, seconds
-            return certificate.certify(picture, mask, *about, stray=sampled or told.deepen)
+            about = self.entries, arrays, parameters, truth_job.needs, spots, seconds
+            return certificate.certify(picture, mask, *about, stray=sampled or truth_job.deepen)
 
-        depth = found.depth, found.cutoff
-        key = job.fingerprint({} if mask is None else {"mask": mask}, key, depth, found.seeds[0], spots, seconds)
+        depth = ground_truth.depth, ground_truth.cutoff
+        key = job.fingerprint({} if mask is None else {"mask": mask}, key, depth, ground_truth.seeds[0], spots, seconds)
         certified, _ = self._once(key, make, lambda made: (made, {}), lambda facts, _: facts)
         return certified
 
@@ -217,22 +226,22 @@ class Judging:
         if key in self.made:
             return self.made[key]
         kept = self.kept.get(key)
-        found = unpack(*kept) if kept else None
-        reused = found is not None and good(found)
+        product = unpack(*kept) if kept else None
+        reused = product is not None and good(product)
         if not reused:
             self.untimed.close()  # no other renderer runs beside the one that makes it
         try:
-            found = found if reused else make()
+            product = product if reused else make()
         finally:
             self.untimed.close()  # nothing is there while others are measured
         files = {}
-        if not isinstance(found, NoReference):
-            facts, arrays = pack(found)
+        if not isinstance(product, NoReference):
+            facts, arrays = pack(product)
             if not reused and "unavailable" not in facts:
                 self.kept.put(key, facts, arrays)
             content = job.fingerprint(arrays)  # a resumed run may find another truth, or reference, than before
             for name, array in arrays.items():
                 files[f"{name}_file"] = f"pictures/{content}.{name}.npy"
                 store.save_whole(self.folder / files[f"{name}_file"], array)
-        self.made[key] = found, files
+        self.made[key] = product, files
         return self.made[key]

@@ -21,13 +21,13 @@ def cells(plan: Plan, records: list[dict], seconds: float) -> list[Cell]:
 
     None where `seconds` is 0 or NVML was not there, of exhibits, and of what ran in the simulator.
     """
-    found = []
+    longer = []
     for cell in plan.cells:
-        mine = (row for row in records if row["cell"] == cell.key and row.get("pass") != "count")
-        good = [row for row in mine if row["status"] == "ok"]
+        rows = (row for row in records if row["cell"] == cell.key and row.get("pass") != "count")
+        good = [row for row in rows if row["status"] == "ok"]
         if good and _wanted(cell, good[0]) and statistics.median(map(_render_s, good)) < seconds:
-            found.append(_longer(cell, good, seconds))
-    return found
+            longer.append(_longer(cell, good, seconds))
+    return longer
 
 
 def _wanted(cell: Cell, row: dict) -> bool:

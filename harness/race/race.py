@@ -36,7 +36,7 @@ Keeps = Callable[[list[dict]], None]
 def run(
     experiment: Experiment,
     plan: Plan,
-    known: dict[str, Entry],
+    entries: dict[str, Entry],
     folder: Path,
     tell: Tell = lambda *_: None,
     resumed: bool = False,
@@ -63,8 +63,8 @@ def run(
     else:
         folder.mkdir(parents=True, exist_ok=True)
     with only_one(folder), where.exclusive():
-        heard = tell, begins, kept
-        return _run(experiment, plan, known, folder, heard, resumed, budget, where, earlier, part, list(elsewhere))
+        hooks = tell, begins, kept
+        return _run(experiment, plan, entries, folder, hooks, resumed, budget, where, earlier, part, list(elsewhere))
 
 
 def describe(experiment: Experiment, plan: Plan) -> dict:
@@ -85,9 +85,9 @@ def describe(experiment: Experiment, plan: Plan) -> dict:
     }
 
 
-def _run(experiment, plan, known, folder, heard, resumed, budget, host, earlier, part, elsewhere) -> list[dict]:
+def _run(experiment, plan, entries, folder, hooks, resumed, budget, host, earlier, part, elsewhere) -> list[dict]:
     facts = {**describe(experiment, plan), **(part or {})}
-    records, (*told, kept) = [], heard
+    records, (*per_turn, kept) = [], hooks
     if resumed and not store.is_blank(folder):
         facts, records = _go_on(facts, *resume.check(folder, plan))
         records = [record for record in records if not killed_by_others(record)]
@@ -96,8 +96,8 @@ def _run(experiment, plan, known, folder, heard, resumed, budget, host, earlier,
     try:
         run_store.describe(**facts)
         with scratch() as caches, host.untimed() as untimed:
-            bench = Bench(plan, known, run_store, caches, experiment.measure.interval, host, untimed)
-            loop = _Loop(experiment, plan, bench, records, told, host.clock() + budget, earlier, elsewhere)
+            bench = Bench(plan, entries, run_store, caches, experiment.measure.interval, host, untimed)
+            loop = _Loop(experiment, plan, bench, records, per_turn, host.clock() + budget, earlier, elsewhere)
             loop.run()
         state = environment.capture()
         ended = {"at": timestamp(), **{name: state[name] for name in STATE}}
@@ -116,13 +116,13 @@ class _Loop:
         plan: Plan,
         bench: Bench,
         records: list[dict],
-        heard: tuple[Tell, Begins],
+        hooks: tuple[Tell, Begins],
         end: float,
         earlier,
         elsewhere,
     ):
         self.plan, self.bench, self.records, self.end = plan, bench, records, end
-        self.tell, self.begins = heard
+        self.tell, self.begins = hooks
         self.clock = bench.host.clock
         self.gpu_load, self.until = experiment.measure.gpu_load, experiment.measure.until
         self.elsewhere = elsewhere
@@ -254,13 +254,13 @@ def _must_be_unchanged(cell: Cell) -> None:
 
 def _go_on(now: dict, before: dict, records: list[dict]) -> tuple[dict, list[dict]]:
     """Returns the content of run.json of a resumed run, and its rows."""
-    known = {cell["cell"] for cell in before["cells"]}
+    keys = {cell["cell"] for cell in before["cells"]}
     again = {name: now[name] for name in ("started", "command", "experiment", "order", "pair", "left_out")}
     return {
         **{name: value for name, value in before.items() if name not in ("format", "hosts", "enough", "ended")},
         "stability": {**now["stability"], **before.get("stability", {})},
         "against": now["against"] or before.get("against", []),
-        "cells": [*before["cells"], *(cell for cell in now["cells"] if cell["cell"] not in known)],
+        "cells": [*before["cells"], *(cell for cell in now["cells"] if cell["cell"] not in keys)],
         "resumed": [*before.get("resumed", []), again],
     }, records
 

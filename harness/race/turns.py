@@ -66,7 +66,9 @@ class Times:
     @property
     def failed(self) -> str:
         """Why a process of it failed; "" if none did."""
-        return next((f"{one['status']}: {one['reason']}" for one in self.records if one["status"] != "ok"), "")
+        return next(
+            (f"{record['status']}: {record['reason']}" for record in self.records if record["status"] != "ok"), ""
+        )
 
     @property
     def counting(self) -> dict[int, dict]:
@@ -88,14 +90,17 @@ class Times:
         lying = [record["unranked"] for number, record in enumerate(self.records) if number not in self.counting]
         if len(lying) > MOST_CONTRADICTED * len(self.records):
             return lying[0]
-        found = [steady.find(record["frames_s"]) for record in self.counting.values()]
-        return steady.together([one.change for one in found if one.change is not None], [one.note for one in found])
+        processes = [steady.find(record["frames_s"]) for record in self.counting.values()]
+        return steady.together(
+            [process.change for process in processes if process.change is not None],
+            [process.note for process in processes],
+        )
 
     @property
     def rounds(self) -> dict[int, float]:
         """The time of a frame of each process that counts (s), by round."""
-        found = {number: steady.find(record["frames_s"]).seconds for number, record in self.counting.items()}
-        return {number: seconds for number, seconds in found.items() if seconds is not None}
+        times = {number: steady.find(record["frames_s"]).seconds for number, record in self.counting.items()}
+        return {number: seconds for number, seconds in times.items() if seconds is not None}
 
     @property
     def seconds(self) -> Estimate:
@@ -106,9 +111,9 @@ class Times:
         """The time of a frame and its doubts, for JSON."""
         if self.broken:
             return {"unavailable": self.broken, "doubts": self.doubts}
-        found = self.seconds
-        known = {"seconds": found.value, "low": found.low, "high": found.high, "processes": found.processes}
-        return {**known, "doubts": self.doubts}
+        estimate = self.seconds
+        facts = {"seconds": estimate.value, "low": estimate.low, "high": estimate.high, "processes": estimate.processes}
+        return {**facts, "doubts": self.doubts}
 
     @property
     def peaks(self) -> list[float]:
@@ -121,45 +126,45 @@ class Times:
         """The reasons to doubt the time, as a run has them: without what disturbed fewer than half of the processes."""
         warnings = [record["warnings"] for record in self.records]
         seldom = trouble.seldom(warnings)
-        told = [text for texts in warnings for text in texts if text not in seldom]
-        told += [record["unranked"] for record in self.records if record["unranked"]]
-        return list(dict.fromkeys(told))
+        doubts = [text for texts in warnings for text in texts if text not in seldom]
+        doubts += [record["unranked"] for record in self.records if record["unranked"]]
+        return list(dict.fromkeys(doubts))
 
 
 def take(tasks: Sequence[Task], count: int, audit: Audit, seed: int = 0) -> list[Times]:
     """Times each of the tasks in `count` processes, as `more` does."""
-    found = [Times(task) for task in tasks]
-    more(found, count, audit, seed)
-    return found
+    timings = [Times(task) for task in tasks]
+    more(timings, count, audit, seed)
+    return timings
 
 
-def more(found: list[Times], count: int, audit: Audit, seed: int = 0) -> None:
+def more(timings: list[Times], count: int, audit: Audit, seed: int = 0) -> None:
     """Times each in `count` further processes, in rounds as of Plan.order. Hold Host.exclusive meanwhile.
 
     What fails has no further turn.
     """
-    turns, before = frames.Turns(), [len(times.records) for times in found]
+    turns, before = frames.Turns(), [len(times.records) for times in timings]
     with scratch() as folder:
-        for number, members in enumerate(rounds(list(enumerate(found)), count, seed)):
+        for number, members in enumerate(rounds(list(enumerate(timings)), count, seed)):
             for place, times in members:
                 if not times.failed:
                     due = turns.is_due(str(place), before[place] + number, before[place] + count)
                     times.repeat(audit, folder / f"{place}-{number}.csv", due)
 
 
-def paired(one: Times, other: Times) -> tuple[list[float], list[float]]:
+def paired(above: Times, below: Times) -> tuple[list[float], list[float]]:
     """The times of two jobs in the rounds that both have, in order."""
-    mine, its = one.rounds, other.rounds
-    both = sorted(mine.keys() & its.keys())
-    return [mine[number] for number in both], [its[number] for number in both]
+    above_times, below_times = above.rounds, below.rounds
+    both = sorted(above_times.keys() & below_times.keys())
+    return [above_times[number] for number in both], [below_times[number] for number in both]
 
 
 def ratio(above: Times, below: Times) -> Estimate:
     """The ratio of two times, paired by round. UserError if they share no round."""
-    mine, its = paired(above, below)
-    if not mine:
+    above_times, below_times = paired(above, below)
+    if not above_times:
         raise UserError("no round has a time of both", remedy="more processes may have one")
-    return statistics.ratio(mine, its, paired=True)
+    return statistics.ratio(above_times, below_times, paired=True)
 
 
 def floor(first: Times, again: Times) -> statistics.Floor:

@@ -63,16 +63,16 @@ def leave_outs(scene: Scene, job: Parameters, kinds: Iterable[str] = KINDS) -> l
     """Everything of these kinds that can be left out of a scene and its job alone: of the job, then lights, materials
     and objects."""
     proof, wanted = Proof(scene, job), set(kinds)
-    found = [*_of_job(scene, job, proof), *_of_lights(scene, job, proof), *_of_materials(scene, job)]
-    found += _together(found)
-    found += _of_objects(scene, proof, "triangles" in wanted)
-    return [one for one in found if one.kind in wanted]
+    listed = [*_of_job(scene, job, proof), *_of_lights(scene, job, proof), *_of_materials(scene, job)]
+    listed += _together(listed)
+    listed += _of_objects(scene, proof, "triangles" in wanted)
+    return [leave_out for leave_out in listed if leave_out.kind in wanted]
 
 
 def apply(listed: Iterable[LeaveOut], scene: Scene, job: Parameters) -> tuple[Scene, Parameters]:
     """The scene and the job without all that is listed."""
-    for one in listed:
-        scene, job = one.change(scene, job)
+    for leave_out in listed:
+        scene, job = leave_out.change(scene, job)
     objects = tuple(thing for thing in scene.objects if thing is not None)
     return replace(scene, objects=objects, lights=tuple(light for light in scene.lights if light is not None)), job
 
@@ -80,15 +80,15 @@ def apply(listed: Iterable[LeaveOut], scene: Scene, job: Parameters) -> tuple[Sc
 def _together(listed: list[LeaveOut]) -> Iterator[LeaveOut]:
     """One leave-out of each kind of TOGETHER of which there are several."""
     for kind, name in TOGETHER.items():
-        mine = [one.change for one in listed if one.kind == kind]
-        if len(mine) > 1:
-            yield LeaveOut(kind, name, _all(mine))
+        changes = [leave_out.change for leave_out in listed if leave_out.kind == kind]
+        if len(changes) > 1:
+            yield LeaveOut(kind, name, _all(changes))
 
 
 def _all(changes: list[Change]) -> Change:
     def change(scene: Scene, job: Parameters):
-        for one in changes:
-            scene, job = one(scene, job)
+        for part in changes:
+            scene, job = part(scene, job)
         return scene, job
 
     return change
@@ -108,57 +108,57 @@ def _fewer(**values) -> Change:
 
 
 def _of_job(scene: Scene, job: Parameters, proof: Proof) -> list[LeaveOut]:
-    used, found = needs(scene, job), []
+    used, listed = needs(scene, job), []
     if "shadows" in used:
-        found.append(LeaveOut("shadows", "shadows", _job(shadows=False)))
+        listed.append(LeaveOut("shadows", "shadows", _job(shadows=False)))
     if job.shadows and job.feelers > 0:
         hard = "" if "soft" in used else "no feeler goes to a light without a radius (SOF-1)"
-        found.append(LeaveOut("soft shadows", "soft shadows", _fewer(feelers=0), hard))
+        listed.append(LeaveOut("soft shadows", "soft shadows", _fewer(feelers=0), hard))
         if job.feelers > 1 and not hard:
-            found.append(LeaveOut("feelers", f"feelers {job.feelers} to 1", _fewer(feelers=1)))
+            listed.append(LeaveOut("feelers", f"feelers {job.feelers} to 1", _fewer(feelers=1)))
     if job.glossy_rays > 0:
         sharp = "" if "glossy" in used else "no ray is reflected by a material with a roughness (GLO-1)"
-        found.append(LeaveOut("glossy reflection", "glossy reflection", _fewer(glossy_rays=0), sharp))
+        listed.append(LeaveOut("glossy reflection", "glossy reflection", _fewer(glossy_rays=0), sharp))
         if job.glossy_rays > 1 and not sharp:
-            found.append(LeaveOut("glossy rays", f"glossy rays {job.glossy_rays} to 1", _fewer(glossy_rays=1)))
+            listed.append(LeaveOut("glossy rays", f"glossy rays {job.glossy_rays} to 1", _fewer(glossy_rays=1)))
     if "lens" in used:
-        found.append(LeaveOut("lens", "lens", _job(lens_radius=0.0)))
-    found += _of_samples(job)
+        listed.append(LeaveOut("lens", "lens", _job(lens_radius=0.0)))
+    listed += _of_samples(job)
     for depth in DEPTHS:
         if depth < job.depth:
             enough = proof.depth(depth)
-            found.append(LeaveOut("depth", f"depth {job.depth} to {depth}", _fewer(depth=depth), enough))
+            listed.append(LeaveOut("depth", f"depth {job.depth} to {depth}", _fewer(depth=depth), enough))
             if enough:  # so is every greater one
                 break
     # Adaptive samples know no cut-off (CUT-4).
     if "reflection" in used and job.sampler != "adaptive":
         names = {f"rays of a weight up to 2^{power}": 2.0**power for power in CUTOFFS}
-        found += [LeaveOut("cut-off", name, _cut(cutoff)) for name, cutoff in names.items() if cutoff > job.cutoff]
+        listed += [LeaveOut("cut-off", name, _cut(cutoff)) for name, cutoff in names.items() if cutoff > job.cutoff]
     if job.precision == "float64":
-        found.append(LeaveOut("float64", "float64 to float32", _job(precision="float32")))
+        listed.append(LeaveOut("float64", "float64 to float32", _job(precision="float32")))
     if job.vector == "off":
-        found.append(LeaveOut("single rays", "one ray at a time, to lanes", _job(vector="on")))
+        listed.append(LeaveOut("single rays", "one ray at a time, to lanes", _job(vector="on")))
     if scene.ambient != BLACK:
-        found.append(
+        listed.append(
             LeaveOut("ambient light", "ambient light", lambda scene, job: (replace(scene, ambient=BLACK), job))
         )
     if scene.air.attenuation != CLEAR:
-        found.append(LeaveOut("attenuation", "attenuation of the air", _clear_air))
-    return found
+        listed.append(LeaveOut("attenuation", "attenuation of the air", _clear_air))
+    return listed
 
 
 def _of_samples(job: Parameters) -> list[LeaveOut]:
     if job.sampler == "one":
         return []
-    found = [LeaveOut("supersampling", "supersampling", _job(sampler="one", samples=1))]
+    listed = [LeaveOut("supersampling", "supersampling", _job(sampler="one", samples=1))]
     if job.sampler == "adaptive" and job.adaptive_depth > 1:
         name = f"halvings of a pixel {job.adaptive_depth} to 1"
-        found.append(LeaveOut("samples", name, _fewer(adaptive_depth=1)))
+        listed.append(LeaveOut("samples", name, _fewer(adaptive_depth=1)))
     elif job.sampler != "adaptive" and job.samples > 2:
         half = job.samples // 2
         name = f"samples {job.samples} x {job.samples} to {half} x {half}"
-        found.append(LeaveOut("samples", name, _fewer(samples=half)))
-    return found
+        listed.append(LeaveOut("samples", name, _fewer(samples=half)))
+    return listed
 
 
 def _cut(cutoff: float) -> Change:
@@ -171,12 +171,12 @@ def _clear_air(scene: Scene, job: Parameters) -> tuple[Scene, Parameters]:
 
 
 def _of_lights(scene: Scene, job: Parameters, proof: Proof) -> list[LeaveOut]:
-    found, soft = [], "soft" in needs(scene, job)
+    listed, soft = [], "soft" in needs(scene, job)
     for place, light in enumerate(scene.lights):
-        found.append(LeaveOut("lights", f"light {place + 1}", _light(place, lambda light: None), proof.light(place)))
+        listed.append(LeaveOut("lights", f"light {place + 1}", _light(place, lambda light: None), proof.light(place)))
         if light.radius > 0 and soft and len(scene.lights) > 1:
-            found.append(LeaveOut("radii of lights", f"radius of light {place + 1}", _light(place, _hard)))
-    return found
+            listed.append(LeaveOut("radii of lights", f"radius of light {place + 1}", _light(place, _hard)))
+    return listed
 
 
 def _hard(light: Light) -> Light:
@@ -200,41 +200,41 @@ def _objects(places: list[int], new: Callable[[Object], Object | None]) -> Chang
 def _replaced(things: tuple, places: list[int], new: Callable) -> tuple:
     """The things with those at the places made new, but for what has been left out already."""
     chosen = set(places)
-    return tuple(new(one) if at in chosen and one is not None else one for at, one in enumerate(things))
+    return tuple(new(thing) if at in chosen and thing is not None else thing for at, thing in enumerate(things))
 
 
 def _of_materials(scene: Scene, job: Parameters) -> list[LeaveOut]:
     users: dict[Material, list[int]] = {}
     for place, thing in enumerate(scene.objects):
         users.setdefault(thing.material, []).append(place)
-    used, ranked, found = needs(scene, job), media(scene), []
+    used, ranked, listed = needs(scene, job), media(scene), []
     for material, places in users.items():
         first = _called(scene, scene.objects[places[0]])
         whose = f"of the material of {first}" + f" and {len(places) - 1} more" * (len(places) > 1)
         if material.k_s > 0 and {"phong", "reflection"} & set(used):
-            found.append(
+            listed.append(
                 LeaveOut("specular shares", f"specular share {whose}", _material(places, lambda m: replace(m, k_s=0.0)))
             )
         if material.k_s == 0 or "reflection" not in used:
             continue
         if material.roughness > 0 and "glossy" in used:
-            found.append(LeaveOut("roughness", f"roughness {whose}", _material(places, _smooth)))
+            listed.append(LeaveOut("roughness", f"roughness {whose}", _material(places, _smooth)))
         clear = material.attenuation != OPAQUE
         solids = any(solid(scene.objects[place]) for place in places)
         if clear:
-            found.append(LeaveOut("transmission", f"transmission {whose}", _material(places, _opaque)))
+            listed.append(LeaveOut("transmission", f"transmission {whose}", _material(places, _opaque)))
         if clear and material.attenuation != CLEAR and solids:
-            found.append(LeaveOut("attenuation", f"attenuation {whose}", _material(places, _clear)))
+            listed.append(LeaveOut("attenuation", f"attenuation {whose}", _material(places, _clear)))
         air = scene.air
         same = (material.eps_r, material.mu_r) == (air.eps_r, air.mu_r)
         lone = same and not ranked
         why = "its eps_r and mu_r are those of the air, the one medium it borders, so R = 0 (REF-2)" if lone else ""
         what = "constant Fresnel share, no refraction," if clear and solids else "constant Fresnel share"
         if not same or lone:
-            found.append(LeaveOut("fresnel", f"{what} {whose}", _material(places, _constant(air)), why))
+            listed.append(LeaveOut("fresnel", f"{what} {whose}", _material(places, _constant(air)), why))
         if clear and not same:
-            found.append(LeaveOut("media", f"medium of the air in place {whose}", _material(places, _like(air))))
-    return found
+            listed.append(LeaveOut("media", f"medium of the air in place {whose}", _material(places, _like(air))))
+    return listed
 
 
 def _smooth(material: Material) -> Material:
@@ -289,18 +289,18 @@ def _material(places: list[int], new: Callable[[Material], Material]) -> Change:
 
 def _of_objects(scene: Scene, proof: Proof, coarser: bool) -> list[LeaveOut]:
     """coarser: meshes too, which takes time."""
-    found = []
+    listed = []
     for place, thing in enumerate(scene.objects):
         name = _called(scene, thing)
-        found.append(LeaveOut("objects", name, _objects([place], lambda thing: None), proof.thing(place)))
+        listed.append(LeaveOut("objects", name, _objects([place], lambda thing: None), proof.thing(place)))
         if coarser and isinstance(thing, Mesh):
-            found += _of_mesh(place, thing, name)
+            listed += _of_mesh(place, thing, name)
         if isinstance(thing, Csg):
             for number, part in enumerate(thing.parts(), 1):
                 if _without_part(thing, part) is not None:
                     less = _objects([place], lambda solid, part=part: _without_part(solid, part) or solid)
-                    found.append(LeaveOut("parts", f"part {number} ({SHAPES[type(part)]}) of {name}", less))
-    return found
+                    listed.append(LeaveOut("parts", f"part {number} ({SHAPES[type(part)]}) of {name}", less))
+    return listed
 
 
 def _of_mesh(place: int, mesh: Mesh, name: str) -> Iterator[LeaveOut]:

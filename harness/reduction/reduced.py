@@ -6,12 +6,12 @@ from harness.scene.source import Source
 
 
 class Reduced(Source):
-    """The scene of `whole` with `one` leave-out made, and jobs of it."""
+    """The scene of `whole` with `leave_out` made, and jobs of it."""
 
-    def __init__(self, whole: Source, one: LeaveOut):
+    def __init__(self, whole: Source, leave_out: LeaveOut):
         # A change takes the same from a scene whatever the job is.
-        super().__init__(whole.name, lambda: apply([one], whole.scene, Parameters())[0], size=whole.size)
-        self.one = one
+        super().__init__(whole.name, lambda: apply([leave_out], whole.scene, Parameters())[0], size=whole.size)
+        self.leave_out = leave_out
 
     def parameters(self, image, threads: int, frames: int, least_frame: float = 0.0) -> Parameters:
-        return self.one.change(self.scene, super().parameters(image, threads, frames, least_frame))[1]
+        return self.leave_out.change(self.scene, super().parameters(image, threads, frames, least_frame))[1]

@@ -133,8 +133,8 @@ def build(renderer, chosen: dict[str, tuple[str, ...]] | None = None) -> Built:
     chosen: the words that stand for {defines} and {options} in its command; none if left out.
     """
     recipe = renderer.manifest.build
-    known = {DEFINES: (), OPTIONS: (), **(chosen or {})}
-    words = tuple(word for part in recipe.command for word in known.get(part, (part,)))
+    substitutions = {DEFINES: (), OPTIONS: (), **(chosen or {})}
+    words = tuple(word for part in recipe.command for word in substitutions.get(part, (part,)))
     return make(renderer.manifest.name, renderer.version, renderer.folder, recipe.compiler, words)
 
 
@@ -189,7 +189,7 @@ def _fresh(folder: Path, words, compiling, version, final: Path) -> Built:
             shutil.rmtree(old, ignore_errors=True)
     scratch = Path(tempfile.mkdtemp(prefix=f"{final.name}-", dir=final.parent))
     try:
-        with ownership.held(scratch, final.name):
+        with ownership.marked(scratch, final.name):
             return _built(folder, words, compiling, version, final, scratch)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)

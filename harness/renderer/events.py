@@ -172,10 +172,12 @@ def _renders(event: dict) -> int:
 
 def _checksums(event: dict, renders: int) -> str | None:
     """The checksums of a frame's pictures (FRM-2), one after the other; None of a renderer of contract 1."""
-    found = event.get("checksums")
-    if found is not None and not (re.fullmatch("[0-9a-f]*", found) and len(found) == places.DIGITS * renders):
+    checksums = event.get("checksums")
+    if checksums is not None and not (
+        re.fullmatch("[0-9a-f]*", checksums) and len(checksums) == places.DIGITS * renders
+    ):
         raise ValueError("not the checksums of its renders")
-    return found
+    return checksums
 
 
 def _parts(parts) -> dict | None:

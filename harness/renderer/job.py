@@ -27,12 +27,12 @@ def describe(folder: Path, parameters: Parameters, needs: tuple[str, ...]) -> No
 
 def seal(folder: Path) -> dict[str, tuple]:
     """Records the state of each file of a job's folder, to detect changes: ctime cannot be set back."""
-    found = {}
+    states = {}
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             stat = entry.stat(follow_symlinks=False)
-            found[entry.name] = stat.st_ino, stat.st_mode, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns
-    return found
+            states[entry.name] = stat.st_ino, stat.st_mode, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns
+    return states
 
 
 def changed(folder: Path, sealed: dict[str, tuple]) -> list[str]:

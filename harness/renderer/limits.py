@@ -29,7 +29,7 @@ class Limits(Strict):
         free = round(FREE * min(psutil.virtual_memory().available, cgroup.memory_limit() or 2**63))
         return {**self.model_dump(), "memory": min(free, self.memory or free)}
 
-    def told(self, limit: str, used: int, most: int) -> str:
+    def excess(self, limit: str, used: int, most: int) -> str:
         """Says how a process exceeded a limit, which was `most` when it started."""
         why = ", nine tenths of what was free" if limit == "memory" and most != self.memory else ""
         if limit == "processes":

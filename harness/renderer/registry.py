@@ -40,20 +40,26 @@ class Renderer:
 
         What editors, compilers and rayrace leave there is not part of it, unless the manifest names it.
         """
-        found = []
+        files = []
         for place, folders, names in os.walk(self.folder):
             folders[:] = [name for name in folders if _may_hold_sources(Path(place, name))]
-            found += [
+            files += [
                 os.path.relpath(os.path.join(place, name), self.folder)
                 for name in names
                 if not (MADE.fullmatch(name) or name in NOT_SOURCES) and os.path.isfile(os.path.join(place, name))
             ]
-        return [*sorted({*found, *self._named()}), *self.manifest.shares]
+        return [*sorted({*files, *self._named()}), *self.manifest.shares]
 
     def _named(self) -> Iterator[str]:
         """Files in its folder that a command of the manifest starts or passes on."""
-        told = self.manifest
-        parts = (*told.variant, told.build, told.export, told.inspect, told.spots)
+        own_manifest = self.manifest
+        parts = (
+            *own_manifest.variant,
+            own_manifest.build,
+            own_manifest.export,
+            own_manifest.inspect,
+            own_manifest.spots,
+        )
         for word in (word for part in parts if part for word in part.command):
             before, given, name = word.partition("{folder}/")
             if given and not before and (self.folder / name).is_file():
@@ -92,8 +98,8 @@ class Renderer:
     def home(self) -> Path | None:
         """The folder from which Python imports the renderer's package; None if its folder is no package."""
         places = (self.folder, *self.folder.parents)
-        found = next(place for place in places if not (place / "__init__.py").is_file())
-        return None if found == self.folder else found
+        folder = next(place for place in places if not (place / "__init__.py").is_file())
+        return None if folder == self.folder else folder
 
     @cached_property
     def unavailable(self) -> str | None:
@@ -159,8 +165,10 @@ class Entry:
 
     def is_of(self, other: "Entry") -> bool:
         """Whether both are variants of one renderer, in any version."""
-        mine, its = self.renderer, other.renderer
-        return mine.folder == its.folder or (self.label != other.label and mine.manifest.name == its.manifest.name)
+        renderer, its = self.renderer, other.renderer
+        return renderer.folder == its.folder or (
+            self.label != other.label and renderer.manifest.name == its.manifest.name
+        )
 
     @property
     def unavailable(self) -> str | None:
@@ -208,8 +216,8 @@ def _may_hold_sources(folder: Path) -> bool:
 
 def _mark(path: Path) -> tuple[int, ...]:
     """Returns a mark of a file that changes whenever it is written."""
-    found = path.stat()
-    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+    status = path.stat()
+    return status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def _digest(path: Path) -> str:
@@ -249,34 +257,34 @@ def folders(extra: tuple[Path, ...] = ()) -> list[Path]:
 
 def named(places: tuple[Path, ...]) -> list[Path]:
     """The folders of the renderers in these places: each a renderer's folder, or one that holds such folders."""
-    found = []
+    renderer_folders = []
     for place in places:
         below = sorted(p.parent for p in place.glob("*/renderer.toml"))
-        found += [place] if (place / "renderer.toml").is_file() or not below else below
-    return [p.resolve() for p in found]
+        renderer_folders += [place] if (place / "renderer.toml").is_file() or not below else below
+    return [p.resolve() for p in renderer_folders]
 
 
 def entries(extra: tuple[Path, ...] = ()) -> dict[str, Entry]:
     """All variants by name. UserError if a manifest is faulty or two renderers claim one name."""
-    known: dict[str, Entry] = {}
+    variants: dict[str, Entry] = {}
     for folder in dict.fromkeys(folders(extra)):
         renderer = Renderer(folder, manifest.load(folder))
         for variant in renderer.manifest.variant:
-            if variant.name in known:
-                other = known[variant.name].renderer.folder
+            if variant.name in variants:
+                other = variants[variant.name].renderer.folder
                 raise UserError(f'{folder}/renderer.toml: variant "{variant.name}" is also in {other}; rename one')
-            known[variant.name] = Entry(renderer, variant)
-    return known
+            variants[variant.name] = Entry(renderer, variant)
+    return variants
 
 
-def find(name: str, known: dict[str, Entry], file: Path | None = None) -> Entry:
+def find(name: str, variants: dict[str, Entry], file: Path | None = None) -> Entry:
     """The variant called `name`; UserError with the nearest names, and `file` as its place, if there is none."""
-    if name in known:
-        return known[name]
-    raise UserError(unknown(name, known), file=file)
+    if name in variants:
+        return variants[name]
+    raise UserError(unknown(name, variants), file=file)
 
 
-def unknown(name: str, known: Collection[str]) -> str:
+def unknown(name: str, names: Collection[str]) -> str:
     """The message for a name that no renderer has, with the nearest one."""
-    near = difflib.get_close_matches(name, known, n=1)
-    return f'no renderer "{name}"; ' + (f'did you mean "{near[0]}"?' if near else f"known: {', '.join(known)}")
+    near = difflib.get_close_matches(name, names, n=1)
+    return f'no renderer "{name}"; ' + (f'did you mean "{near[0]}"?' if near else f"known: {', '.join(names)}")

@@ -35,14 +35,14 @@ def commits(span: str, entry: Entry) -> list[Commit]:
     first, dots, last = span.partition("..")
     if not (dots and first and last) or last.startswith("."):
         raise UserError(f'--commits: expected two commits, A..B, found "{span}"')
-    for one in (first, last):
-        if _git(folder, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{one}^{{commit}}") is None:
-            raise UserError(f"--commits {span}: the repository of {folder} has no commit {one}")
+    for name in (first, last):
+        if _git(folder, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}") is None:
+            raise UserError(f"--commits {span}: the repository of {folder} has no commit {name}")
     log = "log", "--format=%H%x00%cI%x00%s"
-    told = [_git(folder, *log, *words, "--", ".") for words in (("-1", first), ("--reverse", "--topo-order", span))]
-    if not told[1]:
+    logs = [_git(folder, *log, *words, "--", ".") for words in (("-1", first), ("--reverse", "--topo-order", span))]
+    if not logs[1]:
         raise UserError(f"--commits {span}: none of them changes {folder}")
-    return [Commit(*line.split("\0")) for text in told if text for line in text.splitlines()]
+    return [Commit(*line.split("\0")) for text in logs if text for line in text.splitlines()]
 
 
 def others(where: str, entries: Iterable[Entry]) -> dict[str, Entry]:
@@ -59,8 +59,8 @@ def others(where: str, entries: Iterable[Entry]) -> dict[str, Entry]:
 def _in_folder(where: Path, entry: Entry) -> Entry:
     """`entry` as it is in a folder."""
     for folder in registry.named((where, where / "renderers")):
-        if (folder / "renderer.toml").is_file() and (found := _in(folder, entry, OF_FOLDER)):
-            return found
+        if (folder / "renderer.toml").is_file() and (version := _in(folder, entry, OF_FOLDER)):
+            return version
     raise UserError(f"--against {where}: no renderer in it has the variant {entry.variant.name}")
 
 
@@ -81,10 +81,10 @@ def _at_commit(where: str, entry: Entry) -> Entry:
     except builder.BuildError as error:
         raise UserError(f"--against {where}: {error}") from None
     then = tree / folder.relative_to(Path(top).resolve())
-    found = _in(then, entry, commit[:DIGITS]) if (then / "renderer.toml").is_file() else None
-    if found is None:
+    version = _in(then, entry, commit[:DIGITS]) if (then / "renderer.toml").is_file() else None
+    if version is None:
         raise UserError(f"--against {where}: {commit[:DIGITS]} has no variant {entry.variant.name} in {folder}")
-    return found
+    return version
 
 
 def _in(folder: Path, entry: Entry, label: str) -> Entry | None:
@@ -93,9 +93,12 @@ def _in(folder: Path, entry: Entry, label: str) -> Entry | None:
     If its manifest does not say what counting needs (`[count]`), today's does: versions from before it could not be
     counted in Valgrind.
     """
-    told = manifest.load(folder)
+    own_manifest = manifest.load(folder)
     renderer = Renderer(
-        folder, told if told.count else told.model_copy(update={"count": entry.renderer.manifest.count})
+        folder,
+        own_manifest
+        if own_manifest.count
+        else own_manifest.model_copy(update={"count": entry.renderer.manifest.count}),
     )
     variants = (variant for variant in renderer.manifest.variant if variant.name == entry.variant.name)
     return next((Entry(renderer, variant, label) for variant in variants), None)

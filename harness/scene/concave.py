@@ -35,8 +35,8 @@ def triangulate(vertices):
     heights = arms @ normal
     is_flat = np.abs(heights).max() <= FLAT * np.abs(vertices).max()
     points = vertices if is_flat else vertices - heights[:, None] * normal
-    found = cut(seen(points, normal))
-    return found if isinstance(found, check.Fault) else surface.with_area(points, found)
+    triangles = cut(seen(points, normal))
+    return triangles if isinstance(triangles, check.Fault) else surface.with_area(points, triangles)
 
 
 def seen(points, normal):

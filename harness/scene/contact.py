@@ -115,8 +115,8 @@ def _flats(objects, boxes):
     """The plane faces of all objects as Flats, but those of large objects that meet no other of the boxes (n, 2, 3)."""
     corners, owners = [np.zeros((0, 3, 3))], [np.zeros(0, int)]
     for i, thing in enumerate(objects):
-        found = [_triangles(part) for part in _parts(thing) if not _is_round(part)]
-        triangles = np.concatenate([np.zeros((0, 3, 3)), *found])
+        pieces = [_triangles(part) for part in _parts(thing) if not _is_round(part)]
+        triangles = np.concatenate([np.zeros((0, 3, 3)), *pieces])
         if len(triangles) > FEW:
             triangles = triangles[_near_others(triangles, i, boxes)]
         corners.append(triangles)
@@ -138,13 +138,13 @@ def _triangles(part):
         return np.stack([np.broadcast_to(v[0], v[2:].shape), v[1:-1], v[2:]], axis=1)
     corner, edges = np.array(part.corner), np.array(part.edges)
     right = np.linalg.det(edges) > 0
-    found = []
+    triangles = []
     for a in range(3):
         b, c = edges[a - 2], edges[a - 1]
         for start, outward in ((corner, False), (corner + edges[a], True)):
-            for one in ([start, start + b, start + b + c], [start, start + b + c, start + c]):
-                found.append(one if outward == right else one[::-1])
-    return np.array(found)
+            for triangle in ([start, start + b, start + b + c], [start, start + b + c, start + c]):
+                triangles.append(triangle if outward == right else triangle[::-1])
+    return np.array(triangles)
 
 
 def _near_others(triangles, i, boxes):
@@ -152,10 +152,10 @@ def _near_others(triangles, i, boxes):
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     meets = ((boxes[:, 0] <= boxes[i, 1]) & (boxes[i, 0] <= boxes[:, 1])).all(axis=1)
     meets[i] = False
-    found = np.zeros(len(triangles), bool)
+    near = np.zeros(len(triangles), bool)
     for j in np.flatnonzero(meets):
-        found |= ((low <= boxes[j, 1]) & (boxes[j, 0] <= high)).all(axis=1)
-    return found
+        near |= ((low <= boxes[j, 1]) & (boxes[j, 0] <= high)).all(axis=1)
+    return near
 
 
 def _light_on(places, flats, rounds):
@@ -185,8 +185,8 @@ def _flats_touch(scene, flats, ranked):
         a, b = some[a], near[b]
         outside = [((eye - flats.corners[k, 0]) * flats.normals[k]).sum(axis=1) > 0 for k in (a, b)]
         seen = (outside[0] | ~solids[flats.owners[a]]) & (outside[1] | ~solids[flats.owners[b]])
-        one, room = ranked[flats.owners[a]] | ranked[flats.owners[b]] | seen, slack[a] + slack[b]
-        if _overlap(flats.corners[a[one]], flats.corners[b[one]], flats.normals[a[one]], room[one]).any():
+        mask, room = ranked[flats.owners[a]] | ranked[flats.owners[b]] | seen, slack[a] + slack[b]
+        if _overlap(flats.corners[a[mask]], flats.corners[b[mask]], flats.normals[a[mask]], room[mask]).any():
             return True
     return False
 
@@ -194,15 +194,15 @@ def _flats_touch(scene, flats, ranked):
 def _one_plane(flats, some, near, slack, low, high):
     """Which of `some` and `near` (n, m) are faces of two objects in one plane whose boxes meet, each pair once."""
     normals = flats.normals[some]
-    found = flats.owners[some][:, None] < flats.owners[near]
-    found &= 1 - (normals @ flats.normals[near].T) ** 2 <= OF_EXTENT**2
+    pairs = flats.owners[some][:, None] < flats.owners[near]
+    pairs &= 1 - (normals @ flats.normals[near].T) ** 2 <= OF_EXTENT**2
     start = (flats.corners[some, 0] * normals).sum(axis=1)[:, None]
     for corner in range(3):
-        found &= np.abs(normals @ flats.corners[near, corner].T - start) <= 3 * (slack[some][:, None] + slack[near])
+        pairs &= np.abs(normals @ flats.corners[near, corner].T - start) <= 3 * (slack[some][:, None] + slack[near])
     for axis in range(3):
-        found &= low[some, axis][:, None] <= high[near, axis]
-        found &= low[near, axis] <= high[some, axis][:, None]
-    return found
+        pairs &= low[some, axis][:, None] <= high[near, axis]
+        pairs &= low[near, axis] <= high[some, axis][:, None]
+    return pairs
 
 
 def _overlap(a, b, normals, room):
@@ -255,11 +255,11 @@ def _meeting(low, high, some, start, end):
     arrays of indices.
     """
     near = np.flatnonzero(((start <= high[some].max(axis=0)) & (low[some].min(axis=0) <= end)).all(axis=1))
-    found = np.ones((len(some), len(near)), bool)
+    pairs = np.ones((len(some), len(near)), bool)
     for axis in range(3):
-        found &= low[some, axis][:, None] <= end[near, axis]
-        found &= start[near, axis] <= high[some, axis][:, None]
-    a, b = np.nonzero(found)
+        pairs &= low[some, axis][:, None] <= end[near, axis]
+        pairs &= start[near, axis] <= high[some, axis][:, None]
+    a, b = np.nonzero(pairs)
     return some[a], near[b]
 
 

@@ -41,20 +41,22 @@ def of_methods(scene, jobs, free=()) -> list[tuple[str, str]]:
     """
     rough = any(thing.material.k_s > 0 and thing.material.roughness > 0 for thing in scene.objects)
     soft = any(light.radius > 0 for light in scene.lights)
-    found = []
+    doubts = []
     if "glossy_rays" not in free:
         most = max((job.glossy_rays for job in jobs if job.depth > 0), default=None)
         if most and not rough:
-            found.append(("glossy_rays does nothing here: every mirror is perfect", LOBE))
+            doubts.append(("glossy_rays does nothing here: every mirror is perfect", LOBE))
         if most == 0 and rough:
-            found.append(("its glossy materials are rendered as perfect mirrors", "ask for glossy_rays, 1 or more"))
+            doubts.append(("its glossy materials are rendered as perfect mirrors", "ask for glossy_rays, 1 or more"))
     if "feelers" not in free and scene.objects:
         most = max((job.feelers for job in jobs if job.shadows), default=None)
         if most and not soft:
-            found.append(("feelers does nothing here: every light is a point", "a light is soft with a radius above 0"))
+            doubts.append(
+                ("feelers does nothing here: every light is a point", "a light is soft with a radius above 0")
+            )
         if most == 0 and soft:
-            found.append(("its lights with a radius are rendered as points", "ask for feelers, 1 or more"))
-    return found
+            doubts.append(("its lights with a radius are rendered as points", "ask for feelers, 1 or more"))
+    return doubts
 
 
 def of_picture(scene, picture: np.ndarray) -> list[str]:
@@ -96,15 +98,15 @@ def _slant(scene) -> list[str]:
 
 def _open_meshes(scene) -> list[str]:
     """Meshes of files that are meant to be glass."""
-    told = {}
+    texts = {}
     for mesh in scene.objects:
-        if not isinstance(mesh, Mesh) or mesh.closed or mesh.path in ("", *told):
+        if not isinstance(mesh, Mesh) or mesh.closed or mesh.path in ("", *texts):
             continue
         if mesh.material.attenuation != OPAQUE and mesh.material.k_s > 0:
             why, remedy = _gaps(mesh)
             what = f'the clear mesh "{mesh.path}" does not close: {why}; it is flat, and nothing is inside it'
-            told[mesh.path] = _text(scene, mesh.line, what, f"{remedy}, or make it opaque: attenuation (0,0,0)")
-    return list(told.values())
+            texts[mesh.path] = _text(scene, mesh.line, what, f"{remedy}, or make it opaque: attenuation (0,0,0)")
+    return list(texts.values())
 
 
 def _large(scene) -> list[str]:
@@ -198,12 +200,12 @@ def _eye(scene, boxes) -> list[str]:
 
 
 def _lights(scene, boxes) -> list[str]:
-    told = []
+    texts = []
     for light in scene.lights:
         if (thing := _around(scene, boxes, light.position)) is not None:
             what = f"the light is inside {_name(thing)}, so with shadows it lights nothing outside"
-            told.append(_text(scene, light.line, what, "move it out"))
+            texts.append(_text(scene, light.line, what, "move it out"))
     if not scene.lights and BLACK == scene.ambient == scene.background:
         what = "the scene has no light: no LIGHT, AMBIENT and BACKGROUND are black"
-        told.append(_text(scene, 0, what, "add a LIGHT (x,y,z) (1,1,1) 0"))
-    return told
+        texts.append(_text(scene, 0, what, "add a LIGHT (x,y,z) (1,1,1) 0"))
+    return texts

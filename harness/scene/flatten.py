@@ -26,8 +26,8 @@ def flatten(scene, arithmetic="linear"):
     def of(shape):
         return [(number, thing) for number, thing in enumerate(scene.objects) if type(thing) is shape]
 
-    def ids(found):
-        return _table([(number, rows[thing.material]) for number, thing in found], 2, INTEGER)
+    def ids(objects):
+        return _table([(number, rows[thing.material]) for number, thing in objects], 2, INTEGER)
 
     spheres, boxes, polygons, ellipsoids, meshes, solids = map(of, (Sphere, Box, Polygon, Ellipsoid, Mesh, Csg))
     counts = [len(p.vertices) for _, p in polygons]

@@ -58,8 +58,8 @@ class _Reader(Fields):
                     f"{keyword} outside of a viewpoint", keyword, f"a viewpoint is v {' '.join(_VIEW)}, in this order"
                 )
             if keyword.text not in _ENTITIES:
-                known = "an NFF file has " + ", ".join(_ENTITIES) + ", c (not supported) and comments (#)"
-                raise self.error(f"expected an entity, found {keyword}", keyword, known)
+                entities = "an NFF file has " + ", ".join(_ENTITIES) + ", c (not supported) and comments (#)"
+                raise self.error(f"expected an entity, found {keyword}", keyword, entities)
             _ENTITIES[keyword.text](self, keyword)
         if self.camera is None:
             raise self.error(f"expected a viewpoint (v), found {self.token}", self.token)

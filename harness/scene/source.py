@@ -56,8 +56,8 @@ class Source:
 
     def needs(self, parameters: Parameters) -> tuple[str, ...]:
         """The features that a job with these parameters needs, sorted."""
-        asked = {name: getattr(parameters, name) for name in ASKED}
-        key = tuple(asked.values())
+        values = {name: getattr(parameters, name) for name in ASKED}
+        key = tuple(values.values())
         if key not in self._needs:
-            self._needs[key] = needs(self.scene, SimpleNamespace(**asked))
+            self._needs[key] = needs(self.scene, SimpleNamespace(**values))
         return self._needs[key]

@@ -52,43 +52,45 @@ def _add(lines, costs: Counter) -> None:
 
 def stacks(costs: Costs) -> dict[Stack, float]:
     """Instructions by stack, the outermost function first."""
-    places = {binary: sorted({at for one, _, at in costs if one == binary}) for binary in {key[0] for key in costs}}
-    named = {(binary, at): names for binary, mine in places.items() for at, names in _named(binary, mine).items()}
-    found: Counter = Counter()
+    places = {binary: sorted({at for file, _, at in costs if file == binary}) for binary in {key[0] for key in costs}}
+    named = {
+        (binary, at): names for binary, addresses in places.items() for at, names in _named(binary, addresses).items()
+    }
+    totals: Counter = Counter()
     for (binary, function, address), cost in costs.items():
         callers = [short(name) for name in reversed(function.split("'"))]
         inlined = named.get((binary, address), [])
-        found[(*callers[:-1], *(inlined or callers[-1:]))] += cost
-    return dict(found)
+        totals[(*callers[:-1], *(inlined or callers[-1:]))] += cost
+    return dict(totals)
 
 
 def _named(binary: str, addresses: list[int]) -> dict[int, list[str]]:
     """The functions of each address, the outermost first; {} for a file that does not say."""
     if not Path(binary).is_file():
         return {}
-    asked = "".join(f"{address:#x}\n" for address in addresses)
+    request = "".join(f"{address:#x}\n" for address in addresses)
     try:
         done = subprocess.run(
             ["addr2line", "-a", "-f", "-i", "-C", "-e", binary],
-            input=asked,
+            input=request,
             capture_output=True,
             text=True,
             timeout=600,
         )
     except (OSError, subprocess.TimeoutExpired):
         return {}
-    found: dict[int, list[str]] = {}
+    functions: dict[int, list[str]] = {}
     lines = iter(done.stdout.splitlines())
     address = None
     for line in lines:
         if line.startswith("0x"):
             address = int(line, 16)
-            found[address] = []
+            functions[address] = []
         elif address is not None:
             next(lines, "")  # file and line
             if line != "??":
-                found[address].insert(0, short(line))
-    return found
+                functions[address].insert(0, short(line))
+    return functions
 
 
 def short(name: str) -> str:

@@ -17,9 +17,9 @@ from harness.renderer.registry import Entry, Renderer
 from harness.system import output
 
 
-def find(suffix: str, known: dict[str, Entry]) -> Renderer | None:
-    """The first renderer that exports to files with this suffix; None if there is none. known: variants by name."""
-    for entry in known.values():
+def find(suffix: str, entries: dict[str, Entry]) -> Renderer | None:
+    """The first renderer that exports to files with this suffix; None if there is none. entries: variants by name."""
+    for entry in entries.values():
         export = entry.renderer.manifest.export
         if export and export.suffix == suffix:
             return entry.renderer

@@ -53,7 +53,7 @@ class Profile:
             own[stack[-1]] = own.get(stack[-1], 0.0) + weight
             for name in set(stack):
                 whole[name] = whole.get(name, 0.0) + weight
-        return sorted(((n, own.get(n, 0.0), w) for n, w in whole.items()), key=lambda one: (-one[1], -one[2], one[0]))
+        return sorted(((n, own.get(n, 0.0), w) for n, w in whole.items()), key=lambda row: (-row[1], -row[2], row[0]))
 
 
 def take(entry: Entry, arrays: dict, parameters: Parameters, needs: tuple[str, ...], timeout: float) -> Profile | str:
@@ -67,20 +67,20 @@ def take(entry: Entry, arrays: dict, parameters: Parameters, needs: tuple[str, .
     with scratch() as cache:
 
         def run(frames: int, words: list[str], options: tuple[str, ...] = (), environment: dict | None = None):
-            mine = under(entry, options, environment or {}, words)
-            asked = dataclasses.replace(job, frames=frames)
-            return repetition.run(mine, arrays, asked, needs, timeout, cache=cache / "kernels")
+            wrapped = under(entry, options, environment or {}, words)
+            run_job = dataclasses.replace(job, frames=frames)
+            return repetition.run(wrapped, arrays, run_job, needs, timeout, cache=cache / "kernels")
 
         job = dataclasses.replace(parameters, least_frame=0.0)
         if interpreted:
             return _sampled(run, able.version)
         options, environment = special(entry)
         job = smaller(job)
-        found = _counted(lambda frames, words: run(frames, words, (*options, *callgrind.OPTIONS), environment))
-        if isinstance(found, str):
-            return found
+        costs = _counted(lambda frames, words: run(frames, words, (*options, *callgrind.OPTIONS), environment))
+        if isinstance(costs, str):
+            return costs
         size = None if job.bounds() == parameters.bounds() else (job.width, job.height)
-        return Profile(f"callgrind {able.version}", "instructions", found, size)
+        return Profile(f"callgrind {able.version}", "instructions", costs, size)
 
 
 def _py_spy() -> counters.Tool | str:
@@ -123,17 +123,17 @@ def _sampled(run: Callable, version: str) -> Profile | str:
             jobs.append(collapsed(file.read_text("utf-8", errors="replace")))
     names = dict.fromkeys((*jobs[0], *jobs[1]))
     more = {name: (jobs[1].get(name, 0) - jobs[0].get(name, 0)) / (RATE * frames) for name in names}
-    found = {name: seconds for name, seconds in more.items() if seconds > 0}
-    return Profile(f"py-spy {version}", "seconds", found) if found else "py-spy took no samples"
+    weights = {name: seconds for name, seconds in more.items() if seconds > 0}
+    return Profile(f"py-spy {version}", "seconds", weights) if weights else "py-spy took no samples"
 
 
 def collapsed(text: str) -> dict[callgrind.Stack, int]:
     """Samples by stack, from lines of "function (file.py:1);function (file.py:2) 7", without the numbers of lines."""
-    found: dict[callgrind.Stack, int] = {}
+    counts: dict[callgrind.Stack, int] = {}
     for line in text.splitlines():
         names, _, count = line.rpartition(" ")
         if not count.isdigit():
             continue
         stack = tuple(name.strip() for name in names.split(";"))
-        found[stack] = found.get(stack, 0) + int(count)
-    return found
+        counts[stack] = counts.get(stack, 0) + int(count)
+    return counts

@@ -29,12 +29,12 @@ NOT_MEASURED = "not measured; `rayrace run` measures it, with an experiment that
 FASTEST = ("cpp-threads", "numba-parallel", "numpy", "python")
 
 
-def pick(name: str, known: dict, parameters: Parameters, needs: tuple[str, ...]) -> registry.Entry:
+def pick(name: str, entries: dict, parameters: Parameters, needs: tuple[str, ...]) -> registry.Entry:
     """The variant `name`, or without a name the first of FASTEST that can do the job here. UserError if none can."""
     if name:
-        return registry.find(name, known)
+        return registry.find(name, entries)
     reasons = []
-    for entry in (known[n] for n in FASTEST if n in known):
+    for entry in (entries[n] for n in FASTEST if n in entries):
         reason = entry.unavailable or repetition.unsupported(entry, parameters, needs)
         if reason is None:
             return entry
@@ -80,15 +80,15 @@ def render(scene, variant, out, image, frames, timeout, folders) -> dict:
     read = load(scene)
     parameters = image.parameters(1, frames)
     needs = needs_of(read, parameters)
-    known = registry.entries(folders)
-    entry = pick(variant, known, parameters, needs)
+    entries = registry.entries(folders)
+    entry = pick(variant, entries, parameters, needs)
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
     arrays = flatten(read, parameters.arithmetic)
     result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
     facts = save(entry, arrays, parameters, result, out)
     facts["warnings"] = [*warnings(read, [parameters]), *one_colour(read, parameters, result.array)]
-    facts["agreement"] = _agreement(entry, known, arrays, parameters, result)
-    facts["error"] = _error(known, arrays, parameters, result)
+    facts["agreement"] = _agreement(entry, entries, arrays, parameters, result)
+    facts["error"] = _error(entries, arrays, parameters, result)
     return facts
 
 
@@ -97,27 +97,27 @@ def one_colour(scene, parameters: Parameters, array: np.ndarray) -> list[str]:
     return doubts.of_picture(scene, array) if parameters.region is None else []
 
 
-def _agreement(entry, known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
+def _agreement(entry, entries, arrays, parameters: Parameters, result: repetition.Result) -> dict:
     """The agreement with a reference that a run has made: judge.Verdict and "reference"; or {unavailable: reason}."""
     kept = Kept(cache_folder("references"))
-    found = reference.find(kept, entry, known, fingerprint(arrays), parameters)
-    if found is None:
+    stored_reference = reference.find(kept, entry, entries, fingerprint(arrays), parameters)
+    if stored_reference is None:
         return {"unavailable": NOT_MEASURED}
     limit = 0.0 if result.dropped is None else bound.bound(arrays, parameters.depth, result.dropped)
     external = entry.renderer.manifest.external
-    verdict = judge.judge(result.array, found, parameters.precision, external, limit)
-    return {"reference": found.maker, **verdict.record()}
+    verdict = judge.judge(result.array, stored_reference, parameters.precision, external, limit)
+    return {"reference": stored_reference.maker, **verdict.record()}
 
 
-def _error(known, arrays, parameters: Parameters, result: repetition.Result) -> dict:
+def _error(entries, arrays, parameters: Parameters, result: repetition.Result) -> dict:
     """The error against a truth of the scene that a run has made: `error` of a record; or {unavailable: reason}."""
-    found = truth.find(Kept(cache_folder("references")), known, fingerprint(arrays), parameters)
-    if found is None:
+    stored_truth = truth.find(Kept(cache_folder("references")), entries, fingerprint(arrays), parameters)
+    if stored_truth is None:
         return {"unavailable": NOT_MEASURED}
     if broken := judge.broken(result):
         return {"unavailable": broken}
-    told = judge.errors(result.array, found.picture, found.standard_error, None, found.doubt)
-    return {"truth": found.maker, "against": "scene", **found.facts(), **told}
+    errors = judge.errors(result.array, stored_truth.picture, stored_truth.standard_error, None, stored_truth.doubt)
+    return {"truth": stored_truth.maker, "against": "scene", **stored_truth.facts(), **errors}
 
 
 def save(entry, arrays, parameters, result: repetition.Result, out) -> dict:

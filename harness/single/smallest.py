@@ -78,11 +78,11 @@ def harmless(study: Study, listed: list[LeaveOut], limit: float) -> list[LeaveOu
         return (1 - worth.time.value) / max(worth.change.added, TINY)
 
     pairs = [
-        (one, worth)
-        for one, worth in zip(listed, study.worths, strict=True)
+        (leave_out, worth)
+        for leave_out, worth in zip(listed, study.worths, strict=True)
         if not worth.unavailable and worth.faster != "slower" and most(worth.error, study.truth) <= limit
     ]
-    return [one for one, _ in sorted(pairs, key=gain, reverse=True)]
+    return [leave_out for leave_out, _ in sorted(pairs, key=gain, reverse=True)]
 
 
 class Search:
@@ -111,18 +111,20 @@ class Search:
     def greedy(self) -> Smallest:
         """Leaves out one more after another as long as the whole is within the limit, and times the result."""
         left: list[LeaveOut] = []
-        found, error = self.study.full, self.study.error
-        for one in self.candidates:
-            more = [other for other in self.listed if other is one or other in left]
+        smallest, error = self.study.full, self.study.error
+        for leave_out in self.candidates:
+            more = [other for other in self.listed if other is leave_out or other in left]
             scene, job = apply(more, self.study.full.scene, self.study.full.job)
-            if (scene, job) != (found.scene, found.job) and (made := self.without(more)):
-                (found, error), left = made, more
-        for one in list(left):  # what another has made needless
-            fewer = [other for other in left if other is not one]
-            if apply(fewer, self.study.full.scene, self.study.full.job) == (found.scene, found.job):
+            if (scene, job) != (smallest.scene, smallest.job) and (made := self.without(more)):
+                (smallest, error), left = made, more
+        for leave_out in list(left):  # what another has made needless
+            fewer = [other for other in left if other is not leave_out]
+            if apply(fewer, self.study.full.scene, self.study.full.job) == (smallest.scene, smallest.job):
                 left = fewer
         rendered = len(self.models) - 1
-        full, model, again = (Model(one.scene, one.job) for one in (self.study.full, found, self.study.full))
+        full, model, again = (
+            Model(source.scene, source.job) for source in (self.study.full, smallest, self.study.full)
+        )
         times = take([full, model, again], self.way)
         must_have(self.way, full, model, again)
         ratio = turns.ratio(model.times, full.times)
@@ -133,29 +135,31 @@ class Search:
         """Renders and times all combinations of what changes the picture, always without what changes no pixel, and
         compares the quickest with the greedy search's. UserError if they are too many."""
         pairs = zip(self.listed, self.study.worths, strict=True)
-        changing = [one for one, worth in pairs if one in self.candidates and worth.change.pixels > 0]
+        changing = [leave_out for leave_out, worth in pairs if leave_out in self.candidates and worth.change.pixels > 0]
         if len(changing) > MOST:
             many = f"{len(changing)} changes are harmless alone, all combinations of which are too many"
             raise UserError(many, remedy=f"leave --exhaustive out; it is for {MOST} or fewer")
-        found, tried = {}, set()
+        solutions, tried = {}, set()
         for some in (some for count in range(len(changing) + 1) for some in combinations(changing, count)):
             kept = set(changing) - set(some)
-            left = [one for one in self.listed if one in self.candidates and one not in kept]
+            left = [leave_out for leave_out in self.listed if leave_out in self.candidates and leave_out not in kept]
             tried.add(apply(left, self.study.full.scene, self.study.full.job))
             if made := self.without(left):
                 model, error = made
-                found.setdefault((model.scene, model.job), (model, error, left))
-        found.setdefault((greedy.model.scene, greedy.model.job), (greedy.model, greedy.error, greedy.left))
-        rough = [Model(model.scene, model.job) for model, _, _ in found.values()]
+                solutions.setdefault((model.scene, model.job), (model, error, left))
+        solutions.setdefault((greedy.model.scene, greedy.model.job), (greedy.model, greedy.error, greedy.left))
+        rough = [Model(model.scene, model.job) for model, _, _ in solutions.values()]
         take(rough, self.way, processes=1)
-        timed = zip(rough, found.values(), strict=True)
-        timed = [(model.times.seconds.value, one) for model, one in timed if not model.broken]
+        timed = zip(rough, solutions.values(), strict=True)
+        timed = [(model.times.seconds.value, solution) for model, solution in timed if not model.broken]
         if not timed:
             raise UserError("no combination could be timed")
         _, (best, error, left) = min(timed, key=lambda pair: pair[0])
-        mine, theirs, again = (Model(one.scene, one.job) for one in (greedy.model, best, greedy.model))
-        times = take([mine, theirs, again], self.way)
-        must_have(self.way, mine, theirs, again)
-        over = turns.ratio(mine.times, theirs.times)
-        verdict = statistics.verdict(over, turns.floor(mine.times, again.times).value)
-        return Best(left, error, len(tried), len(found), over, verdict, times)
+        greedy_model, best_model, again = (
+            Model(model.scene, model.job) for model in (greedy.model, best, greedy.model)
+        )
+        times = take([greedy_model, best_model, again], self.way)
+        must_have(self.way, greedy_model, best_model, again)
+        over = turns.ratio(greedy_model.times, best_model.times)
+        verdict = statistics.verdict(over, turns.floor(greedy_model.times, again.times).value)
+        return Best(left, error, len(tried), len(solutions), over, verdict, times)

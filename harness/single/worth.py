@@ -62,8 +62,8 @@ class Model:
 
     def memory_over(self, full: "Model") -> float | None:
         """Ratio of the median peaks; None if the system does not tell."""
-        mine, its = self.times.peaks, full.times.peaks
-        return float(np.median(mine) / np.median(its)) if mine and its else None
+        peaks, its = self.times.peaks, full.times.peaks
+        return float(np.median(peaks) / np.median(its)) if peaks and its else None
 
 
 def _broken(result: Result) -> str:
@@ -103,15 +103,15 @@ class Worth:
 
     def record(self) -> dict:
         """For JSON."""
-        told = {"left_out": self.name, "verdict": self.verdict, "proof": self.proof or None}
+        facts = {"left_out": self.name, "verdict": self.verdict, "proof": self.proof or None}
         if self.unavailable:
-            return {**told, "unavailable": self.unavailable}
+            return {**facts, "unavailable": self.unavailable}
         time = {"ratio": self.time.value, "low": self.time.low, "high": self.time.high, "verdict": self.faster}
         time |= {"doubts": self.doubts}
         memory = {"unavailable": "the peak is not known"} if self.memory is None else self.memory
         changes = {"pixels": self.change.pixels, "largest": self.change.largest, "flip": self.flip}
         squared = {"mean_squared_error_added": self.change.added, "standard_error": self.change.doubt}
-        return {**told, **changes, "error": self.error, **squared, "time": time, "memory_ratio": memory}
+        return {**facts, **changes, "error": self.error, **squared, "time": time, "memory_ratio": memory}
 
 
 @dataclass(frozen=True)
@@ -128,19 +128,19 @@ class Study:
     times: list[Times]
 
 
-def truth_of(full: Model, known: dict[str, Entry], kept: Kept, run: Callable) -> Truth:
+def truth_of(full: Model, entries: dict[str, Entry], kept: Kept, run: Callable) -> Truth:
     """The truth of a full scene, from the cache or made. run: as Sessions.run. UserError if it cannot be made."""
     wanted = Wanted()
-    (told,) = truth.jobs([full.job], wanted, lambda job: needs(full.scene, job)).values()
-    maker = truth.choose(known, told)
+    (truth_job,) = truth.jobs([full.job], wanted, lambda job: needs(full.scene, job)).values()
+    maker = truth.choose(entries, truth_job)
     if maker is None:
         raise UserError(f"no renderer here can make the truth of this scene, of {', '.join(truth.MAKERS)}")
-    key = truth.key(told.shown, wanted, maker, fingerprint(full.arrays))
+    key = truth.key(truth_job.shown, wanted, maker, fingerprint(full.arrays))
     stored = kept.get(key)
-    if stored and (found := Truth.restored(*stored)).serves(told):
-        return found
+    if stored and (stored_truth := Truth.restored(*stored)).serves(truth_job):
+        return stored_truth
     try:
-        made = truth.make(told, maker, full.arrays, kernels(maker), run)
+        made = truth.make(truth_job, maker, full.arrays, kernels(maker), run)
     except LookupError as error:
         raise UserError(str(error)) from None
     kept.put(key, *made.stored())
@@ -165,7 +165,7 @@ def measure(full: Model, true: Truth, way: Way, listed: list[LeaveOut]) -> Study
     In each round the full model runs twice, as the noise floor asks.
     """
     again = Model(full.scene, full.job)
-    reduced = [Model(*apply([one], full.scene, full.job), one.unavailable) for one in listed]
+    reduced = [Model(*apply([leave_out], full.scene, full.job), leave_out.unavailable) for leave_out in listed]
     shoot_full(full, way)
     for model in reduced:
         model.shoot(way.entry, way.run, way.timeout)
@@ -173,7 +173,7 @@ def measure(full: Model, true: Truth, way: Way, listed: list[LeaveOut]) -> Study
     must_have(way, full, again)
     floor = turns.floor(full.times, again.times)
     error = judge.errors(full.picture, true.picture, true.standard_error, None, true.doubt)
-    worths = [_worth(one, model, full, true, floor) for one, model in zip(listed, reduced, strict=True)]
+    worths = [_worth(leave_out, model, full, true, floor) for leave_out, model in zip(listed, reduced, strict=True)]
     return Study(full, true, error, floor, worths, times)
 
 
@@ -193,10 +193,10 @@ def take(models: list[Model], way: Way, processes: int | None = None) -> list[Ti
     for model in whole:
         scene, name = fingerprint(model.arrays), fingerprint(model.arrays, model.job)
         tasks.append(Task(way.entry, model.arrays, model.job, model.needs, scene, name, way.timeout))
-    found = turns.take(tasks, processes or way.processes, way.audit)
-    for model, times in zip(whole, found, strict=True):
+    timings = turns.take(tasks, processes or way.processes, way.audit)
+    for model, times in zip(whole, timings, strict=True):
         model.times, model.broken = times, times.broken
-    return found
+    return timings
 
 
 def must_have(way: Way, *models: Model) -> None:
@@ -205,16 +205,16 @@ def must_have(way: Way, *models: Model) -> None:
         raise UserError(f"{way.entry.name} has no time of a frame to compare with: {broken}")
 
 
-def _worth(one: LeaveOut, model: Model, full: Model, true: Truth, floor: statistics.Floor) -> Worth:
+def _worth(leave_out: LeaveOut, model: Model, full: Model, true: Truth, floor: statistics.Floor) -> Worth:
     if model.broken:
-        return Worth(one.name, one.proof, model.broken)
+        return Worth(leave_out.name, leave_out.proof, model.broken)
     try:
         ratio = turns.ratio(model.times, full.times)
     except UserError as error:
-        return Worth(one.name, one.proof, str(error))
+        return Worth(leave_out.name, leave_out.proof, str(error))
     return Worth(
-        one.name,
-        one.proof,
+        leave_out.name,
+        leave_out.proof,
         change=change.between(model.picture, full.picture, true.picture, true.standard_error, true.doubt),
         error=judge.errors(model.picture, true.picture, true.standard_error, None, true.doubt),
         flip=perceive(model.picture, full.picture).flip,

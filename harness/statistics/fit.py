@@ -61,8 +61,8 @@ def exponents(factors: dict[str, np.ndarray], seconds: np.ndarray) -> dict[str, 
     A time a + b * w has the exponent 1 - a / T in w, not 1, so give cells whose time is well above a.
     """
     logs = {name: np.log(np.asarray(values, dtype=float)) for name, values in factors.items()}
-    (_, *found), _ = _fit(logs, np.log(np.asarray(seconds, dtype=float)), 1.0)
-    return dict(zip(logs, found, strict=True))
+    (_, *coefficients), _ = _fit(logs, np.log(np.asarray(seconds, dtype=float)), 1.0)
+    return dict(zip(logs, coefficients, strict=True))
 
 
 def noise(per_process: list[float]) -> float:

@@ -141,8 +141,8 @@ def noise_floor(first: Sequence[float], again: Sequence[float]) -> Floor:
     """The noise floor of an A/A pair. first, again: times of the first and the second process of each round."""
     if not len(first) or not len(again):
         return Floor(None, "no round has a steady time of both processes of the pair")
-    found = ratio(again, first, paired=True)
-    return Floor(found, f"{found.note} of the pair, it needs {LEAST}" if found.low is None else "")
+    pair_ratio = ratio(again, first, paired=True)
+    return Floor(pair_ratio, f"{pair_ratio.note} of the pair, it needs {LEAST}" if pair_ratio.low is None else "")
 
 
 def difference(ratio: float) -> float:

@@ -109,10 +109,10 @@ def together(changes: Sequence[float], notes: Sequence[str]) -> str:
     changes: the known ones. notes: one of each process, "" if it has a steady state.
     """
     if len(changes) >= statistics.LEAST:
-        found = statistics.median(changes)
-        if not _matters(found.value) or found.low <= 1 <= found.high:
+        change = statistics.median(changes)
+        if not _matters(change.value) or change.low <= 1 <= change.high:
             return ""
-        return f"{NO_STATE}: the frames of {len(changes)} processes became {_told(found.value)}"
+        return f"{NO_STATE}: the frames of {len(changes)} processes became {_told(change.value)}"
     none = list(filter(None, notes))
     if len(none) <= MOST_UNSTEADY * len(notes):
         return ""

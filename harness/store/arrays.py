@@ -28,10 +28,10 @@ def load(path: Path, sha256: str | None = None) -> np.ndarray:
             raise ValueError(f"its header promises {size:,} bytes, and it has {there:,}")
         if size > LARGEST:
             raise ValueError(f"an array of {size:,} bytes, where rayrace reads {LARGEST:,} at most")
-        found = np.frombuffer(file.read(size), dtype).reshape(shape, order="F" if fortran else "C")
-    if sha256 is not None and hashlib.sha256(np.ascontiguousarray(found).tobytes()).hexdigest() != sha256:
+        array = np.frombuffer(file.read(size), dtype).reshape(shape, order="F" if fortran else "C")
+    if sha256 is not None and hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest() != sha256:
         raise ValueError(OTHER)
-    return found
+    return array
 
 
 def header(file: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype]:

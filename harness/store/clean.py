@@ -45,12 +45,12 @@ def cleaned(value, deep: int = 0):
     if deep > DEEPEST:
         raise ValueError(f"values lie more than {DEEPEST} deep")
     if isinstance(value, list):
-        return [cleaned(one, deep + 1) for one in value]
-    return {CONTROL.sub(_escaped, name): cleaned(one, deep + 1) for name, one in value.items()}
+        return [cleaned(item, deep + 1) for item in value]
+    return {CONTROL.sub(_escaped, name): cleaned(item, deep + 1) for name, item in value.items()}
 
 
-def _escaped(found: re.Match) -> str:
-    return found[0].encode("unicode_escape", "surrogatepass").decode()
+def _escaped(match: re.Match) -> str:
+    return match[0].encode("unicode_escape", "surrogatepass").decode()
 
 
 def refuse_heavy(text: bytes, most: int, place) -> None:

@@ -29,11 +29,11 @@ class Job:
 
 
 class Jobs:
-    """The jobs of the run in a folder. told: the lines of its jobs.jsonl, if they were read before."""
+    """The jobs of the run in a folder. job_lines: those of its jobs.jsonl, if they were read before."""
 
-    def __init__(self, folder: Path, told: list[dict] | None = None):
+    def __init__(self, folder: Path, job_lines: list[dict] | None = None):
         self.path = Path(folder) / NAME
-        self.all = of(lines.read(self.path) if told is None else told)
+        self.all = of(lines.read(self.path) if job_lines is None else job_lines)
 
     @property
     def live(self) -> list[Job]:
@@ -66,13 +66,13 @@ class Jobs:
             lines.append(self.path, line)
 
 
-def of(told: list[dict]) -> dict[str, Job]:
-    """The jobs by name. told: lines of jobs.jsonl."""
-    found: dict[str, Job] = {}
-    for line in told:
+def of(job_lines: list[dict]) -> dict[str, Job]:
+    """The jobs by name. job_lines: of jobs.jsonl."""
+    jobs: dict[str, Job] = {}
+    for line in job_lines:
         if "submitted" in line:
-            found[line["job"]] = Job(line["number"], line["job"], line["submitted"])
-        elif line["job"] in found:
-            job = found[line["job"]]
+            jobs[line["job"]] = Job(line["number"], line["job"], line["submitted"])
+        elif line["job"] in jobs:
+            job = jobs[line["job"]]
             job.host, job.status, job.reason = line["host"], line["status"], line["reason"]
-    return found
+    return jobs

@@ -23,35 +23,35 @@ def of_run(folder: Path) -> list[str]:
     return [
         f"partition {name}: {line}" if name else line
         for name, parts in partitions.items()
-        for line in (*kinds([told["environment"] for told in parts]), *speeds(parts))
+        for line in (*kinds([part["environment"] for part in parts]), *speeds(parts))
     ]
 
 
 def kinds(environments: Iterable[dict]) -> list[str]:
     """Lists the differences between environments, each with the hosts that have each value."""
-    found = []
-    hosts = list({fingerprint.of(told): told for told in environments}.values())
+    differences = []
+    hosts = list({fingerprint.of(environment): environment for environment in environments}.values())
     for name in (*KIND, *STATE):
         groups: list[tuple[object, list[str]]] = []
-        for told in hosts:
-            group = next((group for group in groups if _same(name, group[0], told.get(name))), None)
+        for environment in hosts:
+            group = next((group for group in groups if _same(name, group[0], environment.get(name))), None)
             if group is None:
-                groups.append((told.get(name), [told["host"]]))
-            elif told["host"] not in group[1]:
-                group[1].append(told["host"])
+                groups.append((environment.get(name), [environment["host"]]))
+            elif environment["host"] not in group[1]:
+                group[1].append(environment["host"])
         if len(groups) > 1:
             each = "; ".join(f"{_short(value)} on {', '.join(names)}" for value, names in groups)
-            found.append(f"hosts differ in {name}: {each}")
-    return found
+            differences.append(f"hosts differ in {name}: {each}")
+    return differences
 
 
 def speeds(parts: list[dict]) -> list[str]:
     """Lists hosts that are significantly slower or faster than the others, by the peaks measured as jobs began."""
-    found = []
+    sentences = []
     for key, what in RATES.items():
         takes: dict[str, list[float]] = {}
-        for told in parts:
-            takes.setdefault(told["environment"]["host"], []).extend(told.get("speed", {}).get(key, []))
+        for part in parts:
+            takes.setdefault(part["environment"]["host"], []).extend(part.get("speed", {}).get(key, []))
         takes = {host: values for host, values in takes.items() if values}
         if len(takes) < 2:
             continue
@@ -60,19 +60,19 @@ def speeds(parts: list[dict]) -> list[str]:
             ratio = statistics.median(values) / middle
             apart = max(values) < middle if ratio < 1 else min(values) > middle
             if abs(ratio - 1) > SPEED and apart:
-                found.append(f"{host} does {ratio:.2f} of the median host's {what} ({middle:.3g})")
-    return found
+                sentences.append(f"{host} does {ratio:.2f} of the median host's {what} ({middle:.3g})")
+    return sentences
 
 
-def is_alike(one: dict, other: dict) -> bool:
+def is_alike(environment: dict, other: dict) -> bool:
     """Whether two environments are of the same kind of host, with the same software."""
-    return all(_same(name, one.get(name), other.get(name)) for name in KIND)
+    return all(_same(name, environment.get(name), other.get(name)) for name in KIND)
 
 
-def _same(name: str, one, other) -> bool:
-    if name == "memory_bytes" and one and other:
-        return abs(one - other) <= MEMORY * max(one, other)
-    return one == other
+def _same(name: str, value, other) -> bool:
+    if name == "memory_bytes" and value and other:
+        return abs(value - other) <= MEMORY * max(value, other)
+    return value == other
 
 
 def _short(value) -> str:

@@ -39,12 +39,12 @@ def parsed(path: Path) -> Iterator[dict]:
                 what = f"{MOST:,} lines" if number > MOST else f"{most >> 20:,} MiB of values"
                 raise UserError(f"more than {what}, which rayrace reads at most", file=path, line=number)
             try:
-                found = clean.parsed(line)
-                if not isinstance(found, dict):
+                value = clean.parsed(line)
+                if not isinstance(value, dict):
                     raise ValueError
             except ValueError:
                 raise UserError("a damaged line", file=path, line=number) from None
-            yield found
+            yield value
 
 
 def cut_torn(path: Path) -> None:
@@ -57,9 +57,9 @@ def cut_torn(path: Path) -> None:
         file.truncate(whole)
 
 
-def as_json(told, indent: int | None = None) -> str:
+def as_json(value, indent: int | None = None) -> str:
     """JSON in ASCII, with "?" for lone surrogates, which file names may contain and no reader accepts."""
-    unicode = json.dumps(told, ensure_ascii=False, allow_nan=False).encode("utf-8", errors="replace")
+    unicode = json.dumps(value, ensure_ascii=False, allow_nan=False).encode("utf-8", errors="replace")
     return json.dumps(json.loads(unicode), indent=indent)
 
 

@@ -10,10 +10,10 @@ from harness.store.record import identity, key, killed_by_others, lost
 
 def hosts(parts: list[dict]) -> dict[str, dict]:
     """The hosts of all parts and their environments, in the order in which they began. parts: the run.json of each."""
-    found = {}
+    environments = {}
     for facts in sorted(parts, key=lambda facts: facts.get("started", "")):
-        found.update(facts.get("hosts", {}))
-    return found
+        environments.update(facts.get("hosts", {}))
+    return environments
 
 
 def standing(records: list[dict]) -> dict[tuple, dict]:
@@ -28,31 +28,35 @@ def standing(records: list[dict]) -> dict[tuple, dict]:
 
 
 def merged(
-    folder: Path, front: dict, parts: list[tuple[dict, list[dict]]], told: list[dict], wanted: Collection[str] | None
+    folder: Path,
+    front: dict,
+    parts: list[tuple[dict, list[dict]]],
+    job_lines: list[dict],
+    wanted: Collection[str] | None,
 ) -> tuple[dict, list[dict]]:
-    """run.json and rows of the whole run. front: its own run.json; parts: run.json and rows of each; told: the lines of
-    jobs.jsonl; wanted: the hosts to pool, or None. UserError if None and there are several hosts.
+    """run.json and rows of the whole run. front: its own run.json; parts: run.json and rows of each; job_lines: those
+    of jobs.jsonl; wanted: the hosts to pool, or None. UserError if None and there are several hosts.
     """
-    found = hosts([facts for facts, _ in parts])
-    if wanted is None and len(found) > 1:
+    environments = hosts([facts for facts, _ in parts])
+    if wanted is None and len(environments) > 1:
         remedy = "choose with --host, or see all with: rayrace report"
-        raise UserError(f"{folder}: of several hosts, which are not pooled: {', '.join(found)}", remedy=remedy)
-    chosen = list(found) if wanted is None else [host for host in found if host in wanted]
-    whole = len(chosen) == len(found)  # then lost rows, which no host has run, are included
-    rows = standing([record for _, mine in parts for record in mine])
+        raise UserError(f"{folder}: of several hosts, which are not pooled: {', '.join(environments)}", remedy=remedy)
+    chosen = list(environments) if wanted is None else [host for host in environments if host in wanted]
+    whole = len(chosen) == len(environments)  # then lost rows, which no host has run, are included
+    rows = standing([record for _, part_rows in parts for record in part_rows])
     records = [record for record in rows.values() if record["host"] in chosen]
     if whole:
-        records += _lost(folder, front, jobs.Jobs(folder, told).last(), rows)
-    mine = [facts for facts, _ in parts if set(facts.get("hosts", ())) & set(chosen)]
+        records += _lost(folder, front, jobs.Jobs(folder, job_lines).last(), rows)
+    pooled = [facts for facts, _ in parts if set(facts.get("hosts", ())) & set(chosen)]
     facts = {
         **front,
-        "hosts": {host: found[host] for host in chosen},
-        "environment": _together([found[host] for host in chosen]) or front["environment"],
-        "pairs": [told["pair"] for told in mine if told.get("pair")],
-        "cells": _cells(front["cells"], mine, records, whole),
+        "hosts": {host: environments[host] for host in chosen},
+        "environment": _together([environments[host] for host in chosen]) or front["environment"],
+        "pairs": [part["pair"] for part in pooled if part.get("pair")],
+        "cells": _cells(front["cells"], pooled, records, whole),
     }
-    ends = [told["ended"] for told in mine if "ended" in told]
-    if mine and len(ends) == len(mine):
+    ends = [part["ended"] for part in pooled if "ended" in part]
+    if pooled and len(ends) == len(pooled):
         facts["ended"] = max(ends, key=lambda end: end["at"])
     return facts, records
 
@@ -76,7 +80,7 @@ def turns(front: dict, batch: dict) -> list[tuple]:
 def _lost(folder: Path, front: dict, last: dict[int, jobs.Job], rows: dict[tuple, dict]) -> list[dict]:
     """Rows of the repetitions that ended jobs should have run and no job has."""
     cells = {identity(cell): cell for cell in front["cells"]}
-    found = []
+    lost_rows = []
     for number, batch in enumerate(front["executor"]["batches"]):
         job = last.get(number)
         if job is None or not job.ended:
@@ -88,31 +92,31 @@ def _lost(folder: Path, front: dict, last: dict[int, jobs.Job], rows: dict[tuple
                 if tuple(name) not in cells:
                     why = f"{'/'.join(name)} is a cell of a batch, but not of the run"
                     raise UserError(why, file=folder / "run.json")
-                found.append(lost(cells[tuple(name)], repetition, kind, job.status or "failed", reason, job.at))
-    return found
+                lost_rows.append(lost(cells[tuple(name)], repetition, kind, job.status or "failed", reason, job.at))
+    return lost_rows
 
 
 def _cells(front: list[dict], parts: list[dict], records: list[dict], whole: bool) -> list[dict]:
     """The cells in the order of the plan, as the parts that ran them describe them: hosts differ in threads."""
     ran = {record["cell"] for record in records}
     there = {identity(record) for record in records}
-    known: dict[tuple, dict[str, dict]] = {}
-    for told in parts:
-        for cell in told["cells"]:
+    described: dict[tuple, dict[str, dict]] = {}
+    for part in parts:
+        for cell in part["cells"]:
             if cell["cell"] in ran:
-                known.setdefault(identity(cell), {})[cell["cell"]] = cell
-    found = []
+                described.setdefault(identity(cell), {})[cell["cell"]] = cell
+    cells = []
     for cell in front:
         if whole or identity(cell) in there:
-            found += known.get(identity(cell), {cell["cell"]: cell}).values()
-    return found
+            cells += described.get(identity(cell), {cell["cell"]: cell}).values()
+    return cells
 
 
 def _together(environments: list[dict]) -> dict | None:
     """One environment for hosts that are pooled: the first host's, under all their names."""
     if len(environments) < 2:
         return environments[0] if environments else None
-    return {**environments[0], "host": ", ".join(dict.fromkeys(told["host"] for told in environments))}
+    return {**environments[0], "host": ", ".join(dict.fromkeys(environment["host"] for environment in environments))}
 
 
 def move(record: dict, prefix: str) -> None:

@@ -29,7 +29,7 @@ SUFFIX, PLANES = ".tar.xz", ".planes"
 MEMBER = re.compile(
     r"jobs\.jsonl|(parts/[\w-][\w.-]*/)?(run\.json|end\.json|repetitions\.jsonl|(pictures|series|logs)/[\w.-]+)"
 )
-TRUTHS = ".truth.npy", ".standard_error.npy"
+TRUTHS, EVENTS = (".truth.npy", ".standard_error.npy"), ".stdout"
 TEXTS = "run.json", "end.json", "repetitions.jsonl", "jobs.jsonl"  # of a run, or a part of one
 LARGEST = 4 << 30  # bytes when unpacked: a small file of a stranger can unpack to any number of zeros
 RATIO, ANY = 100, 1 << 26  # a run may unpack to ANY bytes, or RATIO times its size; real ones have a ratio of 20
@@ -55,7 +55,7 @@ def name(run: Path) -> str:
 def pack(folder: Path, file: Path, pictures: bool = True, truths: bool = True) -> None:
     """Writes the run in `folder` to `file`, the same bytes for the same run.
 
-    pictures: False leaves out all arrays. truths: False leaves out truths and their noise, whose digits do not repeat.
+    pictures: False leaves out all arrays, and the events that renderers printed, which the rows hold. truths: False leaves out truths and their noise, whose digits do not repeat.
     UserError if `folder` is no run.
     """
     store.read(folder, list(store.hosts(folder)))
@@ -63,12 +63,12 @@ def pack(folder: Path, file: Path, pictures: bool = True, truths: bool = True) -
     texts = [path for place in places for name in TEXTS if (path := place / name).exists()]
     rows = [path.read_text(encoding="utf-8") for path in texts if path.name == "repetitions.jsonl"]
     mentioned = re.findall(r'"(?:pictures/)?([\w.-]+\.npy)"', "".join(rows))
-    order = {found: number for number, found in reversed(list(enumerate(mentioned)))}
+    order = {file_name: number for number, file_name in reversed(list(enumerate(mentioned)))}
     npy = [path for place in places for path in (place / "pictures").glob("*.npy") if pictures]
     npy = [path for path in npy if truths or not path.name.endswith(TRUTHS)]
     npy.sort(key=lambda path: (order.get(path.name, len(order)), str(path)))
     others = [path for place in places for part in ("series", "logs") for path in sorted((place / part).glob("*"))]
-    others = [path for path in others if path.stat().st_size]
+    others = [path for path in others if path.stat().st_size and (pictures or path.suffix != EVENTS)]
     if len(texts) + len(others) + len(npy) > MEMBERS:
         raise UserError(f"{folder}: more than {MEMBERS:,} files, which a packed run can have", remedy="--no-pictures")
     filters = [{"id": lzma.FILTER_LZMA2, "preset": 6, "dict_size": REACH}]
@@ -110,16 +110,16 @@ class _Unpacked:
 
     def read(self, size: int) -> bytes:
         """Returns up to `size` bytes, b"" at the end."""
-        found = b""
-        while not (found or self.xz.eof):
+        unpacked = b""
+        while not (unpacked or self.xz.eof):
             data = self.file.read(PIECE) if self.xz.needs_input else b""
             if self.xz.needs_input and not data:
                 raise EOFError("it ends too early")
-            found = self.xz.decompress(data, size)
-        self.allowed -= len(found)
+            unpacked = self.xz.decompress(data, size)
+        self.allowed -= len(unpacked)
         if self.allowed < 0:
             raise ValueError(f"a header of more than {HEADERS >> 10} kB")
-        return found
+        return unpacked
 
 
 def _unpack(file: Path, folder: Path) -> None:

@@ -36,12 +36,12 @@ AROUND = (
 )
 
 
-def identity(told: dict) -> tuple[str, str, str]:
-    """The identity of a cell in the experiment: variant, scene, point. told: facts of the cell, or a row.
+def identity(facts: dict) -> tuple[str, str, str]:
+    """The identity of a cell in the experiment: variant, scene, point. facts: of the cell, or a row.
 
     Names are as they are read back (clean.py).
     """
-    variant, scene, point = clean.cleaned([told["variant"], told["scene"], told["point"]])
+    variant, scene, point = clean.cleaned([facts["variant"], facts["scene"], facts["point"]])
     return variant, scene, json.dumps(point, sort_keys=True)
 
 
@@ -70,8 +70,8 @@ def valid(records: list[dict]) -> list[dict]:
 def blank(cell: dict, number: int, kind: str, status: str, reason: str, started: str) -> dict:
     """A row without anything that was measured or judged. cell: its facts; kind: the pass; started: ISO time."""
     nothing = dict.fromkeys((*MEASURED, *JUDGED, *AROUND))
-    told = {"repetition": number, "pass": kind, "status": status, "reason": reason, "started": started, "warnings": []}
-    return {**cell, **nothing, **told}
+    row = {"repetition": number, "pass": kind, "status": status, "reason": reason, "started": started, "warnings": []}
+    return {**cell, **nothing, **row}
 
 
 def lost(cell: dict, number: int, kind: str, status: str, reason: str, started: str) -> dict:
@@ -129,33 +129,33 @@ def errors(rmse: float | None, worst: float | None, beyond: float | None, most: 
     return f"RMSE {rmse:.2g}, largest error {worst:.3g}, {share}"
 
 
-def error_of(told: dict | None) -> str:
+def error_of(error: dict | None) -> str:
     """`error` of a record in words, with what it is held against where that is not the truth of the scene."""
-    told = told or {"unavailable": "not judged"}
-    if "unavailable" in told:
-        return f"error unavailable: {told['unavailable']}"
-    where = basis(told)
-    return errors(told.get("rmse"), told.get("max"), told.get("bad_pixels"), below(told)) + (where and f", {where}")
+    error = error or {"unavailable": "not judged"}
+    if "unavailable" in error:
+        return f"error unavailable: {error['unavailable']}"
+    where = basis(error)
+    return errors(error.get("rmse"), error.get("max"), error.get("bad_pixels"), below(error)) + (where and f", {where}")
 
 
-def basis(told: dict) -> str:
+def basis(error: dict) -> str:
     """What `error` of a record is held against, in words; "" for the truth of the scene (ERR-1), and for hits."""
-    against = told.get("against")
+    against = error.get("against")
     place = {"centres": "at the centres of pixels", "areas": "over the areas of pixels"}.get(against, "")
     if against is None:  # of a version before 0.2
         place = "against a picture with the same depth and places of samples"
-    deep = f"at depth {told['depth']}" if told.get("depth") is not None and told.get("change") is None else ""
+    deep = f"at depth {error['depth']}" if error.get("depth") is not None and error.get("change") is None else ""
     return " ".join(filter(None, [place, deep]))
 
 
-def agreement_of(told: dict | None) -> str:
+def agreement_of(agreement: dict | None) -> str:
     """`agreement` of a record in words: "agrees", or why not, and the share of the mask where it is more than 1 %."""
-    told = told or {"unavailable": "not judged"}
-    if "unavailable" in told:
-        return f"agreement unavailable: {told['unavailable']}"
-    share = told.get("mask_fraction") or 0.0
+    agreement = agreement or {"unavailable": "not judged"}
+    if "unavailable" in agreement:
+        return f"agreement unavailable: {agreement['unavailable']}"
+    share = agreement.get("mask_fraction") or 0.0
     mask = f" outside a mask of {percent(share)} of the pixels" if share > MASK else ""
-    return f"agreement ✗: {told['wrong']}" if told.get("wrong") else f"agreement ✓{mask}"
+    return f"agreement ✗: {agreement['wrong']}" if agreement.get("wrong") else f"agreement ✓{mask}"
 
 
 def percent(share: float) -> str:

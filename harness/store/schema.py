@@ -199,9 +199,9 @@ OF_PART = "cell", "variant", "scene", "point", "repetition", "pass", "status", "
 OF_EXPERIMENT = "processes", "override", "measure"
 
 
-def row(told, file: Path, line: int) -> None:
+def row(record, file: Path, line: int) -> None:
     """UserError if a line of repetitions.jsonl has values of wrong types."""
-    _check(_ROW, told, file, line)
+    _check(_ROW, record, file, line)
 
 
 def teaches(record) -> bool:
@@ -213,50 +213,50 @@ def teaches(record) -> bool:
     return True
 
 
-def facts(told, file: Path) -> None:
+def facts(run, file: Path) -> None:
     """UserError if a run.json has values of wrong types, or a cell has no key."""
-    _check(_FACTS, told, file)
-    for number, cell in enumerate(told.get("cells", ())):
+    _check(_FACTS, run, file)
+    for number, cell in enumerate(run.get("cells", ())):
         _there(("cell",), cell, f"cells.{number}.", file)
 
 
-def job(told, file: Path, line: int) -> None:
+def job(record, file: Path, line: int) -> None:
     """UserError if a line of jobs.jsonl lacks a key, or has values of wrong types."""
-    _check(_LINE, told, file, line)
-    _there(("number",) if "submitted" in told else ("host", "status", "reason"), told, f"line {line}: ", file)
+    _check(_LINE, record, file, line)
+    _there(("number",) if "submitted" in record else ("host", "status", "reason"), record, f"line {line}: ", file)
 
 
-def front(told: dict, file: Path) -> None:
+def front(run: dict, file: Path) -> None:
     """UserError if a run.json is not of a run on a cluster."""
-    _there(OF_FRONT, told, "", file)
-    _there(("batches",), told["executor"], "executor.", file)
-    _there(OF_EXPERIMENT, told["experiment"], "experiment.", file)
-    for number, cell in enumerate(told["cells"]):
+    _there(OF_FRONT, run, "", file)
+    _there(("batches",), run["executor"], "executor.", file)
+    _there(OF_EXPERIMENT, run["experiment"], "experiment.", file)
+    for number, cell in enumerate(run["cells"]):
         _there(OF_CELL, cell, f"cells.{number}.", file)
 
 
-def part(told: dict, records: list[dict], folder: Path) -> None:
+def part(run: dict, records: list[dict], folder: Path) -> None:
     """UserError if a part of a run on a cluster cannot be merged with others."""
     file = Path(folder) / "run.json"
-    _there(("environment", "cells"), told, "", file)
-    _there(("host",), told["environment"], "environment.", file)
-    for cell in told["cells"]:
+    _there(("environment", "cells"), run, "", file)
+    _there(("host",), run["environment"], "environment.", file)
+    for cell in run["cells"]:
         _there(OF_CELL[:4], cell, f"{cell['cell']}: ", file)
     for record in records:
         _there(OF_PART, record, f"repetition {record.get('repetition')}: ", file.with_name("repetitions.jsonl"))
 
 
-def complete(told: dict, records: list[dict], folder: Path) -> None:
+def complete(run: dict, records: list[dict], folder: Path) -> None:
     """UserError if the run.json or the records of a run lack a key that a report needs."""
     file = Path(folder) / "run.json"
-    _there(OF_RUN, told, "", file)
-    _there(("processes", "frames", "image", "measure"), told["experiment"], "experiment.", file)
-    _there(("interval",), told["experiment"]["measure"], "experiment.measure.", file)
-    _there(("host", "commit", "cores"), told["environment"], "environment.", file)
-    _there(("logical",), told["environment"]["cores"], "environment.cores.", file)
-    for number, cell in enumerate(told["cells"]):
+    _there(OF_RUN, run, "", file)
+    _there(("processes", "frames", "image", "measure"), run["experiment"], "experiment.", file)
+    _there(("interval",), run["experiment"]["measure"], "experiment.measure.", file)
+    _there(("host", "commit", "cores"), run["environment"], "environment.", file)
+    _there(("logical",), run["environment"]["cores"], "environment.cores.", file)
+    for number, cell in enumerate(run["cells"]):
         _there(OF_CELL, cell, f"cells.{number}.", file)
-    for pair in (told.get("pair"), *told.get("pairs", ())):
+    for pair in (run.get("pair"), *run.get("pairs", ())):
         if pair and "unavailable" not in pair:
             _there(("cell", "label"), pair, "pair.", file)
     for record in records:
@@ -264,18 +264,18 @@ def complete(told: dict, records: list[dict], folder: Path) -> None:
         _there(OF_ROW, record, place, file.with_name("repetitions.jsonl"))
 
 
-def _there(names: tuple[str, ...], told: dict, place: str, file: Path) -> None:
-    missing = [name for name in names if name not in told]
-    if missing or (missing := [name for name in NEVER_NONE if name in names and told[name] is None]):
+def _there(names: tuple[str, ...], table: dict, place: str, file: Path) -> None:
+    missing = [name for name in names if name not in table]
+    if missing or (missing := [name for name in NEVER_NONE if name in names and table[name] is None]):
         raise UserError(f"{place}{missing[0]} is missing", file=file, remedy=REMEDY)
 
 
 REMEDY = "it is damaged, or of another version of rayrace"
 
 
-def _check(adapter: TypeAdapter, told, file: Path, line: int | None = None) -> None:
+def _check(adapter: TypeAdapter, value, file: Path, line: int | None = None) -> None:
     try:
-        adapter.validate_python(told)
+        adapter.validate_python(value)
     except ValidationError as error:
         fault = error.errors(include_url=False, include_context=False)[0]
         place = ".".join(str(step) for step in fault["loc"])

@@ -143,8 +143,8 @@ class Run:
 
     def append(self, record: dict) -> None:
         """Writes one repetition; it is on the disk when this returns."""
-        known = self._cells.get(record.get("cell"), {})
-        own = {name: value for name, value in record.items() if name == "cell" or known.get(name, self) != value}
+        cell = self._cells.get(record.get("cell"), {})
+        own = {name: value for name, value in record.items() if name == "cell" or cell.get(name, self) != value}
         if os.fstat(self._file.fileno()).st_nlink == 0:  # a write to it would be lost
             raise FileNotFoundError(errno.ENOENT, "it was deleted during the run", str(self._rows))
         self._file.write(lines.as_json(own) + "\n")
@@ -187,12 +187,12 @@ def read(folder: Path, hosts: Collection[str] | None = None) -> tuple[dict, list
     if parts or facts.get("executor"):
         schema.front(facts, folder / "run.json")
         read = [_read(part, f"parts/{part.name}/") for part in parts]
-        for part, (its, mine) in zip(parts, read, strict=True):
-            schema.part(its, mine, part)
-        told = lines.read(folder / jobs.NAME)
-        for number, line in enumerate(told, 1):
+        for part, (its, rows) in zip(parts, read, strict=True):
+            schema.part(its, rows, part)
+        job_lines = lines.read(folder / jobs.NAME)
+        for number, line in enumerate(job_lines, 1):
             schema.job(line, folder / jobs.NAME, number)
-        return merge.merged(folder, facts, read, told, hosts)
+        return merge.merged(folder, facts, read, job_lines, hosts)
     return facts, records
 
 
@@ -227,13 +227,13 @@ def hosts(folder: Path) -> dict[str, dict]:
 def named(folder: Path, host: str) -> list[str] | None:
     """The hosts of a run whose name, or name in rows, is `host`; None if `host` is "" or the run has one host alone.
     UserError if there is none."""
-    known = hosts(folder)
-    if not host or len(known) < 2:
+    environments = hosts(folder)
+    if not host or len(environments) < 2:
         return None
-    found = [name for name, told in known.items() if host in (name, told["host"])]
-    if not found:
-        raise UserError(f"--host {host}: {folder} has rows of {', '.join(known)}")
-    return found
+    names = [name for name, environment in environments.items() if host in (name, environment["host"])]
+    if not names:
+        raise UserError(f"--host {host}: {folder} has rows of {', '.join(environments)}")
+    return names
 
 
 def _read(folder: Path, prefix: str = "") -> tuple[dict, list[dict]]:
@@ -277,8 +277,8 @@ def facts_of(folder: Path) -> dict:
     if not isinstance(facts, dict) or facts.get("format") != FORMAT:
         raise UserError(f"{folder / 'run.json'}: expected format {FORMAT}")
     schema.facts(facts, folder / "run.json")
-    if told := facts.get("environment"):
-        facts["hosts"] = {fingerprint.of(told): told}
+    if environment := facts.get("environment"):
+        facts["hosts"] = {fingerprint.of(environment): environment}
     return facts
 
 

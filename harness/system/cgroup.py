@@ -21,13 +21,13 @@ def version(root: Path = ROOT) -> int | None:
 
 def folders(controller: str, root: Path = ROOT) -> list[Path]:
     """The folders of this process's group and its ancestors, its own first. controller: cpu or memory."""
-    found = version(root)
-    tree = root / TREES if found == 2 else root / TREES / controller
-    if found is None or not tree.is_dir():
+    number = version(root)
+    tree = root / TREES if number == 2 else root / TREES / controller
+    if number is None or not tree.is_dir():
         return []
     for line in (read(root / "proc/self/cgroup") or "").splitlines():
         _, controllers, path = line.split(":", 2)
-        if controller in controllers.split(",") if found == 1 else controllers == "":
+        if controller in controllers.split(",") if number == 1 else controllers == "":
             own = tree / path.strip("/")
             return [place for place in (own, *own.parents) if place.is_dir() and place.is_relative_to(tree)]
     return [tree]

@@ -48,8 +48,8 @@ class Tool:
         """
         if self.name == "perf":
             return _of_perf(folder / "perf.csv")
-        found = [int(told.replace(",", "")) for path in folder.glob("*.log") for told in _counted(path)]
-        return {"instructions": sum(found)} if found else "valgrind left no count"
+        counts = [int(count.replace(",", "")) for path in folder.glob("*.log") for count in _counted(path)]
+        return {"instructions": sum(counts)} if counts else "valgrind left no count"
 
 
 def _perf(out: Path) -> list[str]:
@@ -74,19 +74,19 @@ def _of_perf(path: Path) -> dict[str, int] | str:
             shares[name] = shares.get(name, 0.0) + float(share)
         elif name == "instructions":
             why = f"perf: instructions {value}"
-    found = {name: value for name, value in values.items() if abs(shares[name] - 100) < WHOLE}
+    counts = {name: value for name, value in values.items() if abs(shares[name] - 100) < WHOLE}
     if "instructions" in values:
         why = f"perf: instructions {values['instructions']}, counted {shares['instructions']:.2f} % of the time"
-    return found if "instructions" in found else why
+    return counts if "instructions" in counts else why
 
 
 def find() -> Tool | str:
     """The tool that counts on this machine, perf rather than Valgrind, or why there is none."""
-    found = perf()
-    if isinstance(found, Tool):
-        return found
+    tool = perf()
+    if isinstance(tool, Tool):
+        return tool
     other = valgrind()
-    return other if isinstance(other, Tool) else f"{found}; {other}"
+    return other if isinstance(other, Tool) else f"{tool}; {other}"
 
 
 def perf() -> Tool | str:
@@ -97,8 +97,8 @@ def perf() -> Tool | str:
 
 @cache
 def _able(path: str) -> Tool | str:
-    asked = [path, "stat", "-x", ",", "-e", "instructions:u", "--", "true"]
-    done = _run(asked)
+    command = [path, "stat", "-x", ",", "-e", "instructions:u", "--", "true"]
+    done = _run(command)
     values = []
     for line in (done.stderr if done else "").splitlines():
         value, *rest = line.split(",")
@@ -121,8 +121,8 @@ def valgrind() -> Tool | str:
 @cache
 def version(path: str) -> str:
     done = _run([path, "--version"])
-    found = re.search(r"\d[\w.]*", done.stdout) if done else None
-    return found.group() if found else "unknown"
+    match = re.search(r"\d[\w.]*", done.stdout) if done else None
+    return match.group() if match else "unknown"
 
 
 def _run(words: list[str]) -> subprocess.CompletedProcess | None:

@@ -23,8 +23,8 @@ def devices() -> int:
     for name in DRIVERS:
         try:
             driver = ctypes.CDLL(name)
-            found = driver.cuInit(0) == 0 and driver.cuDeviceGetCount(ctypes.byref(count)) == 0
+            success = driver.cuInit(0) == 0 and driver.cuDeviceGetCount(ctypes.byref(count)) == 0
         except (OSError, AttributeError):  # no such library, or another one of that name
             continue
-        return count.value if found else 0
+        return count.value if success else 0
     return 0

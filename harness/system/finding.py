@@ -8,11 +8,11 @@ UNAVAILABLE = "unavailable: "
 
 @dataclass(frozen=True)
 class Finding:
-    """verdict: good, doubtful (it may spoil measurements) or unknown. what: the property; found: its value."""
+    """verdict: good, doubtful (it may spoil measurements) or unknown. what: the property; value: of it."""
 
     verdict: str
     what: str
-    found: str
+    value: str
     remedy: str = ""
 
 
@@ -21,9 +21,9 @@ def unknown(what: str, why: str, remedy: str = "") -> Finding:
     return Finding("unknown", what, why if why.startswith(UNAVAILABLE) else UNAVAILABLE + why, remedy)
 
 
-def judged(good: bool, what: str, found: str, remedy: str) -> Finding:
+def judged(good: bool, what: str, value: str, remedy: str) -> Finding:
     """A finding that is good, or doubtful with a remedy."""
-    return Finding("good", what, found) if good else Finding("doubtful", what, found, remedy)
+    return Finding("good", what, value) if good else Finding("doubtful", what, value, remedy)
 
 
 def read(path: Path) -> str | None:

@@ -87,16 +87,16 @@ class Gpu:
         """Name, driver, memory, limits and modes, each a value or "unavailable: reason"; None without a GPU."""
         if self.unavailable:
             return None
-        found = {}
+        facts = {}
         for name, way in nvml.IDENTITY.items():
             column = nvml.Column(way)
             value = column.read(self)
-            found[name] = f"unavailable: {column.state}" if value is None else value
+            facts[name] = f"unavailable: {column.state}" if value is None else value
         try:
             driver = self.nvml.nvmlSystemGetDriverVersion()
         except self.errors as error:
             driver = f"unavailable: {error}"
-        return {**found, "driver": driver, "mig": "on" if self.mig else "off"}
+        return {**facts, "driver": driver, "mig": "on" if self.mig else "off"}
 
     def sample(self, pids: frozenset[int], now: float) -> tuple:
         """The values of SERIES now, None for each that is unavailable. pids: of the watched processes; now: s."""
@@ -113,5 +113,5 @@ class Gpu:
 
     def sources(self) -> dict[str, dict]:
         """For each column with values {call, window_s}: the NVML call, and the seconds that its value covers."""
-        found = {} if self.unavailable else {name: self.columns[name].source for name in SERIES}
-        return {name: source for name, source in found.items() if source}
+        sources = {} if self.unavailable else {name: self.columns[name].source for name in SERIES}
+        return {name: source for name, source in sources.items() if source}

@@ -36,7 +36,7 @@ class Holder(NamedTuple):
 
 
 @contextlib.contextmanager
-def held(busy: Callable[[Holder], None] = lambda holder: None) -> Iterator[None]:
+def locked(busy: Callable[[Holder], None] = lambda holder: None) -> Iterator[None]:
     """Holds the lock; waits while others do, and calls `busy` with each of them. OSError if there is no lock."""
     with contextlib.ExitStack() as stack:
         take, look = (_bind, _peer) if _has_names() else (_lock, _written)

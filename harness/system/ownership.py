@@ -29,13 +29,13 @@ class Alive(Exception):
 
 
 @contextlib.contextmanager
-def held(folder: Path, name: str = "") -> Iterator[None]:
+def marked(folder: Path, name: str = "") -> Iterator[None]:
     """Marks a folder that this process has just made, and locks the mark until the block or the process ends.
 
     name: the folder's later name, if it will be renamed.
     """
-    told = {"purpose": "a folder that rayrace made and may remove", "folder": _identity(folder.lstat()), **_process()}
-    told |= {"name": name or folder.name, "time": time.strftime("%Y-%m-%dT%H:%M:%S%z")}
+    mark = {"purpose": "a folder that rayrace made and may remove", "folder": _identity(folder.lstat()), **_process()}
+    mark |= {"name": name or folder.name, "time": time.strftime("%Y-%m-%dT%H:%M:%S%z")}
     with contextlib.ExitStack() as stack:
         opened = [os.open(folder / MARKER, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)]
         stack.callback(os.close, opened[0])
@@ -45,7 +45,7 @@ def held(folder: Path, name: str = "") -> Iterator[None]:
             with contextlib.suppress(OSError):  # a file system without locks
                 for descriptor in opened:
                     fcntl.flock(descriptor, fcntl.LOCK_EX)
-        os.write(opened[0], json.dumps(told).encode() + b"\n")
+        os.write(opened[0], json.dumps(mark).encode() + b"\n")
         yield
 
 
@@ -54,7 +54,7 @@ def make(folder: Path) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     with contextlib.suppress(FileExistsError):
         folder.mkdir()
-        with held(folder):
+        with marked(folder):
             pass
 
 
@@ -87,13 +87,13 @@ def proved(folder: Path, name: str = "", ended: bool = True) -> Iterator[None]:
     except OSError as error:
         raise Doubt(f"{MARKER} in it cannot be opened: {error.strerror}") from None
     try:
-        told = _mark(name or folder.name, there, descriptor)
+        mark = _mark(name or folder.name, there, descriptor)
         if ended:
             try:
                 fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 raise Alive from None
-            if not _has_ended(told):
+            if not _has_ended(mark):
                 raise Alive
         yield
     finally:
@@ -106,12 +106,12 @@ def _mark(name: str, there: os.stat_result, descriptor: int) -> dict:
     if not stat.S_ISREG(mark.st_mode) or mark.st_uid != there.st_uid or mark.st_nlink != 1:
         raise Doubt(f"{MARKER} in it is not a file that rayrace writes")
     try:
-        told = json.loads(os.read(descriptor, SIZE))
+        content = json.loads(os.read(descriptor, SIZE))
     except (OSError, ValueError):
         raise Doubt(f"{MARKER} in it is damaged") from None
-    if not isinstance(told, dict) or (told.get("name"), told.get("folder")) != (name, _identity(there)):
+    if not isinstance(content, dict) or (content.get("name"), content.get("folder")) != (name, _identity(there)):
         raise Doubt(f"{MARKER} in it is of another folder")
-    return told
+    return content
 
 
 def _identity(folder: os.stat_result) -> list[int]:
@@ -130,16 +130,16 @@ def _process() -> dict:
     }
 
 
-def _has_ended(told: dict) -> bool:
+def _has_ended(mark: dict) -> bool:
     """Whether the process of a mark has ended. Doubt if that cannot be known here."""
     now = _process()
-    if told.get("host") != now["host"] or None in (told.get("boot"), now["boot"]):
+    if mark.get("host") != now["host"] or None in (mark.get("boot"), now["boot"]):
         raise Doubt("it is from another host, or the system has no boot ID")
-    if told["boot"] != now["boot"]:
+    if mark["boot"] != now["boot"]:
         return True
-    if told.get("processes") != now["processes"] or not isinstance(told.get("pid"), int):
+    if mark.get("processes") != now["processes"] or not isinstance(mark.get("pid"), int):
         raise Doubt("it is from another container")
-    return _started(str(told["pid"])) != told.get("started")
+    return _started(str(mark["pid"])) != mark.get("started")
 
 
 def _started(process: str) -> int | None:

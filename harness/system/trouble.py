@@ -62,17 +62,17 @@ def between(before: dict, after: dict) -> dict:
     return {"steal_s": changed.pop("steal_s"), "other_cpu_s": other, **changed}
 
 
-def doubts(found: dict, seconds: float, threads: int, cores: int | None = None) -> list[str]:
-    """The texts of DOUBTS for a repetition. found: of `between`, over so many seconds. threads: of the renderer.
+def doubts(changes: dict, seconds: float, threads: int, cores: int | None = None) -> list[str]:
+    """The texts of DOUBTS for a repetition. changes: of `between`, over so many seconds. threads: of the renderer.
 
     cores: physical ones that it may use; None: those of this machine.
     """
     least = max(LEAST_S, SHARE * seconds)
     free = max(0, (physical() if cores is None else cores) - threads)
-    known = {name: value for name, value in found.items() if not isinstance(value, dict)}
-    unused = max(0.0, free * seconds - known.get("waited_s", 0))  # who waits for a core has none free
+    values = {name: value for name, value in changes.items() if not isinstance(value, dict)}
+    unused = max(0.0, free * seconds - values.get("waited_s", 0))  # who waits for a core has none free
     limits = {"steal_s": least} | dict.fromkeys(("other_cpu_s", "measurer_s"), least + unused)
-    return [text for name, text in DOUBTS.items() if known.get(name, 0) > limits.get(name, 0)]
+    return [text for name, text in DOUBTS.items() if values.get(name, 0) > limits.get(name, 0)]
 
 
 def seldom(warnings: list[list[str]]) -> set[str]:
@@ -80,8 +80,8 @@ def seldom(warnings: list[list[str]]) -> set[str]:
 
     warnings: of each repetition.
     """
-    found = [text for texts in warnings for text in texts]
-    return {text for text in DOUBTS.values() if 2 * found.count(text) < len(warnings)}
+    all_texts = [text for texts in warnings for text in texts]
+    return {text for text in DOUBTS.values() if 2 * all_texts.count(text) < len(warnings)}
 
 
 def usable() -> set[int]:
@@ -122,8 +122,8 @@ def _swapped(text: str) -> int:
 
 
 def _held_back(root: Path):
-    told = cgroup.held_back(root)
-    return told[1] if told else "no control group counts it"
+    stopped = cgroup.held_back(root)
+    return stopped[1] if stopped else "no control group counts it"
 
 
 def _throttled(cores: Path):

@@ -59,8 +59,8 @@ def _percent(value: Estimate | float | Missing) -> str:
 
 
 def _against(cell: Cell) -> str | Missing:
-    found = cell.error(repetition.LARGEST)
-    return found if isinstance(found, Missing) else cell.against or OF_SCENE
+    error = cell.error(repetition.LARGEST)
+    return error if isinstance(error, Missing) else cell.against or OF_SCENE
 
 
 ERRORS = [
@@ -90,13 +90,13 @@ CAPTION = (
 
 def brief(cell: Cell) -> tuple[str, str, str, str]:
     """RMSE, largest error, share beyond 1/255 and agreement as short as can be, for the margin of a figure."""
-    found = (
+    columns = (
         (rmse(cell), _short),
         (_of_noise(cell, repetition.LARGEST), _short_most),
         (_of_noise(cell, repetition.BEYOND), _short_percent),
         (cell.agrees, "✗✓".__getitem__),
     )
-    return tuple("unavailable" if isinstance(value, Missing) else show(value) for value, show in found)
+    return tuple("unavailable" if isinstance(value, Missing) else show(value) for value, show in columns)
 
 
 def _short(value: Estimate | float) -> str:

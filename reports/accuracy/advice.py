@@ -56,16 +56,16 @@ def find(folder: Path, wanted: Wanted) -> list[Advice]:
         if not any(record.get("scene_version") == wanted.scene for record in records):
             continue
         loaded = results.load(run.parent)
-        if found := [advice for cell in loaded.cells if (advice := _advice(loaded, cell, wanted))]:
-            return sorted(found, key=lambda advice: advice.seconds)
+        if methods := [advice for cell in loaded.cells if (advice := _advice(loaded, cell, wanted))]:
+            return sorted(methods, key=lambda advice: advice.seconds)
     return []
 
 
 def _advice(loaded: Results, cell: Cell, wanted: Wanted) -> Advice | None:
-    told = loaded.record(cell)
-    if told is None or told.get("scene_version") != wanted.scene or cell.unranked:
+    cell_record = loaded.record(cell)
+    if cell_record is None or cell_record.get("scene_version") != wanted.scene or cell.unranked:
         return None
-    error, same = told.get("error") or {}, {**wanted.picture, **wanted.given}
+    error, same = cell_record.get("error") or {}, {**wanted.picture, **wanted.given}
     if "rmse_standard_error" not in error or error.get("against") != wanted.against:
         return None  # held against another truth, or by a version before 0.2
     if any(cell.parameters.get(name) != value for name, value in same.items()) or wanted.variant not in (

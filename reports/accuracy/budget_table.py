@@ -40,22 +40,22 @@ def write(results: Results, out: Path) -> str:
 
 
 def _row(results: Results, chart: Chart, budget: float) -> list[str]:
-    found = chart.cheapest(results, budget)
+    cheapest = chart.cheapest(results, budget)
     name = NAMED.get(budget, f"{budget:g}")
-    if isinstance(found, Missing):
-        return [name, str(found), *["unavailable"] * 4]
-    point, rivals = found
+    if isinstance(cheapest, Missing):
+        return [name, str(cheapest), *["unavailable"] * 4]
+    point, rivals = cheapest
     numbers = quantity.seconds(point.time), accuracy_columns.shown_rmse(point.cell)
     return [name, point.name, *numbers, _names(rivals) or "none", pareto_table.shown_command(results, point.cell)]
 
 
 def _fields(results: Results, chart: Chart, budget: float) -> list:
-    found = chart.cheapest(results, budget)
+    cheapest = chart.cheapest(results, budget)
     view = chart.view
     head = [view.label, view.cells[0].scene, budget]
-    if isinstance(found, Missing):
-        return [*head, *[None] * 6, chart.against or accuracy_columns.OF_SCENE, "", str(found), ""]
-    (point, rivals), cell = found, found[0].cell
+    if isinstance(cheapest, Missing):
+        return [*head, *[None] * 6, chart.against or accuracy_columns.OF_SCENE, "", str(cheapest), ""]
+    (point, rivals), cell = cheapest, cheapest[0].cell
     return [
         *head, cell.variant, chart.names.method(cell) or method.PLAIN, point.time.value, point.time.low,
         point.time.high, point.error, cell.against or accuracy_columns.OF_SCENE, _names(rivals), "",

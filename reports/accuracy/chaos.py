@@ -84,7 +84,7 @@ class Growth:
     @property
     def passes(self) -> int | None:
         """The first bounce with enough pixels and a median beyond 1/255; None if there is none."""
-        beyond = (one.number for one in self.bounces if one.median > STEP and one.pixels >= LEAST_PIXELS)
+        beyond = (bounce.number for bounce in self.bounces if bounce.median > STEP and bounce.pixels >= LEAST_PIXELS)
         return next(beyond, None)
 
 
@@ -98,7 +98,7 @@ class Chaos:
     lacking: list[str]
 
 
-def found(results: Results) -> list[Chaos]:
+def mirror_views(results: Results) -> list[Chaos]:
     """Returns every view of mirrors with depths 0, 1, 2, .. in more than one arithmetic."""
     views = []
     for seen, by_method in precision.groups(results):
@@ -124,10 +124,10 @@ def _mirrors(results: Results, cells: list[Cell]) -> bool:
 def _depths(cells: list[Cell]) -> list[Cell]:
     """Returns the cells of depth 0, 1, 2, .. up to the first gap."""
     by_depth = {cell.parameters["depth"]: cell for cell in cells}
-    known = []
-    while len(known) in by_depth:
-        known.append(by_depth[len(known)])
-    return known
+    prefix = []
+    while len(prefix) in by_depth:
+        prefix.append(by_depth[len(prefix)])
+    return prefix
 
 
 def _chaos(results: Results, seen: View, swept: dict, bases: dict) -> Chaos:
@@ -140,14 +140,14 @@ def _chaos(results: Results, seen: View, swept: dict, bases: dict) -> Chaos:
         if (variant, chosen) == (first, STRICT):
             continue
         label = f"{variant}, {precision.name(chosen)}"
-        mine, other = _light(results, cells), light[against]
-        wrong = next((one for one in (mine, other) if isinstance(one, Missing)), None)
+        lights, other = _light(results, cells), light[against]
+        wrong = next((side for side in (lights, other) if isinstance(side, Missing)), None)
         if wrong is not None:
             lacking.append(f"{label}: {wrong}")
-        elif all(np.array_equal(a, b) for (a, _), (b, _) in zip(mine, other, strict=False)):
+        elif all(np.array_equal(a, b) for (a, _), (b, _) in zip(lights, other, strict=False)):
             equal.append(f"{label} (and {against})")
         else:
-            growths.append(_growth(variant, chosen, against, mine, other))
+            growths.append(_growth(variant, chosen, against, lights, other))
     return Chaos(seen, growths, equal, lacking)
 
 
@@ -160,10 +160,10 @@ def _light(results: Results, cells: list[Cell]) -> list[tuple[np.ndarray, np.nda
     return [(after - before, after) for before, after in itertools.pairwise(pictures)]
 
 
-def _growth(variant: str, chosen: tuple[str, str], against: str, mine: list, right: list) -> Growth:
+def _growth(variant: str, chosen: tuple[str, str], against: str, lights: list, right: list) -> Growth:
     bounces, off, reached = [], [], []
     rng = np.random.default_rng(1)
-    for number, ((light, _), (truth, picture)) in enumerate(zip(mine, right, strict=False), 1):
+    for number, ((light, _), (truth, picture)) in enumerate(zip(lights, right, strict=False), 1):
         reaches = np.abs(truth).max(axis=-1) > 0
         difference = np.abs(light - truth).max(axis=-1)
         if not reaches.any():

@@ -33,30 +33,32 @@ WIDEST = 64  # characters of a label in a legend of two columns
 
 def write(results: Results, out: Path) -> str:
     """Writes chaos-NUMBER-VIEW.png and .svg, chaos.csv; returns the section, "" without such a sweep."""
-    found = chaos.found(results)
-    if not found:
+    views = chaos.mirror_views(results)
+    if not views:
         return ""
     parts = [f"## {TITLE}"]
-    for number, one in enumerate(found):
-        parts.append(f"### {markdown.escape(one.view.title)}")
-        if one.growths:
-            path = out / f"chaos-{number}-{markdown.slug(one.view.label)}"
-            parts += [style.figure(path, f"{TITLE}: {one.view.title}", draw, one), _table(one.growths)]
-        parts += markdown.listed("Not drawn:", [f"{label}: equal in every bit" for label in one.equal] + one.lacking)
-    table.write_lines(out / "chaos.csv", CSV_HEADER, _csv(found))
+    for number, chaotic in enumerate(views):
+        parts.append(f"### {markdown.escape(chaotic.view.title)}")
+        if chaotic.growths:
+            path = out / f"chaos-{number}-{markdown.slug(chaotic.view.label)}"
+            parts += [style.figure(path, f"{TITLE}: {chaotic.view.title}", draw, chaotic), _table(chaotic.growths)]
+        parts += markdown.listed(
+            "Not drawn:", [f"{label}: equal in every bit" for label in chaotic.equal] + chaotic.lacking
+        )
+    table.write_lines(out / "chaos.csv", CSV_HEADER, _csv(views))
     return "\n\n".join([*parts, "Every bounce: [chaos.csv](chaos.csv).", markdown.escape(CAPTION)])
 
 
 def _table(growths: list[Growth]) -> str:
     rows = []
-    for one in growths:
-        fitted = one.fitted
-        known = not isinstance(one.growth, Missing)
-        ends = f"{fitted[0].number} to {fitted[-1].number}" if known else "unavailable"
-        pixels = f"{fitted[0].pixels} to {fitted[-1].pixels}" if known else "unavailable"
-        useful = "unavailable" if one.useful is None else f"{one.useful:.3g}"
-        passes = f"at none that reaches {LEAST_PIXELS} pixels" if one.passes is None else str(one.passes)
-        rows.append([one.label, one.against, quantity.text(one.growth), ends, pixels, useful, passes])
+    for growth in growths:
+        fitted = growth.fitted
+        fits = not isinstance(growth.growth, Missing)
+        ends = f"{fitted[0].number} to {fitted[-1].number}" if fits else "unavailable"
+        pixels = f"{fitted[0].pixels} to {fitted[-1].pixels}" if fits else "unavailable"
+        useful = "unavailable" if growth.useful is None else f"{growth.useful:.3g}"
+        passes = f"at none that reaches {LEAST_PIXELS} pixels" if growth.passes is None else str(growth.passes)
+        rows.append([growth.label, growth.against, quantity.text(growth.growth), ends, pixels, useful, passes])
     header = [
         "variant", "against float64 strict of", "growth per bounce", "fitted bounces", "pixels that reach them",
         "useful bounces", "median beyond 1/255 at bounce",
@@ -64,25 +66,25 @@ def _table(growths: list[Growth]) -> str:
     return markdown.table(header, rows)
 
 
-def _csv(found: list[Chaos]) -> Iterator[tuple]:
-    for chaotic in found:
+def _csv(views: list[Chaos]) -> Iterator[tuple]:
+    for chaotic in views:
         for growth in chaotic.growths:
             fitted = growth.fitted if growth.start is not None else []
             name = chaotic.view.label, growth.variant, *growth.arithmetic, growth.against
-            for one in growth.bounces:
-                yield *name, one.number, one.pixels, one.median, one.random, one.floor, one in fitted
+            for bounce in growth.bounces:
+                yield *name, bounce.number, bounce.pixels, bounce.median, bounce.random, bounce.floor, bounce in fitted
 
 
-def draw(one: Chaos):
+def draw(chaotic: Chaos):
     """Draws a view with growths."""
     figure, axes = plt.subplots(figsize=(7.2, 4.4), layout="constrained")
-    variants = list(dict.fromkeys(growth.variant for growth in one.growths))
-    last = max(bounce.number for growth in one.growths for bounce in growth.bounces)
-    for growth in one.growths:
+    variants = list(dict.fromkeys(growth.variant for growth in chaotic.growths))
+    last = max(bounce.number for growth in chaotic.growths for bounce in growth.bounces)
+    for growth in chaotic.growths:
         mark = precision_figure.MARKERS[variants.index(growth.variant) % len(precision_figure.MARKERS)]
         _line(axes, growth, precision_figure.colour(growth.arithmetic), mark, last)
     style.visible_step(axes, right=False)
-    random = {bounce.number: bounce.random for growth in one.growths for bounce in growth.bounces}
+    random = {bounce.number: bounce.random for growth in chaotic.growths for bounce in growth.bounces}
     axes.plot(list(random), list(random.values()), color="#AAAAAA", lw=1, zorder=1, label="two pixels at random")
     axes.set(yscale="log", xlabel="bounce", ylabel="median difference of a bounce's light (linear RGB)")
     axes.xaxis.get_major_locator().set_params(integer=True)
@@ -92,7 +94,7 @@ def draw(one: Chaos):
     handles, labels = axes.get_legend_handles_labels()
     columns = 2 if max(map(len, labels)) <= WIDEST else 1
     figure.legend(handles, labels, loc="outside lower left", ncols=columns, fontsize=6)
-    style.entitle(figure, one.view.title)
+    style.entitle(figure, chaotic.view.title)
     return figure
 
 

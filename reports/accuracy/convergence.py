@@ -83,7 +83,7 @@ class Line:
         return None if self.theory is None or isinstance(self.slope, Missing) else self.slope.value - self.theory
 
 
-def found(results: Results) -> list[tuple[View, list[Line]]]:
+def lines_by_view(results: Results) -> list[tuple[View, list[Line]]]:
     """Returns every view with swept samples, feelers or glossy rays and a truth, with its lines."""
     if not any(record.get("error") for record in results.records):
         return []
@@ -92,8 +92,8 @@ def found(results: Results) -> list[tuple[View, list[Line]]]:
         (cell for cell in results.cells if cell.parameters.get("sampler") != "adaptive"),
         lambda cell: tuple(bool(cell.parameters.get(dial)) for dial in ("feelers", "glossy_rays")),
     )
-    views = [one for cells in kinds.values() for one in view.views(cells, (*DIALS, *METHODS, *POOLED))]
-    return [(one, lines) for one in views if (lines := _lines(results, one))]
+    views = [seen for cells in kinds.values() for seen in view.views(cells, (*DIALS, *METHODS, *POOLED))]
+    return [(seen, lines) for seen in views if (lines := _lines(results, seen))]
 
 
 def _draws(cell: Cell, dials: tuple[str, ...]) -> int:
@@ -111,8 +111,8 @@ def _lines(results: Results, seen: View) -> list[Line]:
             groups[variant, "uniform", rest] += groups.pop((variant, sampler, rest))
     lines: list[Line] = []
     for (variant, sampler, rest), cells in groups.items():
-        for held, mine in _runs(cells):
-            line = _line(results, seen, variant, sampler, ", ".join(filter(None, [rest, held])), mine)
+        for setting, run in _runs(cells):
+            line = _line(results, seen, variant, sampler, ", ".join(filter(None, [rest, setting])), run)
             if line is not None:
                 _add(lines, line)
     return lines
@@ -164,9 +164,9 @@ def _squares(results: Results, cell: Cell) -> tuple[np.ndarray, float] | Missing
         return Missing(error["unavailable"])
     noise = stored.array(results, file) if (file := error.get("standard_error_file")) else np.zeros(1)
     picture, truth = stored.picture(results, cell), stored.truth(results, cell)
-    for one in (picture, truth, noise):
-        if isinstance(one, Missing):
-            return one
+    for array in (picture, truth, noise):
+        if isinstance(array, Missing):
+            return array
     uncertainty = cell.error("uncertainty")
     return ((picture - truth) ** 2 - noise**2).mean(axis=-1), 0.0 if isinstance(uncertainty, Missing) else uncertainty
 
@@ -188,7 +188,7 @@ def _add(lines: list[Line], line: Line) -> None:
 
 
 def _equal(line: Line, other: Line) -> bool:
-    pairs = [[(point.draws, point.error) for point in one.points] for one in (line, other)]
+    pairs = [[(point.draws, point.error) for point in side.points] for side in (line, other)]
     return len(pairs[0]) == len(pairs[1]) and bool(np.allclose(*pairs, rtol=EQUAL, atol=0) if pairs[0] else True)
 
 

@@ -43,30 +43,30 @@ MOST = 6  # panels of a figure
 
 def write(results: Results, out: Path) -> str:
     """Writes convergence-NUMBER.png and .svg, convergence.csv, convergence-slopes.csv; returns the section."""
-    found = convergence.found(results)
-    if not found:
+    views = convergence.lines_by_view(results)
+    if not views:
         return ""
     parts = [f"## {TITLE}"]
-    drawn = [(view, lines) for view, lines in found if any(line.points for line in lines)]
+    drawn = [(view, lines) for view, lines in views if any(line.points for line in lines)]
     for number, first in enumerate(range(0, len(drawn), MOST)):
         parts.append(style.figure(out / f"convergence-{number}", TITLE, draw, drawn[first : first + MOST]))
-    parts += [_table(found), *_left_out(found)]
-    table.write_lines(out / "convergence.csv", POINTS, _points(found))
-    table.write_lines(out / "convergence-slopes.csv", SLOPES, _slopes(found))
+    parts += [_table(views), *_left_out(views)]
+    table.write_lines(out / "convergence.csv", POINTS, _points(views))
+    table.write_lines(out / "convergence-slopes.csv", SLOPES, _slopes(views))
     points, slopes = (f"[{name}]({name})" for name in ("convergence.csv", "convergence-slopes.csv"))
     parts.append(f"Every point: {points}. Every slope: {slopes}.")
     return "\n\n".join([*parts, markdown.escape(CAPTION)])
 
 
-def draw(found: list[tuple[View, list[Line]]]):
+def draw(views: list[tuple[View, list[Line]]]):
     """Draws views, each with a line that has points."""
-    columns = min(2, len(found))
-    rows = -(-len(found) // columns)
+    columns = min(2, len(views))
+    rows = -(-len(views) // columns)
     size = PANEL[0] * columns, PANEL[1] * rows
     figure, panels = plt.subplots(rows, columns, figsize=size, squeeze=False, layout="constrained")
-    for axes, (view, lines) in zip(panels.flat, found, strict=False):
+    for axes, (view, lines) in zip(panels.flat, views, strict=False):
         _panel(axes, view, [line for line in lines if line.points])
-    for axes in panels.flat[len(found) :]:
+    for axes in panels.flat[len(views) :]:
         axes.set_visible(False)
     return figure
 
@@ -125,9 +125,9 @@ def _said(line: Line) -> str:
     return slope if line.theory is None else f"{slope}, theory {line.theory:g}"
 
 
-def _table(found: list[tuple[View, list[Line]]]) -> str:
+def _table(views: list[tuple[View, list[Line]]]) -> str:
     rows = []
-    for view, lines in found:
+    for view, lines in views:
         for line in lines:
             theory = "unavailable: the experiment names none" if line.theory is None else f"{line.theory:g}"
             off = "unavailable" if line.off is None else f"{line.off:+.3f}"
@@ -141,30 +141,30 @@ def _table(found: list[tuple[View, list[Line]]]) -> str:
     return markdown.table(header, rows)
 
 
-def _left_out(found: list[tuple[View, list[Line]]]) -> list[str]:
+def _left_out(views: list[tuple[View, list[Line]]]) -> list[str]:
     counts: Counter[str] = Counter()
-    for _, lines in found:
+    for _, lines in views:
         for line in lines:
             for reason, count in line.lacking.items():
                 counts[f"{', '.join(line.variants)}: {reason}"] += count
     return markdown.listed("Left out:", [f"{count} of {text}" for text, count in counts.items()])
 
 
-def _points(found: list[tuple[View, list[Line]]]) -> list[tuple]:
+def _points(views: list[tuple[View, list[Line]]]) -> list[tuple]:
     return [
         (view.label, variant, line.label, point.draws, point.error, point.uncertainty, point.fits)
-        for view, lines in found
+        for view, lines in views
         for line in lines
         for variant in line.variants
         for point in line.points
     ]
 
 
-def _slopes(found: list[tuple[View, list[Line]]]) -> Iterator[tuple]:
-    for view, lines in found:
+def _slopes(views: list[tuple[View, list[Line]]]) -> Iterator[tuple]:
+    for view, lines in views:
         for line in lines:
-            known = not isinstance(line.slope, Missing)
-            numbers = (line.slope.value, line.slope.low, line.slope.high) if known else (None,) * 3
-            note = line.slope.note if known else str(line.slope)
+            has_slope = not isinstance(line.slope, Missing)
+            numbers = (line.slope.value, line.slope.low, line.slope.high) if has_slope else (None,) * 3
+            note = line.slope.note if has_slope else str(line.slope)
             for variant in line.variants:
                 yield view.label, variant, line.label, *numbers, line.theory, line.off, line.octaves, note

@@ -74,7 +74,7 @@ class Sweep:
         return ", ".join(filter(None, [self.variant, self.method]))
 
 
-def found(results: Results) -> list[tuple[View, list[Sweep]]]:
+def sweeps_by_view(results: Results) -> list[tuple[View, list[Sweep]]]:
     """Returns every view in which the cut-off was swept."""
     views = []
     for seen in view.views(results.cells, ("cutoff", *METHODS)):
@@ -90,24 +90,28 @@ def found(results: Results) -> list[tuple[View, list[Sweep]]]:
 def _sweep(results: Results, variant: str, method: str, cells: list[Cell]) -> Sweep:
     whole = next((cell for cell in cells if not cell.parameters.get("cutoff")), None)
     cut = sorted((cell for cell in cells if cell.parameters.get("cutoff")), key=lambda cell: cell.parameters["cutoff"])
-    found = [_point(results, cell, whole) for cell in cut]
-    points = [point for point in found if isinstance(point, Point)]
-    return Sweep(variant, method, points, Counter(str(one) for one in found if isinstance(one, Missing)))
+    outcomes = [_point(results, cell, whole) for cell in cut]
+    points = [point for point in outcomes if isinstance(point, Point)]
+    return Sweep(variant, method, points, Counter(str(outcome) for outcome in outcomes if isinstance(outcome, Missing)))
 
 
 def _point(results: Results, cell: Cell, whole: Cell | None) -> Point | Missing:
     if whole is None:
         return Missing("the run has no cell without a cut-off to compare with")
     record = results.record(cell)
-    known = (record or {}).get("bound")
-    if known is None:
+    bound_record = (record or {}).get("bound")
+    if bound_record is None:
         return Missing(cell.verdict if cell.status != "ok" else "its scene reflects nothing that could be cut")
-    arrays = stored.picture(results, cell), stored.picture(results, whole), stored.array(results, known["dropped_file"])
-    for one in arrays:
-        if isinstance(one, Missing):
-            return one
+    arrays = (
+        stored.picture(results, cell),
+        stored.picture(results, whole),
+        stored.array(results, bound_record["dropped_file"]),
+    )
+    for array in arrays:
+        if isinstance(array, Missing):
+            return array
     cut, right, dropped = arrays
-    bound = known["radiance"] * dropped
+    bound = bound_record["radiance"] * dropped
     change = np.abs(cut - right).max(axis=-1)
     unit = UNIT.get(cell.parameters["precision"], 2.0**-53)
     surely = np.maximum(change - SLACK * unit * np.maximum(right.max(axis=-1), 1), 0)
@@ -128,20 +132,20 @@ def _point(results: Results, cell: Cell, whole: Cell | None) -> Point | Missing:
 def _rays(record: dict, whole: dict) -> float | Missing:
     if not record["rays"] or not whole["rays"]:
         return Missing("the rays are not reported")
-    kept, all_of_them = (sum(one["rays"][kind] for kind in KINDS) for one in (record, whole))
+    kept, all_of_them = (sum(row["rays"][kind] for kind in KINDS) for row in (record, whole))
     return kept / all_of_them
 
 
 def _time(cell: Cell, whole: Cell) -> Estimate | Missing:
-    for one in (cell, whole):
-        if one.unranked:
-            return Missing(f"not ranked: {one.unranked}")
+    for side in (cell, whole):
+        if side.unranked:
+            return Missing(f"not ranked: {side.unranked}")
     return ranking.ratio(cell, whole)
 
 
 def write(results: Results, out: Path) -> str:
     """Writes cutoff-NUMBER-VIEW.png and .svg, cutoff.csv; returns the section, "" if no cut-off was swept."""
-    views = found(results)
+    views = sweeps_by_view(results)
     if not views:
         return ""
     parts = [f"## {TITLE}", _judgement(views)]
@@ -206,8 +210,8 @@ def _csv(views: list[tuple[View, list[Sweep]]]) -> Iterator[tuple]:
             for point in sweep.points:
                 rays = None if isinstance(point.rays, Missing) else point.rays
                 time = point.time
-                known = not isinstance(time, Missing)
-                times = (time.value, time.low, time.high, time.note) if known else (None, None, None, str(time))
+                has_time = not isinstance(time, Missing)
+                times = (time.value, time.low, time.high, time.note) if has_time else (None, None, None, str(time))
                 name = seen.label, sweep.variant, sweep.method or "as the view"
                 changes = point.change, *point.bounds, point.ratio, point.beyond, point.bad
                 yield *name, point.cutoff, *changes, rays, *times
@@ -218,11 +222,11 @@ def draw(seen: View, sweeps: list[Sweep], variants: list[str]):
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.9), layout="constrained")
     alike = grouped(sweeps, lambda sweep: tuple(map(_rounded, sweep.points)))
     markers = iter("osD^vP*X" * len(sweeps))
-    for mine in alike.values():
-        first, marker = mine[0], next(markers)
-        colour = style.colour(first.variant, variants) if len(mine) == 1 else "#444444"
+    for group in alike.values():
+        first, marker = group[0], next(markers)
+        colour = style.colour(first.variant, variants) if len(group) == 1 else "#444444"
         cutoffs = [point.cutoff for point in first.points]
-        name = textwrap.fill(", ".join(sweep.label for sweep in mine), 60)
+        name = textwrap.fill(", ".join(sweep.label for sweep in group), 60)
         left.plot(cutoffs, _shown([p.bounds[0] for p in first.points]), "--", color=colour, lw=1)
         left.plot(cutoffs, _shown([p.bounds[1] for p in first.points]), ":", color=colour, lw=1)
         left.plot(cutoffs, _shown([p.change for p in first.points]), f"{marker}-", color=colour, ms=4, lw=1)
@@ -267,12 +271,12 @@ def _shown(values: list[float]) -> np.ndarray:
 
 
 def _times(axes, sweep: Sweep, colour: str, marker: str, aside: float) -> None:
-    known = [point for point in sweep.points if not isinstance(point.time, Missing)]
-    if not known:
+    points = [point for point in sweep.points if not isinstance(point.time, Missing)]
+    if not points:
         return
-    at = [point.cutoff * aside for point in known]
-    times = [100 * point.time.value for point in known]
+    at = [point.cutoff * aside for point in points]
+    times = [100 * point.time.value for point in points]
     axes.plot(at, times, marker, color=colour, ms=5, label=f"time, {sweep.label}")
-    for x, point in zip(at, known, strict=True):
+    for x, point in zip(at, points, strict=True):
         if point.time.low is not None:
             axes.plot([x, x], [100 * point.time.low, 100 * point.time.high], color=colour, lw=0.8)

@@ -60,10 +60,10 @@ def draw(results: Results, chart: Chart):
         axes.plot(*places[id(point)], ".", color=style.colour(point.cell.variant, results.variants), ms=4, alpha=0.3)
         taken.append(axes.transData.transform(places[id(point)]))
     for variant in results.variants:
-        mine = worth(chart, [point for point in chart.points if point.cell.variant == variant])
-        if mine:
+        front = worth(chart, [point for point in chart.points if point.cell.variant == variant])
+        if front:
             colour = style.colour(variant, results.variants)
-            along = np.array([places[id(point)] for point in mine])
+            along = np.array([places[id(point)] for point in front])
             axes.plot(*along.T, "-o", color=colour, lw=1.6, ms=4)
             taken += _along(axes.transData.transform(along))
             ends.append((along[0], variant, {"color": colour, "fontweight": "bold", "fontsize": 8}))
@@ -133,7 +133,7 @@ def _name(axes, text: str, at, around: list, taken: list, boxes: list, **look):
 
     Returns the text, its box, and whether it is inside the axes and covers no other name.
     """
-    frame, found = axes.get_window_extent(), []
+    frame, candidates = axes.get_window_extent(), []
     for reach in REACHES:
         for across, up in around:
             drawn = axes.annotate(
@@ -144,11 +144,11 @@ def _name(axes, text: str, at, around: list, taken: list, boxes: list, **look):
             box = drawn.get_window_extent()
             inside = frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)
             names = sum(box.overlaps(other) for other in boxes)
-            found.append((not inside, names, sum(box.contains(*place) for place in taken) + reach, drawn, box))
-    found.sort(key=lambda one: one[:3])
-    for *_, drawn, _ in found[1:]:
+            candidates.append((not inside, names, sum(box.contains(*place) for place in taken) + reach, drawn, box))
+    candidates.sort(key=lambda candidate: candidate[:3])
+    for *_, drawn, _ in candidates[1:]:
         drawn.remove()
-    outside, names, _, drawn, box = found[0]
+    outside, names, _, drawn, box = candidates[0]
     return drawn, box, not outside and not names
 
 

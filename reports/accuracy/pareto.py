@@ -113,9 +113,9 @@ def front(times: np.ndarray, errors: np.ndarray) -> np.ndarray:
     best = np.minimum.reduceat(ranked, starts, axis=1)  # of the points of one error
     before = np.minimum.accumulate(best, axis=1)
     before = np.column_stack([np.full(len(ranked), np.inf), before[:, :-1]])  # of the points of a smaller error
-    found = np.empty(ranked.shape, dtype=bool)
-    found[:, order] = (ranked == best[:, group]) & (ranked < before[:, group])
-    return found
+    unbeaten = np.empty(ranked.shape, dtype=bool)
+    unbeaten[:, order] = (ranked == best[:, group]) & (ranked < before[:, group])
+    return unbeaten
 
 
 def alike(errors: np.ndarray) -> np.ndarray:
@@ -123,9 +123,9 @@ def alike(errors: np.ndarray) -> np.ndarray:
     order = np.argsort(errors)
     ranked = errors[order]
     first = np.flatnonzero(np.diff(ranked, prepend=-np.inf) > ALIKE)
-    found = np.empty_like(ranked)
-    found[order] = np.repeat(ranked[first], np.diff(first, append=len(ranked)))
-    return found
+    values = np.empty_like(ranked)
+    values[order] = np.repeat(ranked[first], np.diff(first, append=len(ranked)))
+    return values
 
 
 def shares(times: list[list[float]], errors: np.ndarray, seed: int = 1) -> np.ndarray:
@@ -141,16 +141,16 @@ def shares(times: list[list[float]], errors: np.ndarray, seed: int = 1) -> np.nd
     medians = np.empty((RESAMPLES, len(times)))
     counts = np.array([len(times[point]) for point in possible])
     for count in np.unique(counts):
-        mine = possible[counts == count]
-        values = np.sort([times[point] for point in mine], axis=1)
+        group = possible[counts == count]
+        values = np.sort([times[point] for point in group], axis=1)
         # Drawing ranks instead of values makes the medians fast.
-        drawn = rng.integers(count, size=(RESAMPLES, len(mine), count), dtype=np.uint16)
+        drawn = rng.integers(count, size=(RESAMPLES, len(group), count), dtype=np.uint16)
         drawn.sort(axis=-1)
-        ends = (values[np.arange(len(mine)), drawn[..., rank]] for rank in ((count - 1) // 2, count // 2))
-        medians[:, mine] = sum(ends) / 2
-    found = np.zeros(len(times))
-    found[possible] = front(medians[:, possible], errors[possible]).mean(axis=0)
-    return found
+        ends = (values[np.arange(len(group)), drawn[..., rank]] for rank in ((count - 1) // 2, count // 2))
+        medians[:, group] = sum(ends) / 2
+    on_front = np.zeros(len(times))
+    on_front[possible] = front(medians[:, possible], errors[possible]).mean(axis=0)
+    return on_front
 
 
 @lru_cache(maxsize=1)  # several sections of a report need them
@@ -173,9 +173,9 @@ def _chart(results: Results, seen: View) -> Chart:
             lacking.append((cell, cell.unranked or str(error)))
         else:
             errors[cell] = error
-    known = [DOUBT * max(cell.known("uncertainty", cell.timed).values(), default=0.0) for cell in errors]
+    doubts = [DOUBT * max(cell.by_row("uncertainty", cell.timed).values(), default=0.0) for cell in errors]
     sampled = any(method.sampled(results.record(cell)["error"]) for cell in errors)
-    resolution = max([ALIKE, *known])
+    resolution = max([ALIKE, *doubts])
     points = _points(results, seen, names, errors, resolution) if errors else []
     apart = [cell for scene in {cell.scene for cell in seen.cells} for cell in results.of(scene) if cell.apart]
     places = {cell.place for cell in seen.cells}
@@ -207,10 +207,10 @@ def bias_floor(chart: Chart, curve: Curve) -> float | None:
     A curve is flat if its last step falls by less than draws^-1/4, well above the resolution of the truth.
     """
     points = {point.cell: point for point in chart.points}
-    mine = [points[cell] for cell in curve.cells]
-    if curve.dial not in DRAWS or len(mine) < 3 or any(point.unbiased for point in mine):
+    on_curve = [points[cell] for cell in curve.cells]
+    if curve.dial not in DRAWS or len(on_curve) < 3 or any(point.unbiased for point in on_curve):
         return None
-    (before, last), least = mine[-2:], min(point.error for point in mine)
+    (before, last), least = on_curve[-2:], min(point.error for point in on_curve)
     if least < 3 * chart.resolution:
         return None
     more, fewer = (max(point.cell.parameters[curve.dial], 1) for point in (last, before))

@@ -71,8 +71,8 @@ def draw(results: Results, chart: Chart):
     handles = [Line2D([], [], color=style.colour(name, results.variants), lw=4) for name in variants]
     marks = [Line2D([], [], ls="", marker=markers[family], color="#555555", ms=5) for family in shown]
     at, size = foot - LABEL, {"loc": "upper left", "columnspacing": 1, "borderaxespad": 0}
-    for mine, (names, columns) in zip((handles, marks), legends, strict=True):
-        figure.legend(mine, names, bbox_to_anchor=(0.02, at / height), ncols=columns, **size)
+    for symbols, (names, columns) in zip((handles, marks), legends, strict=True):
+        figure.legend(symbols, names, bbox_to_anchor=(0.02, at / height), ncols=columns, **size)
         at -= LINE * (-(-len(names) // columns)) + 0.06
     left = len(families) - len(shown)
     more = [f"and {left} more method{'s' * (left > 1)}: the CSV file names them"] * (left > 0)
@@ -85,15 +85,15 @@ def family_of(chart: Chart) -> dict[Cell, str]:
 
     Leaves out all dials where there would be more names than markers.
     """
-    found = {}
+    families = {}
     for curve in chart.curves:
         for cell in curve.cells:
             if chart.names.method(cell, curve.dial) == curve.family:
-                found.setdefault(cell, curve.family)
-    found = {point.cell: found.get(point.cell, chart.names.method(point.cell)) for point in chart.points}
-    if len(set(found.values())) > len(MARKERS):
-        found = {cell: chart.names.method(cell, *method.DIALS) for cell in found}
-    return {cell: family or method.PLAIN for cell, family in found.items()}
+                families.setdefault(cell, curve.family)
+    families = {point.cell: families.get(point.cell, chart.names.method(point.cell)) for point in chart.points}
+    if len(set(families.values())) > len(MARKERS):
+        families = {cell: chart.names.method(cell, *method.DIALS) for cell in families}
+    return {cell: family or method.PLAIN for cell, family in families.items()}
 
 
 def _lost(chart: Chart) -> str:
@@ -135,8 +135,8 @@ def regions(axes, chart: Chart) -> list:
     upright = []
     if chart.resolution > left:
         axes.axvspan(left, chart.resolution, color="#E4E4E4", lw=0, zorder=0)
-        known = chart.resolution > pareto.ALIKE
-        why = "from here on the truth cannot tell" if known else "float64 pictures are not told apart"
+        of_truth = chart.resolution > pareto.ALIKE
+        why = "from here on the truth cannot tell" if of_truth else "float64 pictures are not told apart"
         upright.append(_upright(axes, chart.resolution, why, ha="right"))
     names = [(VISIBLE, "1/255")]
     axes.axvline(VISIBLE, color="black", lw=0.8)
@@ -163,10 +163,14 @@ def _upright(axes, x: float, text: str, ha: str = "center"):
 def _curves(axes, results: Results, chart: Chart, zero: float) -> None:
     points = {point.cell: point for point in chart.points}
     for curve in chart.curves:
-        mine = [points[cell] for cell in curve.cells]
+        on_curve = [points[cell] for cell in curve.cells]
         colour = style.colour(curve.variant, results.variants)
         axes.plot(
-            [chart.drawn(p) or zero for p in mine], [p.time.value for p in mine], color=colour, lw=0.8, alpha=0.45
+            [chart.drawn(p) or zero for p in on_curve],
+            [p.time.value for p in on_curve],
+            color=colour,
+            lw=0.8,
+            alpha=0.45,
         )
         floor = pareto.bias_floor(chart, curve)
         if floor is not None:
@@ -175,7 +179,7 @@ def _curves(axes, results: Results, chart: Chart, zero: float) -> None:
 
 def _points(axes, results: Results, chart: Chart, zero: float, markers: dict) -> None:
     # Faint points first, so that the front is on top.
-    for number, point in sorted(enumerate(chart.points), key=lambda one: one[1].share):
+    for number, point in sorted(enumerate(chart.points), key=lambda pair: pair[1].share):
         x, time = chart.drawn(point) or zero, point.time
         colour = style.colour(point.cell.variant, results.variants)
         look = {"color": colour, "alpha": FAINT + (1 - FAINT) * point.share, "zorder": 3 + point.share}
@@ -254,10 +258,10 @@ def _numbers(axes, chart: Chart, zero: float, upright: list) -> None:
 
 def _fastest(results: Results, chart: Chart) -> list[str]:
     """Returns a sentence on the fastest method with an invisible error, in lines."""
-    found = chart.cheapest(results, VISIBLE)
-    if isinstance(found, Missing):
-        return [f"fastest below 1/255: {found}"]
-    first, rivals = found
+    cheapest = chart.cheapest(results, VISIBLE)
+    if isinstance(cheapest, Missing):
+        return [f"fastest below 1/255: {cheapest}"]
+    first, rivals = cheapest
     doubt = f"; not resolved from {' / '.join(point.name for point in rivals)}" if rivals else ""
     text = f"fastest below 1/255: {first.name}, {quantity.seconds(first.time)} (number {first.number}, ringed){doubt}"
     return textwrap.wrap(text, 130)[:3]

@@ -51,24 +51,26 @@ def _truth(results: Results, chart: Chart) -> str:
     """Says what the truth is, how accurately it is known, and by what it was checked."""
     errors = [results.record(point.cell)["error"] for point in chart.points]
     makers = " and ".join(dict.fromkeys(error["truth"] for error in errors))
-    told = [f"{makers} made the truth{_made(errors)}."]
+    sentences = [f"{makers} made the truth{_made(errors)}."]
     if chart.against:
-        told.append(f"Errors are {'' if chart.against.startswith('against') else 'held against it '}{chart.against}.")
+        sentences.append(
+            f"Errors are {'' if chart.against.startswith('against') else 'held against it '}{chart.against}."
+        )
     if chart.resolution > ALIKE:
-        told.append(
+        sentences.append(
             f"It is known to {chart.resolution / DOUBT:.2g} (RMS); below {DOUBT} times that, {chart.resolution:.2g}, "
             "it cannot tell."
         )
     certificate = next(filter(None, (error.get("certificate") for error in errors)), {"unavailable": "not asked for"})
     if "unavailable" in certificate:
-        told.append(f"It was not checked in more digits: {certificate['unavailable']}.")
+        sentences.append(f"It was not checked in more digits: {certificate['unavailable']}.")
     else:
         few = "of a picture with a few of its samples " if chart.sampled else ""
-        told.append(
+        sentences.append(
             f"At {certificate['spots']} pixels {few}computed in {certificate['digits']} digits the largest difference "
             f"is {certificate['largest']:.2g}."
         )
-    return markdown.escape(" ".join(told))
+    return markdown.escape(" ".join(sentences))
 
 
 def _made(errors: list[dict]) -> str:
@@ -90,12 +92,12 @@ def left_out(chart: Chart) -> list[str]:
 
 def without_point(chart: Chart) -> dict[tuple[str, str], str]:
     """Returns the methods without a point by variant and reason; many are only counted."""
-    groups = grouped(chart.lacking, lambda one: (one[0].variant, one[1]))
+    groups = grouped(chart.lacking, lambda pair: (pair[0].variant, pair[1]))
     return {
-        key: "; ".join(chart.names.full(cell) for cell, _ in mine)
-        if len(mine) <= FEW
-        else f"{key[0]}, {len(mine)} methods"
-        for key, mine in groups.items()
+        key: "; ".join(chart.names.full(cell) for cell, _ in pairs)
+        if len(pairs) <= FEW
+        else f"{key[0]}, {len(pairs)} methods"
+        for key, pairs in groups.items()
     }
 
 

@@ -36,7 +36,7 @@ class Method:
 
     variant: str
     arithmetic: tuple[str, str]
-    found: list[Differences]
+    pictures: list[Differences]
     lacking: dict[int, str]
 
     @property
@@ -62,7 +62,7 @@ def groups(results: Results) -> Iterator[tuple[View, dict[tuple[str, tuple[str, 
             yield seen, grouped(cells, lambda cell: (cell.variant, arithmetic(cell)))
 
 
-def found(results: Results) -> list[tuple[View, list[Method]]]:
+def methods_by_view(results: Results) -> list[tuple[View, list[Method]]]:
     """Returns every view with several arithmetics, with its methods."""
     return [
         (seen, [_method(results, *key, cells) for key, cells in by_method.items()])
@@ -71,14 +71,14 @@ def found(results: Results) -> list[tuple[View, list[Method]]]:
 
 
 def _method(results: Results, variant: str, chosen: tuple[str, str], cells: list[Cell]) -> Method:
-    known, lacking = [], {}
+    pictures, lacking = [], {}
     for cell in cells:
-        one = _differences(results, cell)
-        if isinstance(one, Missing):
-            lacking[cell.parameters["depth"]] = str(one)
+        picture = _differences(results, cell)
+        if isinstance(picture, Missing):
+            lacking[cell.parameters["depth"]] = str(picture)
         else:
-            known.append(one)
-    return Method(variant, chosen, known, lacking)
+            pictures.append(picture)
+    return Method(variant, chosen, pictures, lacking)
 
 
 def _differences(results: Results, cell: Cell) -> Differences | Missing:

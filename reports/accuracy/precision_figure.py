@@ -44,17 +44,17 @@ def colour(arithmetic: tuple[str, str]) -> str:
 
 def write(results: Results, out: Path) -> str:
     """Writes precision-NUMBER-VIEW.png and .svg, precision.csv; returns the section, "" with one arithmetic."""
-    found = precision.found(results)
-    if not found:
+    views = precision.methods_by_view(results)
+    if not views:
         return ""
     parts = [f"## {TITLE}"]
-    for number, (seen, methods) in enumerate(found):
+    for number, (seen, methods) in enumerate(views):
         parts.append(f"### {markdown.escape(seen.title)}")
-        if any(len(method.found) > 1 for method in methods):
-            path, drawn = out / f"precision-{number}-{markdown.slug(seen.label)}", [m for m in methods if m.found]
+        if any(len(method.pictures) > 1 for method in methods):
+            path, drawn = out / f"precision-{number}-{markdown.slug(seen.label)}", [m for m in methods if m.pictures]
             parts.append(style.figure(path, f"{TITLE}: {seen.title}", draw, seen, drawn))
         parts.append(_table(methods))
-    table.write_lines(out / "precision.csv", CSV_HEADER, _csv(found))
+    table.write_lines(out / "precision.csv", CSV_HEADER, _csv(views))
     return "\n\n".join([*parts, "Every picture: [precision.csv](precision.csv).", markdown.escape(CAPTION)])
 
 
@@ -62,8 +62,8 @@ def _table(methods: list[Method]) -> str:
     rows = []
     for method in methods:
         fields = {
-            one.depth: [f"{100 * one.bad:.3g}", _plain(one.largest), _plain(one.median), one.status]
-            for one in method.found
+            picture.depth: [f"{100 * picture.bad:.3g}", _plain(picture.largest), _plain(picture.median), picture.status]
+            for picture in method.pictures
         }
         fields |= {depth: ["unavailable"] * 3 + [why] for depth, why in method.lacking.items()}
         name = [method.variant, precision.name(method.arithmetic)]
@@ -78,11 +78,14 @@ def _plain(value: float) -> str:
     return "exactly 0" if value == 0 else quantity.plain(value)
 
 
-def _csv(found: list[tuple[View, list[Method]]]) -> Iterator[tuple]:
-    for seen, methods in found:
+def _csv(views: list[tuple[View, list[Method]]]) -> Iterator[tuple]:
+    for seen, methods in views:
         for method in methods:
             name = seen.label, method.variant, *method.arithmetic
-            fields = {one.depth: (one.bad, one.largest, one.median, one.status) for one in method.found}
+            fields = {
+                picture.depth: (picture.bad, picture.largest, picture.median, picture.status)
+                for picture in method.pictures
+            }
             fields |= {depth: (None, None, None, why) for depth, why in method.lacking.items()}
             yield from ((*name, depth, *fields[depth]) for depth in sorted(fields))
 
@@ -121,12 +124,12 @@ def draw(seen: View, methods: list[Method]):
 
 
 def _line(axes, method: Method, quantity_: str, scale: float, shade: str, mark: str, line: str) -> None:
-    depths = [one.depth for one in method.found]
-    values = [scale * getattr(one, quantity_) for one in method.found]
+    depths = [picture.depth for picture in method.pictures]
+    values = [scale * getattr(picture, quantity_) for picture in method.pictures]
     style_ = line if method.arithmetic != STRICT else "--" if line == "-" else line
     label = method.label if quantity_ == "bad" else None
     axes.plot(depths, values, style_, color=shade, lw=1, marker=mark, ms=3.5, mew=0, label=label)
-    wrong = [(depth, value) for depth, value, one in zip(depths, values, method.found, strict=True)
-             if one.status != "ok"]  # fmt: skip
+    wrong = [(depth, value) for depth, value, picture in zip(depths, values, method.pictures, strict=True)
+             if picture.status != "ok"]  # fmt: skip
     if wrong:
         axes.plot(*zip(*wrong, strict=True), mark, color=shade, ms=4, mfc="white", mew=0.8)

@@ -37,15 +37,15 @@ class Blocks:
 
     def medians(self, values: np.ndarray, some: np.ndarray) -> np.ndarray:
         """Returns the median of `values` (height, width) where `some`, in each resample; NaN where it has none."""
-        block, mine = self.of[some], values[some]
-        order = np.argsort(mine)
-        block, mine = block[order], mine[order]
-        found = np.full(len(self.weights), np.nan)
+        block, selected = self.of[some], values[some]
+        order = np.argsort(selected)
+        block, selected = block[order], selected[order]
+        medians = np.full(len(self.weights), np.nan)
         for number, weights in enumerate(self.weights):
             up_to = np.cumsum(weights[block])
             if len(up_to) and up_to[-1]:
-                found[number] = mine[np.searchsorted(up_to, up_to[-1] / 2)]
-        return found
+                medians[number] = selected[np.searchsorted(up_to, up_to[-1] / 2)]
+        return medians
 
 
 def ends(values: np.ndarray) -> tuple[float, float]:

@@ -62,13 +62,13 @@ def _seen(results: Results, charts: list[Chart], pictures: Embedded) -> dict[Cel
     """Adds small pictures, those of the fronts first; returns their keys."""
     cells = [point.cell for chart in charts for point in chart.front]
     cells += [cell for chart in charts for cell in thinning.few([point.cell for point in chart.points], MOST_SEEN)]
-    found: dict[Cell, str] = {}
+    keys: dict[Cell, str] = {}
     for cell in dict.fromkeys(cells):
-        picture = stored.picture(results, cell) if len(found) < MOST_SEEN else None
+        picture = stored.picture(results, cell) if len(keys) < MOST_SEEN else None
         if isinstance(picture, np.ndarray):
             key = pictures.add_pixels(smaller(stored.displayed(picture, cell), LONGEST))
-            found |= {cell: key} if key else {}
-    return found
+            keys |= {cell: key} if key else {}
+    return keys
 
 
 def _chart(results: Results, chart: Chart, kept: list[Point], seen: dict[Cell, str], words: Words) -> dict:

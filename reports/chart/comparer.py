@@ -17,19 +17,19 @@ GREY = (221, 221, 221)
 
 def data(results: Results, pictures: Embedded) -> dict:
     """Returns `places` with pictures to compare and a note for the page; {} without pictures. Adds to `pictures`."""
-    found = pictures_figure.places(results)
+    by_place = pictures_figure.places(results)
     places, there = [], 0
-    for place, cells in found:
+    for place, cells in by_place:
         if cells[0].pixels == 1:
             continue
         truth = _truth(results, pictures_figure.with_truth(results, cells), pictures)
-        shown = [one for cell in cells[:MOST] if (one := _picture(results, cell, pictures))]
+        shown = [picture for cell in cells[:MOST] if (picture := _picture(results, cell, pictures))]
         there += len(cells)
         if shown:
             places.append({"label": naming.called(results, place), "pictures": shown + ([truth] if truth else [])})
     if not places:
         return {}
-    count = sum(not one["truth"] for place in places for one in place["pictures"])
+    count = sum(not picture["truth"] for place in places for picture in place["pictures"])
     lacking = f"This page holds {count} of {there} pictures: the others were not stored, or did not fit."
     return {"places": places, "says": lacking if count < there else ""}
 
@@ -42,8 +42,8 @@ def _truth(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
     key = pictures.add_pixels(seen, exact=True)
     if key is None:
         return None
-    size, told = [seen.shape[1], seen.shape[0]], pictures_figure.told_of_truth(results, cell)
-    names = {"label": "the truth", "verdict": "", "told": told, "truth": True}
+    size, details = [seen.shape[1], seen.shape[0]], pictures_figure.told_of_truth(results, cell)
+    names = {"label": "the truth", "verdict": "", "told": details, "truth": True}
     return {**names, "size": size, "picture": key, "error": None, "flip": None}
 
 
@@ -58,7 +58,7 @@ def _picture(results: Results, cell: Cell, pictures: Embedded) -> dict | None:
     return {
         "label": cell.label,
         "verdict": cell.verdict,
-        "told": pictures_figure.told(results, cell),
+        "told": pictures_figure.notes(results, cell),
         "truth": False,
         "size": [seen.shape[1], seen.shape[0]],
         "picture": key,
@@ -73,9 +73,9 @@ def _error(results: Results, cell: Cell, picture: np.ndarray, pictures: Embedded
     if isinstance(truth, Missing) or truth.shape != picture.shape:
         return None
     difference = np.abs(picture - truth).max(axis=-1)
-    known = np.where(np.isfinite(difference) & (difference > 0), difference, 1)
+    positive = np.where(np.isfinite(difference) & (difference > 0), difference, 1)
     norm = LogNorm(pictures_figure.least(results, cell), 1.0, clip=True)
-    pixels = colormaps["viridis"](norm(known), bytes=True)[..., :3].copy()
+    pixels = colormaps["viridis"](norm(positive), bytes=True)[..., :3].copy()
     pixels[difference == 0] = GREY
     pixels[~np.isfinite(difference)] = np.multiply(stored.BROKEN, 255)
     return pictures.add_pixels(smaller(pixels, LONGEST))
@@ -83,7 +83,7 @@ def _error(results: Results, cell: Cell, picture: np.ndarray, pictures: Embedded
 
 def _flip(results: Results, cell: Cell, pictures: Embedded) -> str | None:
     """Adds the map of FLIP of picture and truth, 0 to 1, in its usual colours; returns its key."""
-    found = stored.array(results, (results.record(cell).get("error") or {}).get("flip_file"))
-    if isinstance(found, Missing):
+    flip = stored.array(results, (results.record(cell).get("error") or {}).get("flip_file"))
+    if isinstance(flip, Missing):
         return None
-    return pictures.add_pixels(smaller(colormaps["magma"](np.clip(found, 0, 1), bytes=True)[..., :3], LONGEST))
+    return pictures.add_pixels(smaller(colormaps["magma"](np.clip(flip, 0, 1), bytes=True)[..., :3], LONGEST))

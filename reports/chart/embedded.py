@@ -23,20 +23,20 @@ class Embedded:
         self.images: dict[str, str] = {}
         self._known: dict[str, str] = {}
 
-    def add(self, data: bytes, kind: str, told: bool = True) -> str | None:
+    def add(self, data: bytes, kind: str, counted: bool = True) -> str | None:
         """Adds a picture of a kind such as "image/webp"; returns its key, None if it does not fit.
 
-        told: count it as left out if it does not fit.
+        counted: count it as left out if it does not fit.
         """
-        found = hashlib.sha256(data).hexdigest()
-        if found in self._known and not self.inline:
-            return self._known[found]
+        digest = hashlib.sha256(data).hexdigest()
+        if digest in self._known and not self.inline:
+            return self._known[digest]
         address = f"data:{kind};base64,{base64.b64encode(data).decode()}"
         if len(address) > self.room:
-            self.left_out += told
+            self.left_out += counted
             return None
         self.room -= len(address)
-        key = self._known.setdefault(found, f"p{len(self.images)}")
+        key = self._known.setdefault(digest, f"p{len(self.images)}")
         self.images[key] = address
         return key
 

@@ -25,7 +25,7 @@ def data(results: Results, _: Embedded) -> dict:
     places = []
     for scene in results.scenes[:MOST]:
         place = timeline.largest_place(results.of(scene))
-        processes = [one for cell in results.at(place) if (one := _process(results, cell))]
+        processes = [process for cell in results.at(place) if (process := _process(results, cell))]
         if processes:
             places.append({"label": naming.called(results, place), "processes": processes})
     if not places:
@@ -49,10 +49,10 @@ def _process(results: Results, cell: Cell) -> dict | None:
     curves = {"CPU use (% of one core)": _curve((t[1:] + t[:-1]) / 2, percent)} if len(percent) else {}
     table = stored.series(path)
     for kind, (column, scale) in LEVELS.items():
-        known = table[["t", column]].dropna() if column in table else table[:0]
-        if len(known):
-            kept = np.unique(np.linspace(0, len(known) - 1, min(len(known), FINEST)).round().astype(int))
-            some = known.iloc[kept]
+        samples = table[["t", column]].dropna() if column in table else table[:0]
+        if len(samples):
+            kept = np.unique(np.linspace(0, len(samples) - 1, min(len(samples), FINEST)).round().astype(int))
+            some = samples.iloc[kept]
             curves[kind] = _curve(some["t"].to_numpy(float), some[column].to_numpy(float) * scale)
     return {"label": cell.label, "wall": wall, "phases": record["phases"], "curves": curves}
 

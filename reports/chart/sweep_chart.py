@@ -15,12 +15,12 @@ def data(results: Results, _: Embedded) -> dict:
     if not every:
         return {}
     panels = _kept(every)
-    known = [what for what in QUANTITIES if crossing.values(panels, what)]
-    numbered = {what: sweep_figure.crossings(results, panels, what) for what in known}
+    quantities = [what for what in QUANTITIES if crossing.values(panels, what)]
+    numbered = {what: sweep_figure.crossings(results, panels, what) for what in quantities}
     looks = list(dict.fromkeys(line.label for panel in panels for line in panel.lines))
     return {
-        "panels": [_panel(panel, known, numbered, looks) for panel in panels],
-        "quantities": [_quantity(panels, what) for what in known],
+        "panels": [_panel(panel, quantities, numbered, looks) for panel in panels],
+        "quantities": [_quantity(panels, what) for what in quantities],
         "colours": {name: style.colour(name, results.variants) for name in results.variants},
         "says": thinning.note(len(panels), len(every), "charts", "the CSV file has all"),
     }
@@ -44,7 +44,7 @@ def _quantity(panels: list[Panel], what: Quantity) -> dict:
     return {"title": f"{what.title} ({name})" if name else what.title, "unit": unit, "log": upright.name == "log"}
 
 
-def _panel(panel: Panel, known: list[Quantity], numbered: dict, looks: list[str]) -> dict:
+def _panel(panel: Panel, quantities: list[Quantity], numbered: dict, looks: list[str]) -> dict:
     label = f"{panel.axis.name}: {panel.label}" if panel.label else panel.axis.name
     values = panel.values
     return {
@@ -60,14 +60,17 @@ def _panel(panel: Panel, known: list[Quantity], numbered: dict, looks: list[str]
                 "look": looks.index(line.label),
                 "points": [
                     [[x, *map(_short, (value.value, value.low, value.high))] for x, value in line.points(what)]
-                    for what in known
+                    for what in quantities
                 ],
             }
             for line in panel.lines
         ],
         "crossings": [
-            [[one.x, _short(one.y), sweep_figure.words(panel, what, one)] for _, one in numbered[what][panel]]
-            for what in known
+            [
+                [meeting.x, _short(meeting.y), sweep_figure.words(panel, what, meeting)]
+                for _, meeting in numbered[what][panel]
+            ]
+            for what in quantities
         ],
     }
 

@@ -67,18 +67,18 @@ def read(file: Path) -> Budget:
 def hold(results: Results, budget: Budget) -> list[Held]:
     """Returns each cell of the run or of the budget, held to it. UserError if no two counts can be compared."""
     cells = dict(zip(naming.names(results.cells), results.cells, strict=True))
-    found = []
+    rows = []
     for name in dict.fromkeys((*cells, *budget.cells)):
         line, cell = budget.cells.get(name), cells.get(name)
         if cell is None:
-            found.append(Held(name, Counts(reason="the run does not have it"), False))
+            rows.append(Held(name, Counts(reason="the run does not have it"), False))
         elif line is None:
-            found.append(Held(name, Counts(reason="the budget does not have it"), False))
+            rows.append(Held(name, Counts(reason="the budget does not have it"), False))
         else:
             counts = of_two(line.model_dump(), results.counts(cell), "the budget", "the run")
             lost = isinstance(results.counts(cell), Missing)
-            found.append(Held(name, counts, lost or counts.more(budget.percent)))
-    if not any(row.over or row.counts.ratio is not None for row in found):
-        told = "\n  ".join(["--budget: nothing could be compared", *(row.text for row in found)])
-        raise UserError(told, remedy="write a new budget if the tool has changed: rayrace export RUN --format budget")
-    return found
+            rows.append(Held(name, counts, lost or counts.more(budget.percent)))
+    if not any(row.over or row.counts.ratio is not None for row in rows):
+        text = "\n  ".join(["--budget: nothing could be compared", *(row.text for row in rows)])
+        raise UserError(text, remedy="write a new budget if the tool has changed: rayrace export RUN --format budget")
+    return rows

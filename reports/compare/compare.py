@@ -97,7 +97,7 @@ class Comparison:
         if not self.broken and not compared:
             raise UserError(f"{self.a}, {self.b}: no cell could be compared; see the reasons above")
         if not self.broken and self.drift.value is None and not all(row.unchanged for row in compared):
-            raise UserError(f"{self.a}, {self.b}: drift of the machine between them: {self.drift.told}")
+            raise UserError(f"{self.a}, {self.b}: drift of the machine between them: {self.drift.source}")
         least = (1 + percent / 100) * (1 + (self.drift.value or 0))
         return [row for row in self.rows if row.time == "slower" and row.ratio.low > least]
 

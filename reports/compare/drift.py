@@ -19,11 +19,11 @@ REMEDY = "hold one version against the other in one run: rayrace run EXPERIMENT 
 
 @dataclass(frozen=True)
 class Drift:
-    """value: the relative difference in time that may be the machine's, None if unknown. told: where it is from, or why
-    it is unknown."""
+    """value: the relative difference in time that may be the machine's, None if unknown. source: where it is from, or
+    why it is unknown."""
 
     value: float | None
-    told: str
+    source: str
 
 
 def between(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> Drift:
@@ -35,10 +35,10 @@ def between(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> Drift:
         return Drift(None, f"unknown: machine or software changed ({changed[0]})")
     same = [pair for pair in pairs if unchanged(a, b, *pair) and not any(cell.unranked for cell in pair)]
     ratios = [ranking.unpaired(cell_b, cell_a) for cell_a, cell_b in same]
-    known = [ratio for ratio in ratios if ratio.low is not None]
-    if known:
-        value = max(statistics.difference(end) for ratio in known for end in (ratio.low, ratio.high))
-        return Drift(value, f"{100 * value:.2g} %, by {_count(len(known), 'cell')} that did not change")
+    bounded = [ratio for ratio in ratios if ratio.low is not None]
+    if bounded:
+        value = max(statistics.difference(end) for ratio in bounded for end in (ratio.low, ratio.high))
+        return Drift(value, f"{100 * value:.2g} %, by {_count(len(bounded), 'cell')} that did not change")
     spreads = _spreads(a, b)
     if spreads:
         value = max(largest for largest, _ in spreads)
@@ -50,22 +50,22 @@ def between(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> Drift:
 
 def unchanged(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> bool:
     """Whether two cells are of the same renderer, scene and parameters; of unknown versions they are not."""
-    one, other = (_identity(*both) for both in ((a, cell_a), (b, cell_b)))
-    return one is not None and one == other
+    identity, other = (_identity(*both) for both in ((a, cell_a), (b, cell_b)))
+    return identity is not None and identity == other
 
 
 def _identity(run: Results, cell: Cell) -> str | None:
     record = run.record(cell) or {}
-    told = [record.get(name) for name in ("variant", "renderer_version", "scene_version", "parameters")]
-    return None if told[1] is None else json.dumps(told, sort_keys=True)
+    identity = [record.get(name) for name in ("variant", "renderer_version", "scene_version", "parameters")]
+    return None if identity[1] is None else json.dumps(identity, sort_keys=True)
 
 
 def _spreads(a: Results, b: Results) -> list[tuple[float, int]]:
     """Returns, of each cell that enough runs have, the largest ratio of two medians less 1, and the number of runs."""
     medians: dict[str, list[float]] = {}
-    mine = {cell["cell"] for run in (a, b) for cell in run.facts["cells"]}
-    found = [a, b, *islice(_beside(a, b, mine), MOST_RUNS)]
-    for run in found:
+    wanted = {cell["cell"] for run in (a, b) for cell in run.facts["cells"]}
+    loaded = [a, b, *islice(_beside(a, b, wanted), MOST_RUNS)]
+    for run in loaded:
         for cell in run.cells:
             identity = None if cell.unranked else _identity(run, cell)
             if identity is not None:
@@ -76,10 +76,10 @@ def _spreads(a: Results, b: Results) -> list[tuple[float, int]]:
 def _beside(a: Results, b: Results, wanted: set[str]) -> Iterable[Results]:
     """Yields the runs beside two runs, the newest first, of the same machine and with any of the cells `wanted`."""
     places = dict.fromkeys(run.folder.resolve().parent for run in (a, b))
-    known = {run.folder.resolve() for run in (a, b)}
+    folders = {run.folder.resolve() for run in (a, b)}
     machine = set(store.facts_of(a.folder)["hosts"])
     for path in sorted((p for place in places for p in place.glob("*/run.json")), reverse=True):
-        if path.parent in known:
+        if path.parent in folders:
             continue
         try:
             facts = store.facts_of(path.parent)

@@ -61,21 +61,21 @@ class Step:
 def read(folder: Path, commit: str, date: str, subject: str) -> list[Point]:
     """Returns a Point for each place of the run in `folder`, which held the variant against itself at the commit."""
     loaded = results.load(folder)
-    (told,) = loaded.facts["against"]
-    found = []
+    (against,) = loaded.facts["against"]
+    points = []
     for place in loaded.places:
         cells = {cell.variant: cell for cell in loaded.at(place)}
-        then, now = cells[told["other"]], cells[told["variant"]]
+        then, now = cells[against["other"]], cells[against["variant"]]
         counts = loaded.counts(then)
         if not isinstance(counts, Missing):
-            mine = loaded.counts(now)
-            compared = of_two(mine, counts, "the present version", "this one")
-            other = not isinstance(mine, Missing) and compared.ratio is None
+            present = loaded.counts(now)
+            compared = of_two(present, counts, "the present version", "this one")
+            other = not isinstance(present, Missing) and compared.ratio is None
             counts = Missing(compared.reason) if other else counts["instructions"]
         bad = next((cell for cell in (then, now) if cell.unranked), None)
         time = Missing(f"{bad.label}: {bad.unranked}") if bad else ranking.ratio(then, now)
-        found.append(Point(commit, date, subject, results.place_label(place), counts, time))
-    return found
+        points.append(Point(commit, date, subject, results.place_label(place), counts, time))
+    return points
 
 
 def steps(points: list[Point], least: float) -> list[Step]:
@@ -90,20 +90,20 @@ def steps(points: list[Point], least: float) -> list[Step]:
         raise UserError("history: needs ruptures", remedy="pip install 'rayrace[history]'") from None
     counted = [point for point in points if not isinstance(point.instructions, Missing)]
     timed = [point for point in points if not isinstance(point.time, Missing)]
-    of, known = ("instructions", counted) if counted else ("time", timed)
-    if len(known) < 2:
+    of, measured = ("instructions", counted) if counted else ("time", timed)
+    if len(measured) < 2:
         return []
-    values = np.log([point.instructions if counted else point.time.value for point in known])
-    noise = COUNT_NOISE if counted else _noise(known)
-    penalty = EXPLAINS * noise**2 * math.log(len(known))
+    values = np.log([point.instructions if counted else point.time.value for point in measured])
+    noise = COUNT_NOISE if counted else _noise(measured)
+    penalty = EXPLAINS * noise**2 * math.log(len(measured))
     ends = ruptures.Pelt(model="l2", min_size=1, jump=1).fit(values.reshape(-1, 1)).predict(pen=penalty)
     means = [float(values[start:end].mean()) for start, end in itertools.pairwise([0, *ends])]
-    found = []
+    changes = []
     for end, (low, high) in zip(ends, itertools.pairwise(means), strict=False):
-        ratio, before, after = math.exp(high - low), known[end - 1], known[end]
+        ratio, before, after = math.exp(high - low), measured[end - 1], measured[end]
         if abs(ratio - 1) >= least:
-            found.append(Step(after.place, before, after, of, ratio, _of_times(before, after) if counted else None))
-    return found
+            changes.append(Step(after.place, before, after, of, ratio, _of_times(before, after) if counted else None))
+    return changes
 
 
 def _noise(points: list[Point]) -> float:

@@ -23,52 +23,52 @@ class Member:
 def members(runs: list[tuple[str, Results]]) -> list[Member]:
     """Returns members for runs, each (name, run), grouped by machine; the order given is kept otherwise."""
 
-    def machine(one: tuple[str, Results]) -> str:
-        environment = one[1].facts["environment"]
+    def machine(run: tuple[str, Results]) -> str:
+        environment = run[1].facts["environment"]
         return json.dumps({key: environment.get(key) for key in compare_runs.MACHINE}, sort_keys=True)
 
     machines = grouped(runs, machine)
-    labels = _labels([mine[0][1].facts["environment"] for mine in machines.values()])
-    names = _distinct([name for mine in machines.values() for name, _ in mine])
+    labels = _labels([group[0][1].facts["environment"] for group in machines.values()])
+    names = _distinct([name for group in machines.values() for name, _ in group])
     return [
         Member(names.pop(0), label, run)
-        for label, mine in zip(labels, machines.values(), strict=True)
-        for _, run in mine
+        for label, group in zip(labels, machines.values(), strict=True)
+        for _, run in group
     ]
 
 
 def _labels(environments: list[dict]) -> list[str]:
     """Names machines by their hosts, and by processor and a number where hosts have the same name."""
-    hosts = Counter(one["host"] for one in environments)
-    return _distinct([one["host"] + f", {one['cpu']}" * (hosts[one["host"]] > 1) for one in environments])
+    hosts = Counter(facts["host"] for facts in environments)
+    return _distinct([facts["host"] + f", {facts['cpu']}" * (hosts[facts["host"]] > 1) for facts in environments])
 
 
 def _distinct(names: list[str]) -> list[str]:
     """Returns the names, with a number appended to each repeated one."""
-    found: list[str] = []
+    distinct: list[str] = []
     for name in names:
         number, made = 2, name
-        while made in found:
+        while made in distinct:
             number, made = number + 1, f"{name}-{number}"
-        found.append(made)
-    return found
+        distinct.append(made)
+    return distinct
 
 
-def by_host(found: list[Member]) -> dict[str, list[Member]]:
-    return grouped(found, lambda member: member.host)
+def by_host(all_members: list[Member]) -> dict[str, list[Member]]:
+    return grouped(all_members, lambda member: member.host)
 
 
-def write(found: list[Member]) -> str:
+def write(all_members: list[Member]) -> str:
     """Returns the section of the report: a table of the machines, and the changes on each from run to run."""
-    hosts = by_host(found)
-    environments = [mine[0].results.facts["environment"] for mine in hosts.values()]
+    hosts = by_host(all_members)
+    environments = [group[0].results.facts["environment"] for group in hosts.values()]
     tables = [{what: ours for what, ours, _ in machine_table.rows(environment)} for environment in environments]
     body = [[what, *(table[what] for table in tables)] for what in tables[0]]
     parts = ["## Machines", markdown.table(["what", *hosts], body)]
-    for host, mine in hosts.items():
+    for host, group in hosts.items():
         changed = [
             f"{markdown.escape(after.name)} against {markdown.escape(before.name)}: {markdown.escape(line)}"
-            for before, after in itertools.pairwise(mine)
+            for before, after in itertools.pairwise(group)
             for line in compare_runs.others(before.results, after.results, [])
         ]
         if changed:

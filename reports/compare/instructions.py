@@ -33,13 +33,13 @@ def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Counts | None
     return of_two(a.counts(cell_a), b.counts(cell_b), "A", "B")
 
 
-def of_two(one: dict | Missing, other: dict | Missing, name: str, other_name: str) -> Counts:
+def of_two(first: dict | Missing, other: dict | Missing, name: str, other_name: str) -> Counts:
     """Returns the comparison of two counts; names are for the reason why there is none."""
-    both = (name, one), (other_name, other)
+    both = (name, first), (other_name, other)
     missing = [f"in {which}: {counts.reason}" for which, counts in both if isinstance(counts, Missing)]
     if missing:
         return Counts(reason="; ".join(missing))
-    if changed := [f"{key} {one.get(key)} -> {other.get(key)}" for key in WAY if one.get(key) != other.get(key)]:
+    if changed := [f"{key} {first.get(key)} -> {other.get(key)}" for key in WAY if first.get(key) != other.get(key)]:
         return Counts(reason=f"counted in another way: {', '.join(changed)}")
-    before, now = one["instructions"], other["instructions"]
+    before, now = first["instructions"], other["instructions"]
     return Counts(before, now, now / before)

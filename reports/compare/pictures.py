@@ -49,18 +49,20 @@ def compare(a: Results, b: Results, cell_a: Cell, cell_b: Cell) -> Difference | 
     if record_a["picture"]["sha256"] == record_b["picture"]["sha256"]:
         return Difference(same=True)
     try:
-        ours, theirs = (
+        ours, other = (
             arrays.load(run.folder / (kept := record["picture"])["file"], kept["sha256"])
             for run, record in ((a, record_a), (b, record_b))
         )
-        if ours.shape != theirs.shape:
-            return Difference(same=False, changed=True, unavailable=f"their shapes are {ours.shape} and {theirs.shape}")
-        masks = [arrays.load(run.folder / file) for run, one in ((a, record_a), (b, record_b)) if (file := _mask(one))]
+        if ours.shape != other.shape:
+            return Difference(same=False, changed=True, unavailable=f"their shapes are {ours.shape} and {other.shape}")
+        masks = [
+            arrays.load(run.folder / file) for run, record in ((a, record_a), (b, record_b)) if (file := _mask(record))
+        ]
     except (OSError, ValueError) as error:
         return Difference(same=False, changed=True, unavailable=str(error))
-    off = np.abs(ours.astype(np.float64) - theirs)
+    off = np.abs(ours.astype(np.float64) - other)
     trusted = ~np.logical_or.reduce(masks) if masks else np.ones(off.shape[:2], dtype=bool)
-    tolerances = [(one["agreement"] or {}).get("tolerance") for one in (record_a, record_b)]
+    tolerances = [(record["agreement"] or {}).get("tolerance") for record in (record_a, record_b)]
     beyond = off.max(axis=-1) > STEP
     return Difference(
         same=False,

@@ -22,15 +22,17 @@ def software(a: Results, b: Results) -> list[str]:
 
 def others(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> list[str]:
     """Lists other differences: software, state, order, renderers; parameters of the `pairs` of cells."""
-    found = software(a, b) + _changes(a.facts["environment"], b.facts["environment"], STATE)
-    found += _changes(a.facts, b.facts, ("order",))
+    lines = software(a, b) + _changes(a.facts["environment"], b.facts["environment"], STATE)
+    lines += _changes(a.facts, b.facts, ("order",))
     versions = [{cell["variant"]: cell["renderer_version"] for cell in run.facts["cells"]} for run in (a, b)]
     common = tuple(name for name in versions[0] if name in versions[1])
-    found += [f"renderer of {line}" for line in _changes(*versions, common)]
-    for one, other in pairs:
-        names = {*one.parameters, *other.parameters} - set(changed_picture(one, other))
-        found += [f"{one.variant}: {line}" for line in _changes(one.parameters, other.parameters, tuple(sorted(names)))]
-    return list(dict.fromkeys(found))
+    lines += [f"renderer of {line}" for line in _changes(*versions, common)]
+    for cell, other in pairs:
+        names = {*cell.parameters, *other.parameters} - set(changed_picture(cell, other))
+        lines += [
+            f"{cell.variant}: {line}" for line in _changes(cell.parameters, other.parameters, tuple(sorted(names)))
+        ]
+    return list(dict.fromkeys(lines))
 
 
 def changed_picture(a: Cell, b: Cell) -> list[str]:

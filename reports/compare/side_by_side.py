@@ -33,11 +33,11 @@ Group = list[tuple[Member, Cell]]
 def common(members: list[Member]) -> tuple[list[Group], list[str]]:
     """Returns the cells that two runs or more share, and sentences on cells with the same name but another job."""
     every = [(member, cell) for member in members for cell in member.results.cells]
-    found = grouped(every, lambda one: (one[1].scene, json.dumps(one[1].swept, sort_keys=True), one[1].variant))
+    by_name = grouped(every, lambda pair: (pair[1].scene, json.dumps(pair[1].swept, sort_keys=True), pair[1].variant))
     groups, others = [], []
-    for mine in found.values():
-        (first, cell), alike = mine[0], [mine[0]]
-        for member, other in mine[1:]:
+    for group in by_name.values():
+        (first, cell), alike = group[0], [group[0]]
+        for member, other in group[1:]:
             why = compare.other_job(first.results, member.results, cell, other)
             if why:
                 others.append(f"{cell.label}, {place_label(cell.place)}, in {first.name} and {member.name}: {why}")
@@ -83,10 +83,13 @@ def write(members: list[Member], out: Path) -> str:
         return ""
     of = {cell: member for group in groups for member, cell in group}
     scenes = grouped(groups, lambda group: group[0][1].scene)
-    tables = [(scene, [cell for group in mine for _, cell in group], _columns(of)) for scene, mine in scenes.items()]
+    tables = [
+        (scene, [cell for group in scene_groups for _, cell in group], _columns(of))
+        for scene, scene_groups in scenes.items()
+    ]
     parts = [table.section(out, "side-by-side", TITLE, tables, CAPTION)] if tables else [f"## {TITLE}"]
-    for number, (scene, mine) in enumerate(scenes.items()):
-        drawable = _places(mine)
+    for number, (scene, scene_groups) in enumerate(scenes.items()):
+        drawable = _places(scene_groups)
         if drawable:
             shown = thinning.few(list(drawable), MOST)
             path = out / f"side-by-side-{number}-{markdown.slug(Path(scene).stem)}"
@@ -109,13 +112,15 @@ def _places(groups: list[Group]) -> dict[tuple[str, str], list[Group]]:
 def _draw(places: dict[tuple[str, str], list[Group]], members: list[Member]):
     """Draws two panels for each place: times, and ratios to the baseline of the run."""
     colours = {member: COLOURS[number % len(COLOURS)] for number, member in enumerate(members)}
-    heights = [sum(len(group) + 1 for group in mine) * ROW + HEAD for mine in places.values()]
+    heights = [sum(len(group) + 1 for group in groups) * ROW + HEAD for groups in places.values()]
     figure, panels = plt.subplots(
         len(places), 2, figsize=(7.2, sum(heights)), squeeze=False, height_ratios=heights, layout="constrained"
     )
-    for (place, mine), axes in zip(places.items(), panels, strict=True):
-        _panels(place, mine, axes, colours)
-    there = [member for member in members if any(member is m for mine in places.values() for g in mine for m, _ in g)]
+    for (place, groups), axes in zip(places.items(), panels, strict=True):
+        _panels(place, groups, axes, colours)
+    there = [
+        member for member in members if any(member is m for groups in places.values() for g in groups for m, _ in g)
+    ]
     lines = [Line2D([], [], ls="", marker="o", color=colours[member]) for member in there]
     figure.legend(lines, [f"{member.host}: {member.name}" for member in there], loc="outside lower center", ncols=2)
     return figure

@@ -38,9 +38,9 @@ def heading(comparison: Comparison) -> list[str]:
         f"{which} {100 * floor.value:.2g} %" if floor.value is not None else f"{which} unavailable: {floor.reason}"
         for which, floor in zip("AB", comparison.floors, strict=True)
     ]
-    known = "the larger one is used" if comparison.floor is not None else "only the intervals decide"
-    drift = f"drift of the machine between them: {comparison.drift.told}"
-    return [*lines, f"noise floor: {'; '.join(floors)}; {known}", drift]
+    rule = "the larger one is used" if comparison.floor is not None else "only the intervals decide"
+    drift = f"drift of the machine between them: {comparison.drift.source}"
+    return [*lines, f"noise floor: {'; '.join(floors)}; {rule}", drift]
 
 
 def line_of(row: Row) -> str:
@@ -88,7 +88,7 @@ def as_json(comparison: Comparison) -> str:
         "others": comparison.others,
         "floors": [{"value": floor.value, "reason": floor.reason} for floor in comparison.floors],
         "floor": comparison.floor,
-        "drift": asdict(comparison.drift),
+        "drift": {"value": comparison.drift.value, "told": comparison.drift.source},
         "counts": {verdict: comparison.counts.get(verdict, 0) for verdict in VERDICTS},
         "cells": [{"verdict": row.verdict, **asdict(row)} for row in comparison.rows],
     }

@@ -45,9 +45,9 @@ class Held:
         return self.verdict == "slower" and self.ratio.low > 1 + percent / 100
 
 
-def held(results: Results) -> list[Held]:
+def comparisons(results: Results) -> list[Held]:
     """Returns each cell that a run held against another version; [] of other runs."""
-    others = {told["variant"]: told["other"] for told in results.facts.get("against", [])}
+    others = {against["variant"]: against["other"] for against in results.facts.get("against", [])}
     there = {(cell.place, cell.variant, cell.parameters["threads"]): cell for cell in results.cells}
     pairs = [
         (cell, there[cell.place, others[cell.variant], cell.parameters["threads"]])
@@ -61,7 +61,7 @@ def held(results: Results) -> list[Held]:
 def _held(results: Results, name: str, cell: Cell, other: Cell, count: int) -> Held:
     """count: of the intervals that hold together."""
     broken = other.status == "ok" != cell.status
-    unranked = [f"{one.label}: {one.unranked}" for one in (cell, other) if one.unranked]
+    unranked = [f"{side.label}: {side.unranked}" for side in (cell, other) if side.unranked]
     if unranked:
         return Held(name, other.label, None, INCOMPARABLE, "; ".join(unranked), broken)
     above, below = cell.rounds("steady_s"), other.rounds("steady_s")
@@ -74,38 +74,38 @@ def _held(results: Results, name: str, cell: Cell, other: Cell, count: int) -> H
     return Held(name, other.label, ratio, verdict, ratio.note, broken)
 
 
-def verdict(found: list[Held]) -> str:
+def verdict(rows: list[Held]) -> str:
     """Returns the result of all cells in a line."""
-    if len(found) == 1:
-        return found[0].text
-    counts = {word: sum(row.verdict == word for row in found) for word in ("slower", "faster", statistics.NOT_RESOLVED)}
-    apart = len(found) - sum(counts.values())
-    told = [f"{count} {word}" for word, count in {**counts, INCOMPARABLE: apart}.items() if count]
-    known = [row for row in found if row.verdict in ("slower", "faster")]
-    worst = max(known, key=lambda row: statistics.difference(row.ratio.value), default=None)
-    return ", ".join(told) + (f"; most: {worst.text}" if worst else "")
+    if len(rows) == 1:
+        return rows[0].text
+    counts = {word: sum(row.verdict == word for row in rows) for word in ("slower", "faster", statistics.NOT_RESOLVED)}
+    apart = len(rows) - sum(counts.values())
+    parts = [f"{count} {word}" for word, count in {**counts, INCOMPARABLE: apart}.items() if count]
+    resolved = [row for row in rows if row.verdict in ("slower", "faster")]
+    worst = max(resolved, key=lambda row: statistics.difference(row.ratio.value), default=None)
+    return ", ".join(parts) + (f"; most: {worst.text}" if worst else "")
 
 
-def failures(found: list[Held], percent: float) -> list[str]:
+def failures(rows: list[Held], percent: float) -> list[str]:
     """Returns why a gate at `percent` fails, [] if it passes. UserError if nothing could be compared."""
-    if all(row.ratio is None or row.ratio.low is None for row in found) and not any(row.broken for row in found):
-        reasons = "; ".join(dict.fromkeys(f"{row.name}: {row.reason}" for row in found))
+    if all(row.ratio is None or row.ratio.low is None for row in rows) and not any(row.broken for row in rows):
+        reasons = "; ".join(dict.fromkeys(f"{row.name}: {row.reason}" for row in rows))
         raise UserError(f"--fail-slower: no cell could be compared: {reasons}")
-    slower = [f"slower by more than {percent:g} %: {row.text}" for row in found if row.slower_by(percent)]
-    return slower + [f"no longer ok: {row.text}" for row in found if row.broken]
+    slower = [f"slower by more than {percent:g} %: {row.text}" for row in rows if row.slower_by(percent)]
+    return slower + [f"no longer ok: {row.text}" for row in rows if row.broken]
 
 
 def write(results: Results, _: Path | None = None) -> str:
     """Returns the section of the report; "" of a run without another version."""
-    found = held(results)
-    if not found:
+    compared = comparisons(results)
+    if not compared:
         return ""
-    rows = [[row.name, row.other, _ratio(row), row.verdict, "" if row.ratio else row.reason] for row in found]
+    rows = [[row.name, row.other, _ratio(row), row.verdict, "" if row.ratio else row.reason] for row in compared]
     header = ["this version", "other version", "time ÷ the other's", "verdict", ""]
     if not any(row[-1] for row in rows):
         header, rows = header[:-1], [row[:-1] for row in rows]
     body = markdown.table(header, rows)
-    return "\n\n".join(["## This version against another", markdown.escape(f"{verdict(found)}."), body, CAPTION])
+    return "\n\n".join(["## This version against another", markdown.escape(f"{verdict(compared)}."), body, CAPTION])
 
 
 def _ratio(row: Held) -> str:

@@ -71,8 +71,8 @@ def write(
         _put(text, out)
         return left_out
     cells = dict(zip(naming.names(loaded.cells), loaded.cells, strict=True))
-    told = {name: cell.unranked or cell.verdict for name, cell in cells.items()}
-    left_out = [f"{name}: {why}" for name, why in told.items() if why != "ok"]
+    verdicts = {name: cell.unranked or cell.verdict for name, cell in cells.items()}
+    left_out = [f"{name}: {why}" for name, why in verdicts.items() if why != "ok"]
     ranked = {name: cell for name, cell in cells.items() if not cell.unranked}
     if not ranked:
         raise UserError("\n  ".join([f"{run}: nothing to export", *left_out]))

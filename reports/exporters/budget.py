@@ -17,15 +17,15 @@ WAY = "tool", "version", "width", "height", "options", "environment"  # of count
 
 def text(results: Results) -> tuple[str, list[str]]:
     """Returns the text of the file, and a line for each cell without counts. UserError if none has any."""
-    found, left_out = {}, []
+    cells, left_out = {}, []
     for name, cell in zip(naming.names(results.cells), results.cells, strict=True):
         counts = results.counts(cell)
         if isinstance(counts, Missing):
             left_out.append(f"{name}: {counts.reason}")
         else:
-            found[name] = {key: counts[key] for key in ("instructions", *WAY)}
-    if not found:
-        told = "\n  ".join([f"{results.folder}: nothing was counted", *left_out])
-        raise UserError(told, remedy="run it with --set measure.count=true")
-    told = {"budget": VERSION, "percent": PERCENT, "cells": found}
-    return json.dumps(told, indent=1, sort_keys=True) + "\n", left_out
+            cells[name] = {key: counts[key] for key in ("instructions", *WAY)}
+    if not cells:
+        message = "\n  ".join([f"{results.folder}: nothing was counted", *left_out])
+        raise UserError(message, remedy="run it with --set measure.count=true")
+    content = {"budget": VERSION, "percent": PERCENT, "cells": cells}
+    return json.dumps(content, indent=1, sort_keys=True) + "\n", left_out

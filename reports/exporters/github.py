@@ -12,10 +12,10 @@ from reports.run.results import Cell, Missing, Results
 
 def text(results: Results, cells: dict[str, Cell]) -> str:
     """Returns the text of the file for the ranked cells, by name."""
-    found = []
+    entries = []
     for name, cell in cells.items():
-        found += [_result(results, name, cell), *_counted(results, name, cell)]
-    return json.dumps(found, indent=1) + "\n"
+        entries += [_result(results, name, cell), *_counted(results, name, cell)]
+    return json.dumps(entries, indent=1) + "\n"
 
 
 def _counted(results: Results, name: str, cell: Cell) -> list[dict]:
@@ -30,14 +30,14 @@ def _counted(results: Results, name: str, cell: Cell) -> list[dict]:
 
 
 def _result(results: Results, name: str, cell: Cell) -> dict:
-    found = cell.steady
-    interval = {} if found.low is None else {"range": f"{found.low:.6g} .. {found.high:.6g}"}
+    estimate = cell.steady
+    interval = {} if estimate.low is None else {"range": f"{estimate.low:.6g} .. {estimate.high:.6g}"}
     record, environment = results.record(cell), results.facts["environment"]
     extra = [
-        f"steady frame, median over {found.processes} processes"
-        + (f", {found.note}" if found.low is None else ", 95 % interval"),
+        f"steady frame, median over {estimate.processes} processes"
+        + (f", {estimate.note}" if estimate.low is None else ", 95 % interval"),
         f"{cell.errors}; agreement {cell.agreement}",
         f"renderer {record['renderer_version']}, commit {environment['commit']}",
         f"{environment['cpu']}, {environment['os']}",
     ]
-    return {"name": name, "unit": "s", "value": found.value, **interval, "extra": "\n".join(extra)}
+    return {"name": name, "unit": "s", "value": estimate.value, **interval, "extra": "\n".join(extra)}

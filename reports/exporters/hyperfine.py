@@ -20,12 +20,12 @@ PROCESS, FRAME = "process", "frame"
 def text(results: Results, cells: dict[str, Cell], what: str) -> str:
     """The file for the ranked cells. what: PROCESS or FRAME."""
     if what == FRAME:
-        found = [_result(name, cell, cell.rounds("steady_s"), what) for name, cell in cells.items()]
+        entries = [_result(name, cell, cell.rounds("steady_s"), what) for name, cell in cells.items()]
     else:
         split = [part for cell in cells.values() for part in cell.by_cache()]
         names = naming.names(split)
-        found = [_result(name, cell, cell.rounds("wall_s"), what) for name, cell in zip(names, split, strict=True)]
-    return json.dumps({"results": found}, indent=2) + "\n"
+        entries = [_result(name, cell, cell.rounds("wall_s"), what) for name, cell in zip(names, split, strict=True)]
+    return json.dumps({"results": entries}, indent=2) + "\n"
 
 
 def _result(name: str, cell: Cell, rounds: dict[int, float], what: str) -> dict:

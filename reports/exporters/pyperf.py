@@ -68,28 +68,28 @@ def _about(results: Results, name: str, cell: Cell) -> dict:
 
 def _run(record: dict) -> dict:
     """Returns one process."""
-    frames, found = record["frames_s"], steady.find(record["frames_s"])
-    first = found.start
+    frames, steady_frames = record["frames_s"], steady.find(record["frames_s"])
+    first = steady_frames.start
     loops = record.get("frame_renders") or [1] * len(frames)
     peak = (record["memory"] or {}).get("peak_bytes")
-    known = _known(
+    metadata = _known(
         loops=loops[first],
         date=record["started"],
         duration=record["wall_s"],
         mem_max_rss=None if peak is None else round(peak),
     )
     return {
-        "metadata": known,
+        "metadata": metadata,
         "warmups": list(zip(loops[:first], frames[:first], strict=True)),
-        "values": list(found.frames),
+        "values": list(steady_frames.frames),
     }
 
 
 def _known(**metadata) -> dict:
     """Returns the known metadata; pyperf takes numbers and text of one line that is not empty."""
-    found = {}
+    kept = {}
     for name, value in metadata.items():
         value = re.sub(r"\s+", " ", value).strip() if isinstance(value, str) else value
         if value is not None and value != "" and not str(value).startswith("unavailable"):
-            found[name] = value
-    return found
+            kept[name] = value
+    return kept

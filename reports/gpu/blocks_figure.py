@@ -20,14 +20,14 @@ CAPTION = (
 def of_scene(results: Results, scene: str) -> list[Group]:
     """Returns groups in which the block was swept, a cell per block: of several the one that asked for 0 threads."""
     full = [cell for cell in gpu.cells(results, scene) if gpu.threads(results, cell) >= cell.pixels]
-    found = []
+    groups = []
     for group in launch.groups(full, launch.SHAPE):
         blocks: dict[tuple[int, int], Cell] = {}
         for cell in sorted(group.cells, key=lambda cell: cell.parameters.get("total_threads") != 0):
             blocks.setdefault(gpu.block(results, cell), cell)
         if len(blocks) > 1:
-            found.append(Group(group.label, list(blocks.values())))
-    return found
+            groups.append(Group(group.label, list(blocks.values())))
+    return groups
 
 
 def draw(results: Results, group: Group):

@@ -39,22 +39,22 @@ def curve(results: Results, record: dict, column: str) -> pd.DataFrame | Missing
 
 def draw(results: Results, cells: list[Cell]):
     """Draws the cells of a place."""
-    found = [_found(results, cell) for cell in cells]
-    heights = [EMPTY if all(isinstance(told, Missing) for told in curves) else CELL for _, curves in found]
+    recordings = [_found(results, cell) for cell in cells]
+    heights = [EMPTY if all(isinstance(series, Missing) for series in curves) else CELL for _, curves in recordings]
     height = HEAD + sum(heights) + FOOT
     figure = plt.figure(figsize=(WIDTH, height))
     seen, top = {}, height - HEAD
-    for cell, (record, curves), high in zip(cells, found, heights, strict=True):
+    for cell, (record, curves), high in zip(cells, recordings, heights, strict=True):
         box = {"left": 0.09, "right": 0.98, "top": top / height, "bottom": (top - high + 0.5) / height}
         top -= high
         if high == EMPTY:
             panels = [figure.add_gridspec(1, 1, **box).subplots()]
-            reasons = dict.fromkeys(f"{label}: {told}" for told, (_, label) in zip(curves, CURVES, strict=True))
+            reasons = dict.fromkeys(f"{label}: {series}" for series, (_, label) in zip(curves, CURVES, strict=True))
             _say(panels[0], "\n".join(textwrap.fill(reason, 110) for reason in reasons))
         else:
             panels = figure.add_gridspec(2, 1, **box, hspace=0.18).subplots(sharex=True)
-            for panel, told, (column, label) in zip(panels, curves, CURVES, strict=True):
-                seen |= dict.fromkeys(_panel(results, cell, record, panel, told, column))
+            for panel, series, (column, label) in zip(panels, curves, CURVES, strict=True):
+                seen |= dict.fromkeys(_panel(results, cell, record, panel, series, column))
                 panel.set_ylabel(label)
         panels[0].set_title(cell.label, loc="left", fontweight="bold", pad=3)
         if record is not None:
@@ -78,17 +78,17 @@ def _found(results: Results, cell: Cell) -> tuple[dict | None, list[pd.DataFrame
     return None, [Missing(why)] * len(CURVES)
 
 
-def _panel(results: Results, cell: Cell, record: dict, axes, told: pd.DataFrame | Missing, column: str) -> list[str]:
+def _panel(results: Results, cell: Cell, record: dict, axes, series: pd.DataFrame | Missing, column: str) -> list[str]:
     """Draws one curve of a cell; returns the names of its phases."""
-    if isinstance(told, Missing):
-        _say(axes, textwrap.fill(str(told), 110))
+    if isinstance(series, Missing):
+        _say(axes, textwrap.fill(str(series), 110))
         return []
     names = timeline.shade(axes, record, named=column == CURVES[0][0])
     colour = style.colour(cell.variant, results.variants)
-    axes.plot(told["t"], told[column], drawstyle="steps-pre", color=colour, lw=1.3)
-    if len(told) < 2:
-        axes.plot(told["t"], told[column], "o", color=colour, ms=4)
-    top = 130 if column == "gpu_percent" else 1.25 * max(1.0, told[column].max())
+    axes.plot(series["t"], series[column], drawstyle="steps-pre", color=colour, lw=1.3)
+    if len(series) < 2:
+        axes.plot(series["t"], series[column], "o", color=colour, ms=4)
+    top = 130 if column == "gpu_percent" else 1.25 * max(1.0, series[column].max())
     axes.set(xlim=(0, record["wall_s"]), ylim=(0, top))
     axes.tick_params(labelbottom=column == CURVES[-1][0])
     return names

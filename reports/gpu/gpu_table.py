@@ -91,8 +91,8 @@ def device_columns(results: Results) -> list[Column]:
 
 def _throttled(results: Results, cell: Cell) -> str | Missing:
     """Returns why the device ran slower than it could, over all observed repetitions."""
-    found = [(results.records[index]["gpu"] or {}).get("throttled") for index in gpu.observed_rows(cell).index]
-    lists = [reasons for reasons in found if isinstance(reasons, list)]
+    readings = [(results.records[index]["gpu"] or {}).get("throttled") for index in gpu.observed_rows(cell).index]
+    lists = [reasons for reasons in readings if isinstance(reasons, list)]
     if lists:
         return ", ".join(sorted({reason for reasons in lists for reason in reasons})) or "nothing"
     return gpu.observed(results, cell, "throttled")
@@ -100,11 +100,11 @@ def _throttled(results: Results, cell: Cell) -> str | Missing:
 
 def write(results: Results, out: Path) -> str:
     """Writes gpu-times-*.csv, gpu-launch-*.csv, gpu-device-*.csv per scene; returns the section, "" without a GPU."""
-    found = [(scene, gpu.cells(results, scene)) for scene in gpu.scenes(results)]
-    if not found:
+    by_scene = [(scene, gpu.cells(results, scene)) for scene in gpu.scenes(results)]
+    if not by_scene:
         return ""
     return "\n\n".join(
-        table.section(out, stem, title, [(scene, cells, columns) for scene, cells in found], caption)
+        table.section(out, stem, title, [(scene, cells, columns) for scene, cells in by_scene], caption)
         for stem, title, columns, caption in (
             ("gpu-times", "GPU: parts of a frame", TIME_COLUMNS, TIMES),
             ("gpu-launch", "GPU: the kernel", launch_columns(results), LAUNCH),

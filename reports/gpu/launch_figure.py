@@ -26,8 +26,8 @@ MARKERS = "osD^vP*X<>ph"
 
 def of_scene(results: Results, scene: str) -> list[Group]:
     """Returns groups in which the total number of threads was swept."""
-    found = launch.groups(gpu.cells(results, scene), launch.SHAPE)
-    return [group for group in found if len({cell.parameters.get("total_threads") for cell in group.cells}) > 1]
+    groups = launch.groups(gpu.cells(results, scene), launch.SHAPE)
+    return [group for group in groups if len({cell.parameters.get("total_threads") for cell in group.cells}) > 1]
 
 
 def draw(results: Results, group: Group):
@@ -53,10 +53,10 @@ def draw(results: Results, group: Group):
 
 def _lines(results: Results, cells: list[Cell]) -> dict[tuple[int, int], dict[int, Cell]]:
     """Returns cells by block and by the number of threads launched."""
-    found: dict[tuple[int, int], dict[int, Cell]] = {}
+    by_block: dict[tuple[int, int], dict[int, Cell]] = {}
     for cell in cells:
-        found.setdefault(gpu.block(results, cell), {}).setdefault(gpu.threads(results, cell), cell)
-    return found
+        by_block.setdefault(gpu.block(results, cell), {}).setdefault(gpu.threads(results, cell), cell)
+    return by_block
 
 
 def _line(axes, line: list[tuple[int, Cell]], column: str, label: str, colour: str, marker: str) -> None:
@@ -112,11 +112,11 @@ def write(results: Results, out: Path) -> str:
 
 def section(results: Results, out: Path, title: str, of_scene, draws, caption: str) -> str:
     """Returns a section with the figures `draws(results, group)` of each group of `of_scene(results, scene)`."""
-    found = [group for scene in results.scenes for group in of_scene(results, scene)]
-    if not found:
+    groups = [group for scene in results.scenes for group in of_scene(results, scene)]
+    if not groups:
         return ""
     parts = [f"## {title}"]
-    for number, group in enumerate(found):
+    for number, group in enumerate(groups):
         parts.append(f"### {markdown.escape(group.label)}")
         if not group.drawn:
             why = " / ".join(dict.fromkeys(cell.unranked for cell in group.cells))

@@ -49,10 +49,10 @@ def columns(results: Results, partners: dict[int, list[Cell]]) -> list[Column]:
 
 def write(results: Results, out: Path) -> str:
     """Writes scene-memory-*.csv per scene; returns the section, "" if the memory was not swept."""
-    found = [(scene, of_scene(results, scene)) for scene in gpu.scenes(results)]
+    by_scene = [(scene, of_scene(results, scene)) for scene in gpu.scenes(results)]
     tables = [
         (scene, [cell for cell in results.of(scene) if id(cell) in partners], columns(results, partners))
-        for scene, partners in found
+        for scene, partners in by_scene
         if partners
     ]
     return table.section(out, "scene-memory", "Memory that holds the scene", tables, CAPTION) if tables else ""

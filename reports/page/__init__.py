@@ -29,43 +29,43 @@ GLANCE = "glance"  # the section that the first screen shows
 TRIED = {"pareto_figure": chart, "pictures_figure": comparer, "cpu_figure": series, "sweep_figure": sweep_chart}
 
 
-def write(results: Results, told: list[tuple[str, str]], out: Path) -> Path:
+def write(results: Results, parts: list[tuple[str, str]], out: Path) -> Path:
     """Writes report.html into the folder `out`, beside its figures; returns its path.
 
-    told: sections, each (name of its module, Markdown).
+    parts: sections, each (name of its module, Markdown).
     """
     pictures, seen = Embedded(ROOM), Embedded(SEEN)
     first = {**glance.data(results, seen), "images": seen.images}
-    told = [(name, text) for name, text in told if name != GLANCE]
-    data = {name: TRIED[name].data(results, pictures) for name, _ in told if name in TRIED}
-    data = {name: found for name, found in data.items() if found}
+    parts = [(name, text) for name, text in parts if name != GLANCE]
+    data = {name: TRIED[name].data(results, pictures) for name, _ in parts if name in TRIED}
+    data = {name: values for name, values in data.items() if values}
     shown = {"title": results.facts["title"], "lead": _lead(results), "glance": first, "data": data}
-    return _write(shown, sorted(told, key=_place), out / NAME, pictures.images)
+    return _write(shown, sorted(parts, key=_place), out / NAME, pictures.images)
 
 
 def write_several(
-    title: str, lead: str, told: list[tuple[str, str]], cards: list[tuple[Card, str]], path: Path
+    title: str, lead: str, parts: list[tuple[str, str]], cards: list[tuple[Card, str]], path: Path
 ) -> Path:
-    """Writes a page of several runs to `path`, without anything interactive, with sections in the order of `told`.
+    """Writes a page of several runs to `path`, without anything interactive, with sections in the order of `parts`.
 
     lead: a line below the title. cards: of the runs, each with the address of its report.
     """
-    return _write({"title": title, "lead": lead, "cards": cards}, told, path, {})
+    return _write({"title": title, "lead": lead, "cards": cards}, parts, path, {})
 
 
-def _write(shown: dict, told: list[tuple[str, str]], path: Path, images: dict[str, str]) -> Path:
+def _write(shown: dict, parts: list[tuple[str, str]], path: Path, images: dict[str, str]) -> Path:
     """Writes a page. shown: values of the template. images: addresses of pictures that the script shows, by key."""
     shown = {"glance": None, "cards": None, "data": {}, **shown}
     block = orjson.dumps({**shown["data"], "images": images}).decode().replace("<", "\\u003c")
     drawing, program = _drawing() if shown["data"] else "", _source("page.js")
 
     def made(figures: Embedded) -> str:
-        found = sections.of(told, path.parent, figures)
+        page_sections = sections.of(parts, path.parent, figures)
         return _template().render(
             **shown,
-            sections=found,
-            anchors={section.name: section.anchor for section in reversed(found)},
-            titles={section.name: section.title for section in reversed(found)},
+            sections=page_sections,
+            anchors={section.name: section.anchor for section in reversed(page_sections)},
+            titles={section.name: section.title for section in reversed(page_sections)},
             left_out=figures.left_out,
             block=Markup(block),
             look=Markup(_source("page.css")),
@@ -98,8 +98,8 @@ def _source(name: str) -> str:
     return (Path(__file__).parent / name).read_text(encoding="utf-8")
 
 
-def _place(told: tuple[str, str]) -> int:
-    return FIRST.index(told[0]) if told[0] in FIRST else len(FIRST)
+def _place(part: tuple[str, str]) -> int:
+    return FIRST.index(part[0]) if part[0] in FIRST else len(FIRST)
 
 
 def _fingerprint(script: str) -> str:

@@ -37,13 +37,13 @@ class Card:
 
 def of(results: Results) -> Card:
     """Returns the card of a run."""
-    found, pictures = headline.of(results), Embedded(ROOM)
-    seen = glance.pictures_of(results, found, pictures, most=1)
+    outcome, pictures = headline.of(results), Embedded(ROOM)
+    seen = glance.pictures_of(results, outcome, pictures, most=1)
     facts = results.facts
     return Card(
         facts["title"],
-        found.sentences[0],
-        glance.raced(results, found),
+        outcome.sentences[0],
+        glance.raced(results, outcome),
         f"{facts['environment']['host']}: {glance.machine(results)}",
         facts["started"],
         facts["environment"]["commit"],

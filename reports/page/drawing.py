@@ -12,7 +12,7 @@ COLOUR = re.compile(rb"(?:fill|stroke): (#[0-9a-f]{6})")
 
 def for_page(svg: bytes) -> bytes:
     """Returns a drawing, an SVG file of matplotlib, with colours for a dark page, which a browser then takes."""
-    colours = dict.fromkeys(found.decode() for found in COLOUR.findall(svg))
+    colours = dict.fromkeys(colour.decode() for colour in COLOUR.findall(svg))
     changed = [(colour, other) for colour in colours if (other := dark(colour)) != colour]
     rules = [
         f'[style*="{what}: {colour}"]{{{what}:{other}!important}}'
@@ -40,8 +40,8 @@ def dark(colour: str) -> str:
     return colour
 
 
-def _between(one: tuple, other: tuple, share: float) -> tuple:
-    return tuple(round(a + (b - a) * share) for a, b in zip(one, other, strict=True))
+def _between(first: tuple, other: tuple, share: float) -> tuple:
+    return tuple(round(a + (b - a) * share) for a, b in zip(first, other, strict=True))
 
 
 def _text(channels: tuple) -> str:

@@ -30,27 +30,27 @@ def make(folder: Path, out: Path, pool: bool = False, say: Callable[[str], None]
 
     say: is told of each report that is made. UserError if there is no run.
     """
-    found, skipped = runs(folder, out)
-    if not found:
+    paths, skipped = runs(folder, out)
+    if not paths:
         remedy = "name a folder that `rayrace run` wrote, a packed run (.tar.xz), or a folder of such"
         raise UserError(f"{folder}: neither a run nor a folder of runs", remedy=remedy)
     several.may_write(out)
     several.begin(out)
     links: list[tuple[Card, str]] = []
-    places = [out / name for name in names(folder, found)]
-    with several.workers(len(found)) as writing:
-        refreshed = [writing.submit(_refresh, path, place, pool) for path, place in zip(found, places, strict=True)]
-        for path, place, made in zip(found, places, refreshed, strict=True):
+    places = [out / name for name in names(folder, paths)]
+    with several.workers(len(paths)) as writing:
+        refreshed = [writing.submit(_refresh, path, place, pool) for path, place in zip(paths, places, strict=True)]
+        for path, place, made in zip(paths, places, refreshed, strict=True):
             try:
                 if made.result():
                     say(f"report: {place / page.NAME}")
-                cards = [(card.read(mine), mine) for mine in sorted(_with_cards(place))]
+                cards = [(card.read(report), report) for report in sorted(_with_cards(place))]
             except (UserError, OSError) as error:
                 skipped.append((path, str(error)))
                 continue
-            links += [(one, (mine / page.NAME).relative_to(out).as_posix()) for one, mine in cards]
-    links.sort(key=lambda one: one[0].begun, reverse=True)
-    machines = len({one.machine for one, _ in links})
+            links += [(run_card, (report / page.NAME).relative_to(out).as_posix()) for run_card, report in cards]
+    links.sort(key=lambda link: link[0].begun, reverse=True)
+    machines = len({run_card.machine for run_card, _ in links})
     lead = f"{_count(len(links), 'run')} on {_count(machines, 'machine')}, the newest first"
     return page.write_several(f"Runs in {folder.resolve().name}", lead, _skipped(folder, skipped), links, out / NAME)
 
@@ -70,23 +70,23 @@ def runs(folder: Path, out: Path, deep: int = 1) -> tuple[list[Path], list[tuple
 
     Reports and hidden folders are passed over.
     """
-    found, skipped = [], []
+    paths, skipped = [], []
     for path in sorted(folder.iterdir()):
         if path.name.startswith(".") or path.resolve() == out.resolve() or (path / several.MARK).exists():
             continue
         if packed.is_packed(path) or (path / "run.json").exists():
-            found.append(path)
+            paths.append(path)
         elif path.is_dir():
             inside, _ = runs(path, out, deep + 1) if deep < DEEPEST and not path.is_symlink() else ([], [])
-            found += inside
+            paths += inside
             skipped += [(path, NO_RUN)] * (not inside)
-    return found, skipped
+    return paths, skipped
 
 
-def names(folder: Path, found: list[Path]) -> list[str]:
+def names(folder: Path, paths: list[Path]) -> list[str]:
     """Returns a name for the report of each run, made of its path in the folder; no two are the same."""
     made: list[str] = []
-    for path in found:
+    for path in paths:
         parts = (*path.relative_to(folder).parent.parts, packed.name(path))
         name = wanted = markdown.slug("-".join(parts))
         number = 2
@@ -115,29 +115,29 @@ def _with_cards(out: Path) -> list[Path]:
 
 def fingerprint(run: Path, pool: bool = False) -> str:
     """Returns a hash of what a report is made from: the rows of a run, the names of its other files, and rayrace."""
-    found = hashlib.sha256(f"{_code()} {pool}".encode())
+    digest = hashlib.sha256(f"{_code()} {pool}".encode())
     if packed.is_packed(run):
         with open(run, "rb") as file:
-            found.update(hashlib.file_digest(file, "sha256").digest())
-        return found.hexdigest()
+            digest.update(hashlib.file_digest(file, "sha256").digest())
+        return digest.hexdigest()
     for path in sorted(run.rglob("*")):
         inside = path.relative_to(run)
         if inside.parts[0] == "report" or not path.is_file():
             continue
-        found.update(f"{inside.as_posix()} {path.stat().st_size}\n".encode())
+        digest.update(f"{inside.as_posix()} {path.stat().st_size}\n".encode())
         if path.name in TEXTS:
             with open(path, "rb") as file:
-                found.update(hashlib.file_digest(file, "sha256").digest())
-    return found.hexdigest()
+                digest.update(hashlib.file_digest(file, "sha256").digest())
+    return digest.hexdigest()
 
 
 @lru_cache(maxsize=1)
 def _code() -> str:
     """Returns a hash of the code that makes reports."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for package in (Path(reports.__file__).parent, Path(packed.__file__).parents[1]):  # reports and harness
         for kind in CODE:
             for path in sorted(package.rglob(kind)):
                 if not path.name.endswith(".min.js"):
-                    found.update(path.read_bytes())
-    return found.hexdigest()
+                    digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -86,8 +86,8 @@ def _without_the_unavailable(sections: list[tuple[str, str]]) -> list[tuple[str,
     for name, text in sections:
         parts = []
         for part in re.split(r"^(?=## )", text, flags=re.MULTILINE):
-            if found := re.fullmatch(markdown.UNAVAILABLE, part):
-                reasons.setdefault(found["reason"], []).append(found["title"])
+            if match := re.fullmatch(markdown.UNAVAILABLE, part):
+                reasons.setdefault(match["reason"], []).append(match["title"])
             else:
                 parts.append(part)
         kept += [(name, "".join(parts).rstrip("\n"))] * bool("".join(parts))

@@ -34,7 +34,7 @@ class Section:
     body: Markup
 
 
-def of(told: list[tuple[str, str]], folder: Path, figures: Embedded) -> list[Section]:
+def of(parts: list[tuple[str, str]], folder: Path, figures: Embedded) -> list[Section]:
     """Returns the sections of pairs (name of a module, Markdown); text without a heading joins the section before.
 
     folder: of the figures. figures: they are added to it.
@@ -43,17 +43,17 @@ def of(told: list[tuple[str, str]], folder: Path, figures: Embedded) -> list[Sec
     reader.add_render_rule("image", lambda self, tokens, n, *_: _image(tokens[n], folder, figures))
     reader.add_render_rule("table_open", lambda *_: '<div class="wide" tabindex="0"><table>\n')
     reader.add_render_rule("table_close", lambda *_: "</table></div>\n")
-    found: list[Section] = []
-    for name, text in told:
+    sections: list[Section] = []
+    for name, text in parts:
         for title, body in _parts(text):
             html = Markup(reader.render(body))
-            if title is None and found:
-                html, title = found[-1].body + html, found[-1].title
-                found[-1] = Section(found[-1].name, found[-1].anchor, title, html)
+            if title is None and sections:
+                html, title = sections[-1].body + html, sections[-1].title
+                sections[-1] = Section(sections[-1].name, sections[-1].anchor, title, html)
             else:
-                anchor = f"s{len(found)}-{markdown.slug(title or name)}"
-                found.append(Section(name, anchor, _plain(reader, title or name), html))
-    return found
+                anchor = f"s{len(sections)}-{markdown.slug(title or name)}"
+                sections.append(Section(name, anchor, _plain(reader, title or name), html))
+    return sections
 
 
 def _parts(text: str) -> Iterator[tuple[str | None, str]]:
@@ -73,12 +73,12 @@ def _plain(reader: MarkdownIt, title: str) -> str:
 def _image(token, folder: Path, figures: Embedded) -> str:
     """Returns the HTML of a figure: its vector drawing, else its pixels, or a link to its file if neither fits."""
     name, alt = token.attrs["src"], "".join(child.content for child in token.children)
-    found = None
+    embedded = None
     if figures.room > 0:
-        found = _drawing((folder / name).with_suffix(".svg"), figures) or _pixels(folder / name, figures)
-    if found is None:
+        embedded = _drawing((folder / name).with_suffix(".svg"), figures) or _pixels(folder / name, figures)
+    if embedded is None:
         return f'<p class="note">Too large for this page: <a href="{escape(name)}">{escape(alt)}</a></p>'
-    kind, key, (wide, high) = found
+    kind, key, (wide, high) = embedded
     return (
         f'<img class="{kind}" src="{figures.images[key]}" alt="{escape(alt)}" width="{wide}" height="{high}" '
         'loading="lazy" decoding="async">'
@@ -90,7 +90,7 @@ def _drawing(path: Path, figures: Embedded) -> tuple[str, str, tuple[int, int]] 
     data = drawing.for_page(path.read_bytes()) if path.exists() else b""
     if not 0 < len(data) <= (LARGEST_WITH_PICTURES if b"<image" in data else LARGEST_DRAWING):
         return None
-    key = figures.add(data, "image/svg+xml", told=False)
+    key = figures.add(data, "image/svg+xml", counted=False)
     return ("figure", key, _size(data)) if key else None
 
 

@@ -65,9 +65,9 @@ def workers(reports: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(max(1, min(reports, len(trouble.usable()))))
 
 
-def _report(one: tuple[results.Results, Path]) -> tuple[list[str], Card]:
+def _report(job: tuple[results.Results, Path]) -> tuple[list[str], Card]:
     """Writes the report of a run into a folder; returns the texts of its sections, and its card."""
-    loaded, out = one
+    loaded, out = job
     return [text for _, text in report.write_loaded(loaded, out)], card.write(loaded, out)
 
 
@@ -100,7 +100,7 @@ def _by_host(folder: Path, pool: bool) -> list[tuple[str, results.Results]]:
         return [(name, results.load(folder))]
     groups: list[list[str]] = []
     for host, facts in there.items():
-        alike = (mine for mine in groups if pool and likeness.is_alike(there[mine[0]], facts))
+        alike = (group for group in groups if pool and likeness.is_alike(there[group[0]], facts))
         group = next(alike, None)
         if group is None:
             groups.append([host])
@@ -108,7 +108,7 @@ def _by_host(folder: Path, pool: bool) -> list[tuple[str, results.Results]]:
             group.append(host)
     if len(groups) == 1:
         return [(name, results.load(folder, groups[0]))]
-    return [(f"{name}-{markdown.slug(there[mine[0]]['host'])}", results.load(folder, mine)) for mine in groups]
+    return [(f"{name}-{markdown.slug(there[group[0]]['host'])}", results.load(folder, group)) for group in groups]
 
 
 def _unlike(folders: list[Path]) -> str:
@@ -124,18 +124,18 @@ def _unlike(folders: list[Path]) -> str:
 def _lost(folder: Path) -> list[str]:
     """Lists the repetitions that the jobs of a run have not run, a line for each reason."""
     _, records = store.read(folder, list(store.hosts(folder)))
-    found = Counter((record["status"], record["reason"]) for record in records if record.get("lost"))
+    reasons = Counter((record["status"], record["reason"]) for record in records if record.get("lost"))
     return [
         markdown.escape(f"{packed.name(folder)}: {count} repetitions: {status}: {reason}")
-        for (status, reason), count in found.items()
+        for (status, reason), count in reasons.items()
     ]
 
 
 def check(runs: list[Path], old: Path, pool: bool = False) -> list[str]:
     """Lists the figures and tables in the folder `old` whose data differ from a new report of the same runs."""
     if not (old / "report.md").exists():
-        asked = " ".join(map(str, runs))
-        raise UserError(f"{old}: holds no report", remedy=f"make one with: rayrace report {asked} -o {old}")
+        paths = " ".join(map(str, runs))
+        raise UserError(f"{old}: holds no report", remedy=f"make one with: rayrace report {paths} -o {old}")
     confined.check_output(old)
     with tempfile.TemporaryDirectory() as made:
         make(runs, Path(made), pool)

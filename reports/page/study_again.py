@@ -17,25 +17,25 @@ def numbered(texts: list[str]) -> dict[str, str]:
 
     texts: the sections of the report, Markdown. The number is in the heading, which is left out.
     """
-    found = {}
+    parts = {}
     for text in texts:
         for heading in HEADING.finditer(text):
             level, kind, number = heading.groups()
             end = re.compile(rf"^#{{1,{len(level)}}} ", re.MULTILINE).search(text, heading.end())
-            found.setdefault(f"{kind} {number}", text[heading.end() : end.start() if end else None].strip())
-    return found
+            parts.setdefault(f"{kind} {number}", text[heading.end() : end.start() if end else None].strip())
+    return parts
 
 
 def write(members: list[Member], texts: dict[Member, list[str]]) -> str:
     """Returns the section of the report. texts: the sections of each run."""
-    found = {member: numbered(texts[member]) for member in members}
+    by_member = {member: numbered(texts[member]) for member in members}
     parts = [f"## {TITLE}"]
     for name, (what, experiment) in study.NUMBERED.items():
         parts.append(f"### {name.capitalize()}: {what}")
         repeats = [
-            _from(member, found[member][name], several=len(by_host(members)) > 1)
-            for mine in by_host(members).values()
-            if (member := _best(name, [one for one in mine if name in found[one]])) is not None
+            _from(member, by_member[member][name], several=len(by_host(members)) > 1)
+            for group in by_host(members).values()
+            if (member := _best(name, [run for run in group if name in by_member[run]])) is not None
         ]
         parts += repeats or [markdown.escape(_missing(name, experiment))]
     return "\n\n".join(parts)

@@ -23,12 +23,12 @@ def same(header: list[str], rows: list[list[str]]) -> dict[int, str]:
     if len(alive) < 2:
         return {}
     dead = [row for row in rows if row not in alive]
-    found = {
+    shared = {
         column: alive[0][column]
         for column in range(len(header))
         if len({row[column] for row in alive}) == 1 and all(row[column] == UNAVAILABLE for row in dead)
     }
-    return found if len(found) < len(header) else {}
+    return shared if len(shared) < len(header) else {}
 
 
 def with_notes(header: list[str], rows: list[list[str]]) -> tuple[list[list[str]], list[tuple[str, str]]]:
@@ -37,15 +37,15 @@ def with_notes(header: list[str], rows: list[list[str]]) -> tuple[list[list[str]
     Reasons: why a value is unavailable, has no interval, or is doubtful. Of few columns only a reason that occurs twice
     becomes a note.
     """
-    found = {text: parts for row in rows for text in row if (parts := _parts(text))}
-    often = Counter(found[text][1] for row in rows for text in row if text in found)
+    parts_by_text = {text: parts for row in rows for text in row if (parts := _parts(text))}
+    often = Counter(parts_by_text[text][1] for row in rows for text in row if text in parts_by_text)
     marks: dict[str, str] = {}
     names = _marks()
 
     def short(text: str) -> str:
-        if text not in found or (len(header) <= FEW and often[found[text][1]] < 2):
+        if text not in parts_by_text or (len(header) <= FEW and often[parts_by_text[text][1]] < 2):
             return text
-        before, reason, after = found[text]
+        before, reason, after = parts_by_text[text]
         if reason not in marks:
             marks[reason] = next(names)
         return f"{before} ({marks[reason]}){after}"
@@ -56,10 +56,10 @@ def with_notes(header: list[str], rows: list[list[str]]) -> tuple[list[list[str]
 
 def _parts(text: str) -> tuple[str, str, str] | None:
     """Returns a text as (what stays, reason, what follows); None if it has no reason."""
-    if found := NO_INTERVAL.fullmatch(text):
-        return found.groups()
-    found = REASONED.fullmatch(text)
-    return (*found.groups(), "") if found else None
+    if match := NO_INTERVAL.fullmatch(text):
+        return match.groups()
+    match = REASONED.fullmatch(text)
+    return (*match.groups(), "") if match else None
 
 
 def _marks():

@@ -24,15 +24,15 @@ def fingerprint(figure: Figure) -> str:
     Numbers are rounded to float32, so that the last bits of another version of a library do not change the hash. Ticks
     and the places of legends are left out.
     """
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
 
     def numbers(values) -> None:
         values = np.ma.filled(np.ma.masked_invalid(np.ma.asarray(values, dtype=np.float64)), np.nan)
-        found.update(repr(values.shape).encode())
-        found.update((values.astype(np.float32) + 0).tobytes())  # + 0: -0 is 0
+        digest.update(repr(values.shape).encode())
+        digest.update((values.astype(np.float32) + 0).tobytes())  # + 0: -0 is 0
 
     def texts(*words: str) -> None:
-        found.update("\0".join(words).encode())
+        digest.update("\0".join(words).encode())
 
     texts(*(text.get_text() for text in figure.texts))
     for axes in figure.axes:
@@ -49,7 +49,7 @@ def fingerprint(figure: Figure) -> str:
                 numbers(path.vertices)
         for image in axes.images:
             numbers(image.get_array())
-    return found.hexdigest()
+    return digest.hexdigest()
 
 
 def describe(figure: Figure, path: Path) -> None:
@@ -62,24 +62,24 @@ def describe(figure: Figure, path: Path) -> None:
 def differences(old: Path, new: Path) -> list[str]:
     """Lists the files that differ between two report folders: figures by their data, tables by their content."""
     hashes = {folder: _hashes(folder) for folder in (old, new)}
-    found = []
+    changes = []
     for name in sorted({*hashes[old], *hashes[new]}):
         before, after = hashes[old].get(name), hashes[new].get(name)
         if before != after:
             how = "is new" if before is None else "is no longer made" if after is None else "has other data"
-            found.append(f"{name} {how}")
-    return found
+            changes.append(f"{name} {how}")
+    return changes
 
 
 def _hashes(folder: Path) -> dict[str, str]:
-    found = {}
+    hashes = {}
     for path in folder.rglob("*.json"):
-        found[path.relative_to(folder).with_suffix("").as_posix()] = _hash(path)
+        hashes[path.relative_to(folder).with_suffix("").as_posix()] = _hash(path)
     for path in folder.rglob("*.csv"):
         with open(path, newline="", encoding="utf-8") as file:
             rows = [[_number(text) for text in row] for row in csv.reader(file)]
-        found[path.relative_to(folder).as_posix()] = hashlib.sha256(json.dumps(rows).encode()).hexdigest()
-    return found
+        hashes[path.relative_to(folder).as_posix()] = hashlib.sha256(json.dumps(rows).encode()).hexdigest()
+    return hashes
 
 
 def _hash(path: Path) -> str:

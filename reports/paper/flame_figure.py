@@ -28,13 +28,13 @@ def _draw(axes, stacks: list[tuple[tuple[str, ...], float]], level: int, left: f
     for stack, weight in stacks:
         if len(stack) > level:
             groups.setdefault(stack[level], []).append((stack, weight))
-    for name, mine in groups.items():
-        wide = sum(weight for _, weight in mine) / total
+    for name, group in groups.items():
+        wide = sum(weight for _, weight in group) / total
         if wide >= LEAST:
             colour = COLOURS[sum(name.encode()) % len(COLOURS)]
             axes.add_patch(Rectangle((left, level), wide, 0.94, facecolor=colour, edgecolor="white", linewidth=0.5))
             shown = name if len(name) * LETTER <= wide else name[: max(0, int(wide / LETTER) - 1)] + "…"
             if len(shown) > 2:
                 axes.text(left + 0.002, level + 0.5, shown, fontsize=6.5, va="center", clip_on=True)
-            _draw(axes, mine, level + 1, left, total)
+            _draw(axes, group, level + 1, left, total)
         left += wide

@@ -43,8 +43,8 @@ def draw(shown: Map, title: str, mark: str = "") -> Figure:
     """Draws a map with at least one value. mark: see style.across."""
     columns, rows = map(thinning.few, (list(shown.columns), list(shown.rows)), MOST)
     values = {at: value for at, value in shown.values.items() if at[0] in columns and at[1] in rows}
-    known = [value.value for value in shown.values.values() if value is not None]
-    low, high = min(known), max(known)
+    numbers = [value.value for value in shown.values.values() if value is not None]
+    low, high = min(numbers), max(numbers)
     size, unit = quantity.unit(high)
     norm = LogNorm(low / size, max(high, low * 1.01) / size)
     beside = LETTER * max(len(shown.rows[row]) for row in rows)

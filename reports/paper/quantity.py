@@ -53,9 +53,9 @@ def percent(share: float) -> str:
 def unit(value: float, units: tuple = SECONDS) -> tuple[float, str]:
     """Returns the size and the name of the unit in which `value` has one to three digits before the point."""
     if value == 0:
-        return next(one for one in units if one[0] == 1)
+        return next(entry for entry in units if entry[0] == 1)
     shown = abs(float(f"{value:.3g}"))
-    return next((one for one in units if shown >= one[0]), units[-1])
+    return next((entry for entry in units if shown >= entry[0]), units[-1])
 
 
 def exact(value: Missing | float, scale: float = 1.0) -> str:
@@ -91,8 +91,8 @@ def ratio(value: Estimate | str, floor: float | None = None) -> str:
     """Returns `value [low, high]`, with "not resolved" where its distance from 1 may be noise; a text unchanged."""
     if isinstance(value, str):
         return value
-    found = statistics.verdict(value, floor)
-    return text(value) + (f" {found}" if found == statistics.NOT_RESOLVED and value.low is not None else "")
+    verdict = statistics.verdict(value, floor)
+    return text(value) + (f" {verdict}" if verdict == statistics.NOT_RESOLVED and value.low is not None else "")
 
 
 def _in_unit(value: Estimate | Missing | float | str, units: tuple) -> str:

@@ -74,9 +74,9 @@ def section(
         name = _name(stem, number, scene)
         write_csv(cells, columns, out / name)
         repeated = any(study.case(cell) for cell in cells)
-        known = [column for column in columns if column.name != AGAINST or any(cell.against for cell in cells)]
-        shown = [column for column in known if repeated or not column.of_study]
-        others |= shown != known
+        filled = [column for column in columns if column.name != AGAINST or any(cell.against for cell in cells)]
+        shown = [column for column in filled if repeated or not column.of_study]
+        others |= shown != filled
         places = list(dict.fromkeys(cell.place for cell in cells))
         kept = set(thinning.few(places, max(1, MOST * len(places) // len(cells))))
         rows = [cell for cell in cells if cell.place in kept]
@@ -95,7 +95,7 @@ def _name(stem: str, number: int, scene: str) -> str:
 
 def _all_missing(tables: list[tuple[str, list[Cell], list[Column]]]) -> list[str]:
     """Returns the reasons why no cell has a result, where none of all tables is ok; [] if one is."""
-    cells = [cell for _, mine, _ in tables for cell in mine]
+    cells = [cell for _, group, _ in tables for cell in group]
     if any(cell.status == "ok" or cell.as_meant for cell in cells):
         return []
     return list(dict.fromkeys(cell.verdict.removeprefix("unavailable: ") for cell in cells))

@@ -74,10 +74,10 @@ def draw(results: Results, group: Group):
         return panel(figure, EDGE + column * step_wide, HEAD + row * step_high, high, wide)
 
     for row, variant in enumerate(variants):
-        mine = [cell for cell in group.cells if cell.variant == variant]
+        cells = [cell for cell in group.cells if cell.variant == variant]
         axes = box(row, 0)
-        _right(results, mine, axes)
-        axes.set_ylabel("\n".join(textwrap.wrap(mine[0].label, 16)), fontweight="bold", labelpad=8)
+        _right(results, cells, axes)
+        axes.set_ylabel("\n".join(textwrap.wrap(cells[0].label, 16)), fontweight="bold", labelpad=8)
         if row == 0:
             axes.set_title("right", fontweight="bold", pad=9)
         for column, block in enumerate(blocks, 1):
@@ -86,7 +86,7 @@ def draw(results: Results, group: Group):
                 axes.set_title(
                     "block {} × {}".format(*block) if block[0] else "block not told", fontweight="bold", pad=9
                 )
-            cell = next((cell for cell in mine if (gpu.block(results, cell) or (0, 0)) == block), None)
+            cell = next((cell for cell in cells if (gpu.block(results, cell) or (0, 0)) == block), None)
             _wrong(results, cell, axes, block, (wide / width, high / height))
     return figure
 
@@ -99,11 +99,11 @@ def _blocks(results: Results, group: Group) -> list[tuple[int, int]]:
 def _right(results: Results, cells: list[Cell], axes) -> None:
     cell = next((cell for cell in cells if _has_picture(results, cell)), None)
     agreement = cell and results.record(cell)["agreement"]
-    found = stored.reference(results, agreement or {}) if cell else Missing("no reference")
-    if isinstance(found, Missing):
-        say(axes, str(found), LETTERS)
+    reference = stored.reference(results, agreement or {}) if cell else Missing("no reference")
+    if isinstance(reference, Missing):
+        say(axes, str(reference), LETTERS)
         return
-    axes.imshow(stored.displayed(found, cell), interpolation="nearest", aspect="auto")
+    axes.imshow(stored.displayed(reference, cell), interpolation="nearest", aspect="auto")
     axes.text(0.5, -0.05, "the reference", transform=axes.transAxes, ha="center", va="top", fontsize=7)
 
 
@@ -131,17 +131,17 @@ def _said(results: Results, cell: Cell) -> str:
 
 
 def _why(variant: str, apart: str) -> str:
-    known = next((text for fault, text in WHY.items() if variant.endswith(fault)), "{variant}: {apart}")
-    return known.format(variant=variant, apart=apart)
+    template = next((text for fault, text in WHY.items() if variant.endswith(fault)), "{variant}: {apart}")
+    return template.format(variant=variant, apart=apart)
 
 
 def write(results: Results, out: Path) -> str:
     """Writes faults-NUMBER-GROUP.png and .svg for each group; returns the section, "" without an exhibit's picture."""
-    found = [group for scene in results.scenes for group in of_scene(results, scene)]
-    if not found:
+    groups = [group for scene in results.scenes for group in of_scene(results, scene)]
+    if not groups:
         return ""
     parts = ["## Exhibits (the study's figure 2.9)"]
-    for number, group in enumerate(found):
+    for number, group in enumerate(groups):
         path = out / f"faults-{number}-{markdown.slug(group.label)}"
         parts.append(f"### {markdown.escape(group.label)}")
         lacking = _lacking(results, group)
@@ -151,7 +151,7 @@ def write(results: Results, out: Path) -> str:
         parts.append(style.figure(path, f"Exhibits: {group.label}", draw, results, group))
         there = len(_blocks(results, group))
         parts.append(thinning.note(min(there, MOST), there, "sizes of blocks", "the pictures of all are in the run"))
-    variants = dict.fromkeys((cell.variant, cell.apart) for group in found for cell in group.cells)
+    variants = dict.fromkeys((cell.variant, cell.apart) for group in groups for cell in group.cells)
     why = [_why(variant, apart) for variant, apart in variants]
-    told = markdown.bullets(list(map(markdown.escape, why)))
-    return "\n\n".join([*filter(None, parts), markdown.escape(CAPTION), told])
+    explanations = markdown.bullets(list(map(markdown.escape, why)))
+    return "\n\n".join([*filter(None, parts), markdown.escape(CAPTION), explanations])

@@ -24,16 +24,16 @@ LARGE, WIDE = 750, 1600  # pixels: up to which small pictures are enlarged; of a
 
 def panels(results: Results) -> dict[str, list[tuple[str, Cell | None, str]]]:
     """Returns the panels of each figure by its number: (caption, the cell to show or None, why there is none)."""
-    found: dict[str, dict[str, list[Cell]]] = {}
+    figures: dict[str, dict[str, list[Cell]]] = {}
     for cell in results.cells:
         named = NAMED.fullmatch(str(cell.swept.get("case", "")))
         if named:
             number, letter, caption = named.groups()
             title = ": ".join(filter(None, (letter, caption))) or number
-            found.setdefault(number, {}).setdefault(title, []).append(cell)
+            figures.setdefault(number, {}).setdefault(title, []).append(cell)
     return {
         number: [(title, *_first(results, cells)) for title, cells in titles.items()]
-        for number, titles in sorted(found.items(), key=lambda item: [int(part) for part in item[0].split(".")])
+        for number, titles in sorted(figures.items(), key=lambda item: [int(part) for part in item[0].split(".")])
     }
 
 
@@ -44,20 +44,20 @@ def _first(results: Results, cells: list[Cell]) -> tuple[Cell | None, str]:
     return None, cells[0].verdict if cells[0].status != "ok" else str(stored.picture(results, cells[0]))
 
 
-def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
+def draw(results: Results, entries: list[tuple[str, Cell | None, str]]):
     """Draws the panels of one figure, in rows."""
-    pictures = [stored.displayed(stored.picture(results, cell), cell) if cell else None for _, cell, _ in found]
+    pictures = [stored.displayed(stored.picture(results, cell), cell) if cell else None for _, cell, _ in entries]
     sizes = [
         pictures_figure.panel_size(*picture.shape[:2], smallest=LARGE) if picture is not None else (LARGE,) * 2
         for picture in pictures
     ]
     block = max(width for _, width in sizes) + GAP
-    columns = min(len(found), max(1, (WIDE - GAP) // block))
+    columns = min(len(entries), max(1, (WIDE - GAP) // block))
     rows = [sizes[first : first + columns] for first in range(0, len(sizes), columns)]
     heights = [max(height for height, _ in row) + HEAD + BELOW for row in rows]
     wide, high = columns * block + GAP, sum(heights)
     figure = plt.figure(figsize=(wide / style.DPI, high / style.DPI))
-    for number, ((title, cell, why), picture, (height, width)) in enumerate(zip(found, pictures, sizes, strict=True)):
+    for number, ((title, cell, why), picture, (height, width)) in enumerate(zip(entries, pictures, sizes, strict=True)):
         row, column = divmod(number, columns)
         left = GAP + column * block + (block - GAP - width) // 2
         axes = pictures_figure.panel(figure, left, sum(heights[:row]) + HEAD, height, width)
@@ -75,7 +75,7 @@ def draw(results: Results, found: list[tuple[str, Cell | None, str]]):
 def write(results: Results, out) -> str:
     """Writes gallery-NUMBER.png and .svg for each figure of the study; returns the section, "" if there is none."""
     parts = []
-    for number, found in panels(results).items():
+    for number, entries in panels(results).items():
         path, alt = out / f"gallery-{markdown.slug(number)}", f"Figure {number} of the study"
-        parts += [f"### The study's figure {number}", style.figure(path, alt, draw, results, found)]
+        parts += [f"### The study's figure {number}", style.figure(path, alt, draw, results, entries)]
     return "\n\n".join(["## The study's pictures", *parts, markdown.escape(CAPTION)]) if parts else ""

@@ -55,10 +55,10 @@ def letters(wide: int) -> int:
     return int(wide / LETTER)
 
 
-def told(results: Results, cell: Cell) -> list[str]:
+def notes(results: Results, cell: Cell) -> list[str]:
     """Returns the texts below a panel: the error of a picture, and whether it agrees."""
-    found = results.record(cell) or {}
-    return [record.error_of(found.get("error")), record.agreement_of(found.get("agreement"))]
+    cell_record = results.record(cell) or {}
+    return [record.error_of(cell_record.get("error")), record.agreement_of(cell_record.get("agreement"))]
 
 
 def told_of_truth(results: Results, cell: Cell) -> list[str]:
@@ -85,15 +85,15 @@ def with_truth(results: Results, cells: list[Cell]) -> Cell:
 
 def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:
     """Returns the places to draw, each with its cells: of numbers of threads, which make one picture, the first."""
-    found, seen = [], set()
+    all_places, seen = [], set()
     for place in results.places:
         cells = [cell for cell in results.at(place) if not cell.exhibit and cell.parameters.get("kind") != "rays"]
         cells = list({(cell.variant, cell.status): cell for cell in reversed(cells)}.values())[::-1]
         alike = frozenset((cell.scene, cell.variant, launch.rest(cell, launch.UNSEEN)) for cell in cells)
         if cells and (alike not in seen or any(cell.status != "ok" for cell in cells)):
-            found.append((place, cells))
+            all_places.append((place, cells))
         seen.add(alike)
-    return found
+    return all_places
 
 
 def blocks(cells: list[Cell]) -> tuple[int, int, int, int]:
@@ -156,7 +156,7 @@ def _below(axes, texts: list[str], room: int, colour: str = "black") -> None:
 def _panels(results: Results, cell: Cell, above, below, norm, room: int) -> None:
     picture = stored.raw(results, cell)
     above.imshow(stored.displayed(picture, cell), interpolation="nearest", aspect="auto")
-    texts = told(results, cell) if cell.status == "ok" else [cell.verdict]
+    texts = notes(results, cell) if cell.status == "ok" else [cell.verdict]
     _below(below, texts, room, "black" if cell.status == "ok" or cell.as_meant else "#B00000")
     truth = stored.truth(results, cell)
     if not isinstance(truth, Missing) and truth.shape != picture.shape:
@@ -192,12 +192,12 @@ def _bar(figure, axes, norm) -> None:
     bar.set_label("error: largest difference of a channel\nfrom the truth, linear RGB (grey: exactly 0)")
 
 
-def _few(found: list) -> list:
+def _few(candidates: list) -> list:
     """Returns at most MOST places in their order, preferring those where a cell is not ok, evenly spread."""
-    wrong = [any(cell.status != "ok" for cell in cells) for _, cells in found]
+    wrong = [any(cell.status != "ok" for cell in cells) for _, cells in candidates]
     first = thinning.few([n for n, is_wrong in enumerate(wrong) if is_wrong], MOST)
     rest = thinning.few([n for n, is_wrong in enumerate(wrong) if not is_wrong], MOST - len(first))
-    return [found[n] for n in sorted({*first, *rest})]
+    return [candidates[n] for n in sorted({*first, *rest})]
 
 
 def write(results: Results, out: Path) -> str:
@@ -205,9 +205,9 @@ def write(results: Results, out: Path) -> str:
     if results.left_out:
         return markdown.unavailable(TITLE, stored.LEFT_OUT)
     parts = [f"## {TITLE}"]
-    found = places(results)
-    drawn = _few(found)
-    parts.append(thinning.note(len(drawn), len(found), "places", "those where something is not ok come first"))
+    all_places = places(results)
+    drawn = _few(all_places)
+    parts.append(thinning.note(len(drawn), len(all_places), "places", "those where something is not ok come first"))
     for number, (place, cells) in enumerate(drawn):
         label = naming.called(results, place)
         if cells[0].pixels == 1:
@@ -219,6 +219,6 @@ def write(results: Results, out: Path) -> str:
         for page, shown in enumerate(figures(there) if there else [], 1):
             name = f"pictures-{number}-{markdown.slug(place_label(place))}{f'-{page}' if page > 1 else ''}"
             parts.append(style.figure(out / name, f"Pictures: {label}", draw, results, there, shown))
-        told = [f"{cell.label}: {why.reason if cell.status != 'ok' else why}" for cell, why in lacking.items()]
-        parts += markdown.listed("Not drawn:", told)
+        reasons = [f"{cell.label}: {why.reason if cell.status != 'ok' else why}" for cell, why in lacking.items()]
+        parts += markdown.listed("Not drawn:", reasons)
     return "\n\n".join(filter(None, [*parts, markdown.escape(CAPTION)]))

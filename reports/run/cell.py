@@ -68,8 +68,8 @@ class Cell:
         """The rows of the repetitions that count: those that are ok, without the few that contradict themselves."""
         if self.status != "ok":
             return []
-        found = self._with("ok")
-        return found if self.contradicted else [row for row in found if not self._contradiction(row)]
+        rows = self._with("ok")
+        return rows if self.contradicted else [row for row in rows if not self._contradiction(row)]
 
     def _contradiction(self, row: int) -> str:
         why = self.table.column("unranked")[row] or ""
@@ -80,13 +80,13 @@ class Cell:
         """The repetitions that count."""
         return self.table.frame.iloc[self.counting]
 
-    def known(self, column: str, rows: list[int] | None = None) -> dict:
+    def by_row(self, column: str, rows: list[int] | None = None) -> dict:
         """Returns the known values of a column by row, of the repetitions that count or of `rows`."""
         values = self.table.column(column)
         return {row: values[row] for row in (self.counting if rows is None else rows) if values[row] is not None}
 
     def _with(self, status: str) -> list[int]:
-        return [row for row, found in self.known("status", self.timed).items() if found == status]
+        return [row for row, value in self.by_row("status", self.timed).items() if value == status]
 
     @property
     def name(self) -> str:
@@ -129,7 +129,7 @@ class Cell:
 
     def by_cache(self) -> list["Cell"]:
         """Returns a cell for each state (cold, warm) of the cache of compiled code that its processes found."""
-        cache = self.known("compile_cache")
+        cache = self.by_row("compile_cache")
         lost = set(self.timed) - set(self.counting)
         return [
             replace(
@@ -157,12 +157,12 @@ class Cell:
     @cached_property
     def status(self) -> str:
         """ "ok" if a repetition was good and none made a wrong picture; "not run" if none was stored."""
-        found = set(self.known("status", self.timed).values())
-        if "wrong picture" in found:
+        statuses = set(self.by_row("status", self.timed).values())
+        if "wrong picture" in statuses:
             return "wrong picture"
-        if "ok" in found:
+        if "ok" in statuses:
             return "ok"
-        return next((status for status in BAD_FIRST if status in found), min(found, default="not run"))
+        return next((status for status in BAD_FIRST if status in statuses), min(statuses, default="not run"))
 
     @property
     def reason(self) -> str:
@@ -192,13 +192,13 @@ class Cell:
     @cached_property
     def unsteady(self) -> str:
         """Why it has no steady time, "" if it has: its repetitions that count have no steady state together."""
-        notes = self.known("steady_note")
-        return steady.together(list(self.known("change").values()), [notes.get(row, "") for row in self.counting])
+        notes = self.by_row("steady_note")
+        return steady.together(list(self.by_row("change").values()), [notes.get(row, "") for row in self.counting])
 
     @property
     def outlying(self) -> int:
         """How many repetitions lie far from the others; they still count."""
-        return sum(self.known("outlier").values())
+        return sum(self.by_row("outlier").values())
 
     def values(self, column: str) -> list[float]:
         """Returns the known numbers of a column, one per repetition that counts."""
@@ -209,7 +209,7 @@ class Cell:
         if self._without(column):
             return {}
         numbers = self.table.column("repetition")
-        return {numbers[row]: float(value) for row, value in self.known(column).items()}
+        return {numbers[row]: float(value) for row, value in self.by_row(column).items()}
 
     def median(self, column: str, reason: str) -> Estimate | Missing:
         """Returns the median over processes; else Missing: the cell is not ok, has no steady state, or `reason`."""
@@ -233,11 +233,11 @@ class Cell:
 
     def error(self, column: str = repetition.RMSE, worst=max) -> float | Missing:
         """Returns the worst of an error over all repetitions, those with a wrong picture too, or why there is none."""
-        values = self.known(column, self.timed)
+        values = self.by_row(column, self.timed)
         if values:
             return float(worst(values.values()))
         reasons = [reason for name in (f"no_{column}", "no_error") if name in repetition.COLUMNS
-                   for reason in self.known(name, self.timed).values()]  # fmt: skip
+                   for reason in self.by_row(name, self.timed).values()]  # fmt: skip
         if not reasons and self.parameters.get("kind") == "rays":
             reasons = ["first hits have none"]
         return Missing(next(iter(reasons), self.verdict if self.status != "ok" else "the run does not have it"))
@@ -245,43 +245,43 @@ class Cell:
     @property
     def below(self) -> float | None:
         """What its RMSE lies below where the truth cannot tell it from 0 in any repetition; else None."""
-        found = self.known("error_below", self.timed)
-        return max(found.values()) if found and len(found) == len(self.known(repetition.RMSE, self.timed)) else None
+        bounds = self.by_row("error_below", self.timed)
+        return max(bounds.values()) if bounds and len(bounds) == len(self.by_row(repetition.RMSE, self.timed)) else None
 
     @property
     def against(self) -> str:
         """What its error is held against, in words; "" for the truth of the scene."""
-        return " and ".join(dict.fromkeys(self.known("against", self.timed).values()))
+        return " and ".join(dict.fromkeys(self.by_row("against", self.timed).values()))
 
     @property
     def agrees(self) -> bool | Missing:
         """Do all pictures agree with their references?"""
-        found = self.known("agrees", self.timed).values()
-        if found:
-            return all(found)
-        reasons = self.known("not_judged", self.timed)
+        verdicts = self.by_row("agrees", self.timed).values()
+        if verdicts:
+            return all(verdicts)
+        reasons = self.by_row("not_judged", self.timed)
         return Missing(next(iter(reasons.values()), self.verdict if self.status != "ok" else "the judge was not asked"))
 
     @property
     def mask(self) -> float | Missing:
         """The largest share of ill-conditioned pixels that a judged picture has."""
-        shares = self.known("agreement_mask_fraction", self.timed).values()
+        shares = self.by_row("agreement_mask_fraction", self.timed).values()
         return float(max(shares)) if shares else Missing("it was not judged")
 
     @property
     def errors(self) -> str:
         """The errors of its pictures in words, and what they are held against; of several repetitions the worst."""
         worst = [self.error(name) for name in repetition.ERRORS]
-        told = record.errors(*(None if isinstance(value, Missing) else value for value in worst), self.below)
-        return ", ".join(filter(None, [told, self.against]))
+        text = record.errors(*(None if isinstance(value, Missing) else value for value in worst), self.below)
+        return ", ".join(filter(None, [text, self.against]))
 
     @property
     def agreement(self) -> str:
         """A tick if its pictures agree with their references, else a cross, with the share of a mask above 1 %."""
         if isinstance(self.agrees, Missing):
             return str(self.agrees)
-        told = isinstance(self.mask, float) and self.mask > record.MASK
-        return ("✓" if self.agrees else "✗") + (f" (mask {record.percent(self.mask)})" if told else "")
+        masked = isinstance(self.mask, float) and self.mask > record.MASK
+        return ("✓" if self.agrees else "✗") + (f" (mask {record.percent(self.mask)})" if masked else "")
 
     @cached_property
     def unranked(self) -> str:
@@ -292,5 +292,5 @@ class Cell:
             return self.apart
         if isinstance(self.steady, Missing):
             return self.steady.reason
-        reasons = self.known("not_judged")
+        reasons = self.by_row("not_judged")
         return f"its picture was not judged: {next(iter(reasons.values()))}" if reasons else ""

@@ -26,10 +26,10 @@ def of(results: Results, cell: Cell) -> str | Missing:
     whole = reduced.wholes(results).get(cell)
     if whole and _version(results, whole) != _version(results, cell):
         return Missing(f"no file has the scene without {reduced.without(cell)}; rayrace needs --within writes some")
-    found = _scene(results, cell)
-    if isinstance(found, Missing):
-        return found
-    scene, first = found
+    source = _scene(results, cell)
+    if isinstance(source, Missing):
+        return source
+    scene, first = source
     values = _values(results, cell)
     for name, value in values.items():
         if name not in parameters.OPTIONS:
@@ -63,11 +63,11 @@ def _options(values: dict) -> list[str]:
 
 def again(results: Results, cell: Cell) -> str | Missing:
     """Returns the `rayrace run` command that measures this cell alone again; Missing if no command made the run."""
-    asked = _asked(results)
-    if not asked.experiment:
+    arguments = _asked(results)
+    if not arguments.experiment:
         return Missing("the run was not made by `rayrace run`")
-    words = ["rayrace", "run", asked.experiment, *_renderers(results), "--only", cell.variant]
-    kept = [setting for setting in asked.settings if setting.partition("=")[0].strip() != "where"]
+    words = ["rayrace", "run", arguments.experiment, *_renderers(results), "--only", cell.variant]
+    kept = [setting for setting in arguments.settings if setting.partition("=")[0].strip() != "where"]
     if len({other.place for other in results.cells}) > 1:
         kept.append(f"where={json.dumps([_expression(cell)])}")
     return shlex.join([*words, *(word for setting in kept for word in ("--set", setting))])
@@ -120,8 +120,8 @@ def _spelt(values: dict) -> dict:
 
 def _threads(results: Results, cell: Cell) -> int:
     """Returns the number that the experiment asks for; the command's default if the variant chooses."""
-    asked = _asked_for(results, cell, "threads")
-    return default("threads") if asked in (None, "default") else asked
+    count = _asked_for(results, cell, "threads")
+    return default("threads") if count in (None, "default") else count
 
 
 def _asked_for(results: Results, cell: Cell, key: str):
@@ -143,8 +143,8 @@ def _scene(results: Results, cell: Cell) -> tuple[str, list[str]] | Missing:
         return str(Path(experiment).parent / cell.scene if experiment else cell.scene), []
     if made["scene"] not in SUFFIXES:
         return Missing(f"{made['scene']} is made in memory, and rayrace generate writes its mesh alone")
-    known = {key: cell.swept.get(key, made.get(key)) for key in COUNTS}
-    counts = {key: value for key, value in known.items() if value is not None}
+    sizes = {key: cell.swept.get(key, made.get(key)) for key in COUNTS}
+    counts = {key: value for key, value in sizes.items() if value is not None}
     file = "-".join([made["scene"], *(f"{key}-{value}" for key, value in counts.items())]) + SUFFIXES[made["scene"]]
     words = [word for key, value in counts.items() for word in (f"--{COUNTS[key]}", str(value))]
     return file, ["rayrace", "generate", made["scene"], *words, "-o", file]

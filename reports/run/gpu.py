@@ -20,14 +20,14 @@ def scenes(results: Results) -> list[str]:
 
 def record(results: Results, cell: Cell) -> dict | None:
     """Returns the first record of a cell, timed or not, that reports the methods used; None if none does."""
-    mine = (results.records[row] for row in cell.timed + cell.loaded)
-    return next((record for record in mine if record["used"]), None)
+    records = (results.records[row] for row in cell.timed + cell.loaded)
+    return next((record for record in records if record["used"]), None)
 
 
 def device(results: Results, cell: Cell, name: str):
     """Returns a property of the device that the renderer reported; Missing if it did not."""
-    found = ((record(results, cell) or {}).get("device") or {}).get(name)
-    return Missing(NOT_REPORTED) if found is None else found
+    value = ((record(results, cell) or {}).get("device") or {}).get(name)
+    return Missing(NOT_REPORTED) if value is None else value
 
 
 def mark(results: Results, cells: list[Cell]) -> str:
@@ -40,11 +40,11 @@ def mark(results: Results, cells: list[Cell]) -> str:
 
 def method(results: Results, cell: Cell, name: str):
     """Returns a method as the renderer used it (renderers/README.md); Missing if it did not report it."""
-    mine = record(results, cell)
-    used = ((mine or {}).get("used") or {}).get("methods", {}).get(name)
+    report = record(results, cell)
+    used = ((report or {}).get("used") or {}).get("methods", {}).get(name)
     if used is not None:
         return used
-    if mine is None and cell.status != "ok":
+    if report is None and cell.status != "ok":
         return Missing(cell.verdict)
     return Missing("the CUDA simulator has none" if cell.simulated else NOT_REPORTED)
 

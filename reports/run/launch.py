@@ -31,10 +31,10 @@ class Group:
 
 def groups(cells: list[Cell], free: tuple[str, ...], across_variants: bool = False) -> list[Group]:
     """Returns groups of cells that differ only in the parameters `free`, and in the variant if `across_variants`."""
-    found = grouped(
+    alike = grouped(
         cells, lambda cell: (cell.scene, counts(cell), "" if across_variants else cell.variant, rest(cell, free))
     )
-    return [Group(_label(mine[0], free, across_variants), mine) for mine in found.values()]
+    return [Group(_label(members[0], free, across_variants), members) for members in alike.values()]
 
 
 def places(results: Results) -> list[tuple[tuple[str, str], list[Cell]]]:

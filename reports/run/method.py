@@ -42,11 +42,12 @@ class Truth:
 @lru_cache(maxsize=8)
 def truth(results: Results) -> Truth:
     """Returns what the errors of a run are distances from; before 0.2 each picture's own limit, at its own depth."""
-    told = results.facts["experiment"].get("reference") or {}
+    reference = results.facts["experiment"].get("reference") or {}
     errors = [error for record in results.records if (error := record.get("error")) and "unavailable" not in error]
     old = any("against" not in error for error in errors)
     return Truth(
-        told.get("against") or ("centres" if old else "scene"), told.get("depth") or ("own" if old else "enough")
+        reference.get("against") or ("centres" if old else "scene"),
+        reference.get("depth") or ("own" if old else "enough"),
     )
 
 
@@ -59,20 +60,20 @@ def views(results: Results) -> list[View]:
     than others, and so has one with feelers or glossy rays; where against a truth of each picture's own depth, one of
     another depth.
     """
-    held = truth(results)
-    free = {*DIALS, *CHOICES, "epsilon", reduced.KEY, *(OF_SCENE if held.against == "scene" else ())}
-    free -= {"depth"} if held.depth == "own" else set()
-    found = []
+    target = truth(results)
+    free = {*DIALS, *CHOICES, "epsilon", reduced.KEY, *(OF_SCENE if target.against == "scene" else ())}
+    free -= {"depth"} if target.depth == "own" else set()
+    all_views = []
     pictures = [cell for cell in results.cells if cell.parameters.get("kind") != "rays"]
     wholes = reduced.wholes(results)
     for seen in view.views(pictures, tuple(free), lambda cell: wholes.get(cell, cell)):
-        parts = grouped(seen.cells, _kind if held.against == "centres" else lambda _: ("",) * 3)
+        parts = grouped(seen.cells, _kind if target.against == "centres" else lambda _: ("",) * 3)
         differ = [len({kind[place] for kind in parts}) > 1 for place in range(3)]
         for kind, cells in parts.items():
             words = [word for word, differs in zip(kind, differ, strict=True) if differs]
             label, title = (", ".join([text, *words]) for text in (seen.label, seen.title))
-            found.append(View(label, title, seen.names, cells))
-    return found
+            all_views.append(View(label, title, seen.names, cells))
+    return all_views
 
 
 def _kind(cell: Cell) -> tuple[str, ...]:
@@ -91,15 +92,15 @@ def values(cell: Cell, keys: Iterable[str]) -> str:
 
 def of(cell: Cell) -> dict:
     """Returns the method of a cell: its values of DIALS and CHOICES that can change its picture or its time."""
-    found = {key: cell.parameters[key] for key in (*DIALS, *CHOICES) if key in cell.parameters}
-    sampler = found.get("sampler", "one")
-    idle = {"glossy_weight"} if not found.get("glossy_rays") else set()
+    settings = {key: cell.parameters[key] for key in (*DIALS, *CHOICES) if key in cell.parameters}
+    sampler = settings.get("sampler", "one")
+    idle = {"glossy_weight"} if not settings.get("glossy_rays") else set()
     if sampler not in ("uniform", "jittered"):
         idle.add("samples")
     if sampler != "adaptive":
         idle |= {"adaptive_depth", "adaptive_threshold"}
     model = {reduced.KEY: reduced.without(cell)} if reduced.without(cell) else {}
-    return {key: value for key, value in found.items() if key not in idle} | model
+    return {key: value for key, value in settings.items() if key not in idle} | model
 
 
 def sampled(error: dict) -> bool:
@@ -129,10 +130,10 @@ def unbiased(results: Results, cell: Cell) -> bool:
 
 def _deep(results: Results, cell: Cell, error: dict) -> bool:
     """Has a picture the depth of its truth, or half of it, where it changes by less than the truth is known to?"""
-    depth, held = cell.parameters.get("depth"), truth(results).depth
-    if held == "enough":
+    depth, truth_depth = cell.parameters.get("depth"), truth(results).depth
+    if truth_depth == "enough":
         return 2 * depth >= error.get("depth", 0)
-    return held in ("own", depth)
+    return truth_depth in ("own", depth)
 
 
 def _leaves_out(results: Results, cell: Cell) -> set[str]:
@@ -165,11 +166,11 @@ class Names:
         self.depth, self.silent = depth, silent
         methods = [(cell.variant, of(cell)) for cell in cells]
         self.placed = bool(view.differing(cells, PLACE))
-        values = {key: {str(told[key]) for _, told in methods if key in told} for key in (*DIALS, *CHOICES)}
+        values = {key: {str(settings[key]) for _, settings in methods if key in settings} for key in (*DIALS, *CHOICES)}
         self.turned = {key for key in values if len(values[key]) > 1}
         threads: dict[str, set] = {}
-        for variant, told in methods:
-            threads.setdefault(variant, set()).add(told.get("threads"))
+        for variant, settings in methods:
+            threads.setdefault(variant, set()).add(settings.get("threads"))
         several = {variant for variant, counts in threads.items() if len(counts) > 1}
         self.threaded = several if "threads" not in silent else set()
 
@@ -183,40 +184,42 @@ class Names:
 
     def words(self, cell: Cell, *dials: str | None) -> list[str]:
         """Returns the parts of `method`, one for each choice that is not the default and each dial that varies."""
-        told = of(cell)
+        settings = of(cell)
 
         def number(key: str, text: str) -> str:
             return STANDS_FOR[key] if key in dials else text
 
         def other(key: str, text: str) -> str:
-            known = key in told and key not in self.silent
-            return text if known and told[key] != command.default(key) else ""
+            named = key in settings and key not in self.silent
+            return text if named and settings[key] != command.default(key) else ""
 
-        sampler, cutoff = told.get("sampler", "one"), told.get("cutoff", 0)
+        sampler, cutoff = settings.get("sampler", "one"), settings.get("cutoff", 0)
         words = [
-            other("vector", LANES.get(told.get("vector"), "")),
-            other("precision", f"{told['precision']}"),
-            *(other(key, f"{told.get(key)} {what}") for key, what in STEPS.items()),
+            other("vector", LANES.get(settings.get("vector"), "")),
+            other("precision", f"{settings['precision']}"),
+            *(other(key, f"{settings.get(key)} {what}") for key, what in STEPS.items()),
             "one sample" if sampler == "one" and "sampler" in self.turned else "",
             "at {}, {}".format(*map(cell.parameters.get, PLACE)) if sampler == "one" and self.placed else "",
-            f"{sampler} {number('samples', '{0} × {0}'.format(told['samples']))}" if "samples" in told else "",
+            f"{sampler} {number('samples', '{0} × {0}'.format(settings['samples']))}" if "samples" in settings else "",
             "adaptive" if sampler == "adaptive" else "",
-            f"to 1/{2 ** told['adaptive_depth']} pixel" if "adaptive_depth" in self.turned & told.keys() else "",
-            number("adaptive_threshold", f"threshold {told['adaptive_threshold']:g}")
-            if "adaptive_threshold" in told else "",
-            number("feelers", _many(told["feelers"], "feeler", "hard shadows")) if "feelers" in self.turned else "",
-            number("glossy_rays", _many(told["glossy_rays"], "glossy ray", "mirrors"))
+            f"to 1/{2 ** settings['adaptive_depth']} pixel"
+            if "adaptive_depth" in self.turned & settings.keys() else "",
+            number("adaptive_threshold", f"threshold {settings['adaptive_threshold']:g}")
+            if "adaptive_threshold" in settings else "",
+            number("feelers", _many(settings["feelers"], "feeler", "hard shadows")) if "feelers" in self.turned else "",
+            number("glossy_rays", _many(settings["glossy_rays"], "glossy ray", "mirrors"))
             if "glossy_rays" in self.turned else "",
             other("glossy_weight", "the study's weight"),
             number("cutoff", f"cut-off {_power(cutoff)}") if cutoff else "",
-            number("depth", f"depth {told['depth']}") if "depth" in self.turned and told["depth"] != self.depth else "",
-            other("walk", f"{told.get('walk')} walk"),
-            other("accel", HIERARCHIES.get(told.get("accel"), "")),
-            other("kernel", f"{told.get('kernel')} kernel"),
-            *(other(key, f"{key.replace('_', ' ')} {told.get(key)}") for key in launch.UNSEEN),
-            _threads(told.get("threads")) if cell.variant in self.threaded else "",
-            other("seed", f"seed {told.get('seed')}"),
-            f"without {told[reduced.KEY]}" if reduced.KEY in told else "",
+            number("depth", f"depth {settings['depth']}")
+            if "depth" in self.turned and settings["depth"] != self.depth else "",
+            other("walk", f"{settings.get('walk')} walk"),
+            other("accel", HIERARCHIES.get(settings.get("accel"), "")),
+            other("kernel", f"{settings.get('kernel')} kernel"),
+            *(other(key, f"{key.replace('_', ' ')} {settings.get(key)}") for key in launch.UNSEEN),
+            _threads(settings.get("threads")) if cell.variant in self.threaded else "",
+            other("seed", f"seed {settings.get('seed')}"),
+            f"without {settings[reduced.KEY]}" if reduced.KEY in settings else "",
             f"epsilon {cell.swept['epsilon']}" if "epsilon" in cell.swept else "",  # else it follows from the precision
         ]  # fmt: skip
         return [word for word in words if word]
@@ -227,21 +230,21 @@ def curves(cells: list[Cell], names: Names) -> list[Curve]:
 
     A cell may be in two curves, where dials were varied one at a time from it.
     """
-    found = []
+    all_curves = []
     for variant in dict.fromkeys(cell.variant for cell in cells):
-        mine = [cell for cell in cells if cell.variant == variant]
-        groups = [(dial, group) for dial in DIALS for group in _along(mine, dial)]
-        alone = dict.fromkeys(mine)
+        of_variant = [cell for cell in cells if cell.variant == variant]
+        groups = [(dial, group) for dial in DIALS for group in _along(of_variant, dial)]
+        alone = dict.fromkeys(of_variant)
         while groups:
-            dial, group = max(groups, key=lambda one: sum(cell in alone for cell in one[1]))
+            dial, group = max(groups, key=lambda pair: sum(cell in alone for cell in pair[1]))
             if not any(cell in alone for cell in group):
                 break
             groups.remove((dial, group))
             family = max((names.method(cell, dial) for cell in group), key=len)  # some may have nothing of the dial
-            found.append(Curve(variant, family, dial, group))
+            all_curves.append(Curve(variant, family, dial, group))
             alone = {cell: None for cell in alone if cell not in group}
-        found += [Curve(variant, names.method(cell), None, [cell]) for cell in alone]
-    return found
+        all_curves += [Curve(variant, names.method(cell), None, [cell]) for cell in alone]
+    return all_curves
 
 
 def _along(cells: list[Cell], dial: str) -> list[list[Cell]]:

@@ -50,28 +50,30 @@ def short(cells: list[Cell], silent: tuple[str, ...] = ()) -> Short:
     places = {
         cell: [(key, spoken(key, value)) for key, value in _work(cell).items() if key not in silent] for cell in cells
     }
-    shared = [part for part in places[cells[0]] if all(part in mine for mine in places.values())]
-    where = {cell: ", ".join(text for key, text in mine if (key, text) not in shared) for cell, mine in places.items()}
+    shared = [part for part in places[cells[0]] if all(part in parts for parts in places.values())]
+    where = {
+        cell: ", ".join(text for key, text in parts if (key, text) not in shared) for cell, parts in places.items()
+    }
     return Short(where, methods, [*(text for _, text in shared), *alike])
 
 
 def varying(names: Names, cells: list[Cell]) -> tuple[dict[Cell, tuple[str, ...]], list[str]]:
     """Returns for each cell the parts of its method's name that not all cells have, and the parts that all have."""
     words = {cell: names.words(cell) for cell in cells}
-    alike = [word for word in words[cells[0]] if all(word in mine for mine in words.values())]
-    return {cell: tuple(word for word in mine if word not in alike) for cell, mine in words.items()}, alike
+    alike = [word for word in words[cells[0]] if all(word in parts for parts in words.values())]
+    return {cell: tuple(word for word in parts if word not in alike) for cell, parts in words.items()}, alike
 
 
 @lru_cache(maxsize=2)
 def _places(results: Results) -> dict[tuple[str, str], str]:
-    found = {}
+    labels = {}
     for scene in results.scenes:
         names = short(results.of(scene))
         for place, cells in grouped(results.of(scene), lambda cell: cell.place).items():
             alike = [word for word in names.methods[cells[0]] if all(word in names.methods[cell] for cell in cells)]
-            found[place] = ", ".join(filter(None, [Path(scene).stem, names.where[cells[0]], *alike]))
-    twice = Counter(found.values())
-    return {place: place_label(place) if twice[name] > 1 else name for place, name in found.items()}
+            labels[place] = ", ".join(filter(None, [Path(scene).stem, names.where[cells[0]], *alike]))
+    twice = Counter(labels.values())
+    return {place: place_label(place) if twice[name] > 1 else name for place, name in labels.items()}
 
 
 def called(results: Results, place: tuple[str, str]) -> str:

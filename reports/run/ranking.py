@@ -21,8 +21,8 @@ def baseline(results: Results, scene: str) -> str | None:
 
 def base(results: Results, place: tuple[str, str], variant: str | None) -> Cell | None:
     """Returns the ranked cell of a variant at a place, of several the one with the fewest threads; None without any."""
-    mine = [cell for cell in results.at(place) if cell.variant == variant and not cell.unranked]
-    return min(mine, key=lambda cell: cell.parameters["threads"], default=None)
+    cells = [cell for cell in results.at(place) if cell.variant == variant and not cell.unranked]
+    return min(cells, key=lambda cell: cell.parameters["threads"], default=None)
 
 
 def ratio(cell: Cell, other: Cell, column: str = "steady_s") -> Estimate:
@@ -72,7 +72,7 @@ def ratio_to_cell(cell: Cell, base: Cell | None, absent: str, column: str = "ste
 
 def ratio_to(results: Results, cell: Cell, variant: str | None) -> Estimate | Missing | str:
     """Returns the same to `variant` at the same place, with a note whether it is resolved."""
-    found = ratio_to_cell(cell, base(results, cell.place, variant), f"{variant} is not ranked here")
-    if not isinstance(found, Estimate):
-        return found
-    return replace(found, note=found.note or statistics.verdict(found, results.floor.value))
+    estimate = ratio_to_cell(cell, base(results, cell.place, variant), f"{variant} is not ranked here")
+    if not isinstance(estimate, Estimate):
+        return estimate
+    return replace(estimate, note=estimate.note or statistics.verdict(estimate, results.floor.value))

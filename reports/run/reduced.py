@@ -20,8 +20,8 @@ def without(cell: Cell) -> str:
 def wholes(results: Results) -> dict[Cell, Cell]:
     """Returns for each cell without something the cell of the same variant and point with nothing left out, if the run
     has that."""
-    known = {_place(cell): cell for cell in results.cells if not without(cell)}
-    pairs = ((cell, known.get(_place(cell))) for cell in results.cells if without(cell))
+    by_place = {_place(cell): cell for cell in results.cells if not without(cell)}
+    pairs = ((cell, by_place.get(_place(cell))) for cell in results.cells if without(cell))
     return {cell: whole for cell, whole in pairs if whole}
 
 

@@ -50,8 +50,8 @@ def row(record: dict) -> dict:
     not_judged says why.
     """
     frames = record["frames_s"] or []
-    found = steady.find(frames)
-    kept, steady_s = found.frames, found.seconds
+    steady_frames = steady.find(frames)
+    kept, steady_s = steady_frames.frames, steady_frames.seconds
     rays = record["rays"] and sum(record["rays"][kind] for kind in ("primary", "reflected", "transmitted", "shadow"))
     compile_s, upload_s = (_phase(record, name) for name in ("compile", "upload"))
     methods = (record["used"] or {}).get("methods") or {}
@@ -79,22 +79,22 @@ def row(record: dict) -> dict:
         "memory_method": memory.get("method"),
         "first_s": frames[0] if frames else None,
         "steady_s": steady_s,
-        "steady_state": found.state if frames else None,
-        "steady_note": found.note or None,
-        "change": found.change,
+        "steady_state": steady_frames.state if frames else None,
+        "steady_note": steady_frames.note or None,
+        "change": steady_frames.change,
         "steady_frames": len(kept),
-        "warmup_frames": found.warm_up,
+        "warmup_frames": steady_frames.warm_up,
         "outlier_frames": sum(statistics.outliers(kept)) if kept else None,
         "compile_s": compile_s,
         "compile_cache": methods.get("compile_cache"),
         "build_s": (record["build"] or {}).get("seconds"),
         "rays": rays,
         "rays_per_s": rays / steady_s if rays and steady_s else None,
-        "search_s": _part(record, "search", found.start),
-        "trace_s": _part(record, "trace", found.start),
+        "search_s": _part(record, "search", steady_frames.start),
+        "trace_s": _part(record, "trace", steady_frames.start),
         "upload_s": upload_s,
-        "kernel_s": _part(record, "kernel", found.start),
-        "download_s": _part(record, "download", found.start),
+        "kernel_s": _part(record, "kernel", steady_frames.start),
+        "download_s": _part(record, "download", steady_frames.start),
         "end_to_end_s": None if upload_s is None or steady_s is None else upload_s + steady_s,
         **{column: audit.get(name) for name, column in AUDITED.items()},
         "measured_cpu_s": cpu.get("series_s"),
@@ -111,8 +111,8 @@ def _error(record: dict) -> dict:
     """
     error, agreement = record.get("error") or {}, record["agreement"] or {}
     if not error and record["parameters"].get("kind") == "rays" and agreement:
-        known = {"max": rows.largest(agreement), "bad_pixels": agreement.get("bad_pixels")}
-        return {"against": "hits", **known} if "unavailable" not in agreement else agreement
+        values = {"max": rows.largest(agreement), "bad_pixels": agreement.get("bad_pixels")}
+        return {"against": "hits", **values} if "unavailable" not in agreement else agreement
     if "standard_error" in error:
         error = {**error, "uncertainty": error["standard_error"]}
     return {**error, "below": rows.below(error)} if "rmse" in error else error
@@ -120,8 +120,8 @@ def _error(record: dict) -> dict:
 
 def _phase(record: dict, phase: str) -> float | None:
     """Returns the time of a phase, s; None if the record has none of that name."""
-    found = [end - start for name, start, end in record["phases"] or [] if name == phase]
-    return sum(found) if found else None
+    spans = [end - start for name, start, end in record["phases"] or [] if name == phase]
+    return sum(spans) if spans else None
 
 
 def _part(record: dict, name: str, start: int) -> float | None:

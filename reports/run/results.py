@@ -65,8 +65,8 @@ class Results:
     @cached_property
     def counted(self) -> dict[tuple[str, str, str], dict]:
         """The records of the pass "count", by scene, swept values and variant; {} if nothing was to be counted."""
-        mine = (record for record in self.records if record.get("pass") == "count")
-        return {(record["scene"], point_label(record["point"]), record["variant"]): record for record in mine}
+        records = (record for record in self.records if record.get("pass") == "count")
+        return {(record["scene"], point_label(record["point"]), record["variant"]): record for record in records}
 
     def counts(self, cell: Cell) -> dict | Missing:
         """Returns `counts` of a cell (store.py), or why there are none."""
@@ -78,8 +78,8 @@ class Results:
     def operations(self, cell: Cell) -> dict | None:
         """Returns `operations` of a cell (store.py); None if they were not counted."""
         record = self.counted.get((cell.scene, point_label(cell.swept), cell.variant)) or {}
-        found = record.get("operations")
-        return None if not found or "unavailable" in found else found
+        operations = record.get("operations")
+        return None if not operations or "unavailable" in operations else operations
 
     @cached_property
     def _by_scene(self) -> dict[str, list[Cell]]:
@@ -103,23 +103,23 @@ class Results:
     def _floor(self) -> tuple[Floor, str]:
         """The largest noise floor of the A/A pairs of all jobs: any two cells may come from that job. And its label."""
         pairs = self.facts.get("pairs") or [self.facts.get("pair") or {"unavailable": "the run has no A/A pair"}]
-        found = [self._of_pair(pair) for pair in pairs]
-        known = [(floor, label) for floor, label in found if floor.value is not None]
-        return max(known, key=lambda one: one[0].value) if known else found[0]
+        floors = [self._of_pair(pair) for pair in pairs]
+        measured = [(floor, label) for floor, label in floors if floor.value is not None]
+        return max(measured, key=lambda entry: entry[0].value) if measured else floors[0]
 
     def _of_pair(self, pair: dict) -> tuple[Floor, str]:
         if "unavailable" in pair:
             return Floor(None, pair["unavailable"]), ""
-        mine = self.repetitions[(self.repetitions["cell"] == pair["cell"]) & (self.repetitions["status"] == "ok")]
-        mine = mine[~mine["unranked"].fillna("").str.startswith(CONTRADICTED)]
-        times = mine.dropna(subset="steady_s").pivot_table(index="repetition", columns="pass", values="steady_s")
+        rows = self.repetitions[(self.repetitions["cell"] == pair["cell"]) & (self.repetitions["status"] == "ok")]
+        rows = rows[~rows["unranked"].fillna("").str.startswith(CONTRADICTED)]
+        times = rows.dropna(subset="steady_s").pivot_table(index="repetition", columns="pass", values="steady_s")
         both = times.reindex(columns=["timed", "pair"]).dropna()
         return statistics.noise_floor(both["timed"].tolist(), both["pair"].tolist()), pair["label"]
 
     def record(self, cell: Cell) -> dict | None:
         """Returns the record of the first repetition with a picture, else of the first; None if none was stored."""
-        mine = [self.records[row] for row in cell.timed]
-        return next((record for record in mine if record["picture"]), next(iter(mine), None))
+        records = [self.records[row] for row in cell.timed]
+        return next((record for record in records if record["picture"]), next(iter(records), None))
 
 
 def load(folder: Path, hosts: Collection[str] | None = None) -> Results:
@@ -148,31 +148,31 @@ def _load(folder: Path, hosts: Collection[str] | None) -> Results:
     facts, records = store.read_complete(folder, hosts)
     rows = [{**repetition.row(record), "point": point_label(record["point"]), "outlier": False} for record in records]
     groups = grouped(range(len(rows)), lambda number: tuple(rows[number][key] for key in ("scene", "point", "variant")))
-    for mine in groups.values():
-        _mark_outliers([rows[number] for number in mine])
+    for numbers in groups.values():
+        _mark_outliers([rows[number] for number in numbers])
     table = Table(pd.DataFrame(rows, columns=[*repetition.COLUMNS, "outlier"]))
     on_gpu = {record["variant"] for record in records if record.get("device") or record.get("gpu")}
     cells = {}
-    for one in [*facts["cells"], *records]:
-        name = one["scene"], point_label(one["point"]), one["variant"]
+    for entry in [*facts["cells"], *records]:
+        name = entry["scene"], point_label(entry["point"]), entry["variant"]
         if name in cells:
             continue
-        mine = groups.get(name, [])
-        stored = [records[number] for number in mine]
+        numbers = groups.get(name, [])
+        stored = [records[number] for number in numbers]
         cells[name] = Cell(
-            *place(one),
-            one["variant"],
-            one["parameters"],
+            *place(entry),
+            entry["variant"],
+            entry["parameters"],
             table,
-            [number for number in mine if rows[number]["pass"] == "timed"],
-            [number for number in mine if rows[number]["pass"] == "load"],
-            one["point"],
+            [number for number in numbers if rows[number]["pass"] == "timed"],
+            [number for number in numbers if rows[number]["pass"] == "load"],
+            entry["point"],
             _apart(stored),
             any((record.get("device") or {}).get("simulated") for record in stored),
             name[2] in on_gpu,
         )
     by_place = grouped(cells.values(), lambda cell: cell.place).values()
-    order = [cell for mine in by_place for cell in sorted(mine, key=lambda cell: bool(cell.apart))]
+    order = [cell for group in by_place for cell in sorted(group, key=lambda cell: bool(cell.apart))]
     return Results(Path(folder), facts, records, table.frame, order)
 
 
@@ -187,18 +187,18 @@ def _apart(records: list[dict]) -> str:
     if always:
         return always[0]
     good = [record for record in records if record["status"] == "ok" and (record.get("pass") or "timed") == "timed"]
-    found = [record["unranked"] for record in good if record.get("unranked")]
-    if len(found) <= MOST_CONTRADICTED * len(good):
+    doubts = [record["unranked"] for record in good if record.get("unranked")]
+    if len(doubts) <= MOST_CONTRADICTED * len(good):
         return ""
-    return found[0] if len(good) == 1 else f"{found[0]} (in {len(found)} of {len(good)} repetitions)"
+    return doubts[0] if len(good) == 1 else f"{doubts[0]} (in {len(doubts)} of {len(good)} repetitions)"
 
 
 def grouped(items: Iterable, key: Callable) -> dict[Any, list]:
     """Returns the items in lists by `key(item)`; lists and items are in the order in which they first appear."""
-    found = {}
+    groups = {}
     for item in items:
-        found.setdefault(key(item), []).append(item)
-    return found
+        groups.setdefault(key(item), []).append(item)
+    return groups
 
 
 def _mark_outliers(rows: list[dict]) -> None:

@@ -23,10 +23,10 @@ def picture(results: Results, cell: Cell) -> np.ndarray | Missing:
 
     Missing too if a pixel is not finite.
     """
-    found = raw(results, cell)
-    if not isinstance(found, Missing) and not np.isfinite(found).all():
+    pixels = raw(results, cell)
+    if not isinstance(pixels, Missing) and not np.isfinite(pixels).all():
         return Missing(f"its picture is not finite: {cell.verdict}")
-    return found
+    return pixels
 
 
 def raw(results: Results, cell: Cell) -> np.ndarray | Missing:

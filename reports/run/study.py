@@ -88,10 +88,10 @@ def find(numbers: dict, cell: Cell) -> Estimate | Missing:
     what = case(cell)
     if what is None:
         return Missing("the study has another scene or size")
-    found = numbers.get(cell.variant, {}).get(what)
-    if found is None:
+    entry = numbers.get(cell.variant, {}).get(what)
+    if entry is None:
         return Missing("not in the study")
-    mean, half, measurements = found
+    mean, half, measurements = entry
     if half is None:
         return Estimate(mean, None, None, measurements, "the study says about")
     return Estimate(mean, mean - half, mean + half, measurements, "low and high are the study's ±")

@@ -29,21 +29,21 @@ def views(cells: list[Cell], free: tuple[str, ...], stands: Callable[[Cell], Cel
 
     stands: returns the cell whose point and parameters decide in which view a cell is.
     """
-    found = grouped(
+    groups = grouped(
         (cell for cell in cells if not cell.apart),
         lambda cell: (cell.scene, launch.counts(stands(cell)), launch.rest(stands(cell), (*free, *UNSEEN))),
     )
     return [
-        View(_label(mine, free, point_label), _label(mine, free, words.of_point), _names(mine), mine)
-        for mine in found.values()
+        View(_label(group, free, point_label), _label(group, free, words.of_point), _names(group), group)
+        for group in groups.values()
     ]
 
 
-def _label(cells: list[Cell], free: tuple[str, ...], told: Callable[[dict], str]) -> str:
+def _label(cells: list[Cell], free: tuple[str, ...], wording: Callable[[dict], str]) -> str:
     swept = {key: value for key, value in cells[0].swept.items() if key not in (*free, *UNSEEN, "case")}
     names = _names(cells)
     names = names if len(names) < 3 else names[-1:]  # of several cases their scene
-    return ", ".join([*names, *([told(swept)] if swept else [])])
+    return ", ".join([*names, *([wording(swept)] if swept else [])])
 
 
 def _names(cells: list[Cell]) -> tuple[str, ...]:

@@ -30,11 +30,11 @@ def all_against(against: Iterable[str], between: str = " and ") -> str:
 
     against: of each cell, in words (harness/store/record.py). What differs in its depth alone is named once.
     """
-    found: dict[str, list[int]] = {}
+    depths_by_text: dict[str, list[int]] = {}
     for text in dict.fromkeys(filter(None, against)):
-        told = DEPTH.fullmatch(text)
-        found.setdefault(told[1] if told else text, []).extend([int(told[2])] if told else [])
-    return between.join(f"{words}{_depths(depths)}" for words, depths in found.items())
+        match = DEPTH.fullmatch(text)
+        depths_by_text.setdefault(match[1] if match else text, []).extend([int(match[2])] if match else [])
+    return between.join(f"{words}{_depths(depths)}" for words, depths in depths_by_text.items())
 
 
 def _depths(depths: list[int]) -> str:

@@ -34,20 +34,20 @@ CAPTION = (
 
 def write(results: Results, out: Path) -> str:
     """Writes complexity*.csv, .png and .svg; returns the section of the report, "" if no two factors were varied."""
-    found, fits = _fitted(results)
-    if not found:
+    every_series, fits = _fitted(results)
+    if not every_series:
         return ""
     parts = [f"## {TITLE}"]
     if fits:
-        table.write_frame(out / "complexity.csv", _points(found, fits))
+        table.write_frame(out / "complexity.csv", _points(every_series, fits))
         table.write_frame(out / "complexity-fits.csv", _coefficients(fits))
-    for number, one in enumerate(found):
-        parts.append(f"### {markdown.escape(one.label)}")
-        if one.lacking:
-            parts.append(markdown.escape(f"unavailable: {one.lacking}"))
+    for number, series in enumerate(every_series):
+        parts.append(f"### {markdown.escape(series.label)}")
+        if series.lacking:
+            parts.append(markdown.escape(f"unavailable: {series.lacking}"))
         else:
-            parts += _section(fits[id(one)], out, f"complexity-{number}-{markdown.slug(one.label)}")
-        left = [f"{count} not ranked: {why}" for why, count in one.unranked.items()]
+            parts += _section(fits[id(series)], out, f"complexity-{number}-{markdown.slug(series.label)}")
+        left = [f"{count} not ranked: {why}" for why, count in series.unranked.items()]
         parts += markdown.listed("Left out:", left)
     if fits:
         files = (f"[{name}]({name})" for name in ("complexity.csv", "complexity-fits.csv"))
@@ -58,50 +58,50 @@ def write(results: Results, out: Path) -> str:
 @lru_cache(maxsize=1)
 def _fitted(results: Results) -> tuple[list[Series], dict[int, Fitted]]:
     """Returns the series of a run, and by their id what was fitted to those that have enough."""
-    found = points.series(results)
-    return found, {id(one): models.fitted(one) for one in found if not one.lacking}
+    every_series = points.series(results)
+    return every_series, {id(series): models.fitted(series) for series in every_series if not series.lacking}
 
 
 def gist(results: Results) -> str:
     """Returns a sentence on how far off the study's equation is for each variant; "" if it was not fitted."""
     off = []
-    for one in _fitted(results)[1].values():
-        if one.line(models.STUDY):
-            errors = one.errors[models.STUDY][one.series.points["d"] > 0].abs()
-            off.append(f"{text.percent(errors.max())} ({one.series.label})")
+    for fit in _fitted(results)[1].values():
+        if fit.line(models.STUDY):
+            errors = fit.errors[models.STUDY][fit.series.points["d"] > 0].abs()
+            off.append(f"{text.percent(errors.max())} ({fit.series.label})")
     return f"The study's equation 4.1 is off by at most {', '.join(off)}." if off else ""
 
 
-def _section(found: Fitted, out: Path, name: str) -> list[str]:
+def _section(fit: Fitted, out: Path, name: str) -> list[str]:
     parts = [
-        markdown.bullets([markdown.escape(sentence) for sentence in text.sentences(found)]),
-        _ranges(found.series),
-        _lines(found),
-        _powers(found),
+        markdown.bullets([markdown.escape(sentence) for sentence in text.sentences(fit)]),
+        _ranges(fit.series),
+        _lines(fit),
+        _powers(fit),
     ]
-    if any(found.line(model) for model in models.WORK):
-        parts.append(style.figure(out / name, f"{TITLE}: {found.series.label}", complexity_figure.draw, found))
+    if any(fit.line(model) for model in models.WORK):
+        parts.append(style.figure(out / name, f"{TITLE}: {fit.series.label}", complexity_figure.draw, fit))
     return parts
 
 
-def _ranges(one: Series) -> str:
-    ends = [f"{name} {_ends(one.points[name].min(), one.points[name].max())}" for name in points.FACTORS]
-    processes = _ends(one.points["processes"].min(), one.points["processes"].max())
-    return markdown.escape(f"{len(one.points)} cells: {', '.join(ends)}; processes a cell: {processes}.")
+def _ranges(series: Series) -> str:
+    ends = [f"{name} {_ends(series.points[name].min(), series.points[name].max())}" for name in points.FACTORS]
+    processes = _ends(series.points["processes"].min(), series.points["processes"].max())
+    return markdown.escape(f"{len(series.points)} cells: {', '.join(ends)}; processes a cell: {processes}.")
 
 
 def _ends(low: float, high: float) -> str:
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
-def _lines(found: Fitted) -> str:
+def _lines(fit: Fitted) -> str:
     """Tabulates a, b and spread of each model."""
     rows = []
-    for model, line in found.lines.items():
+    for model, line in fit.lines.items():
         if isinstance(line, Missing):
             rows.append([f"a + b·{model}", "unavailable", "unavailable", "unavailable", "unavailable", str(line)])
             continue
-        worst = found.errors[model][found.series.points["d"] > 0 if model == models.STUDY else slice(None)].abs().max()
+        worst = fit.errors[model][fit.series.points["d"] > 0 if model == models.STUDY else slice(None)].abs().max()
         a, b = _scaled(line.a, 1e3), _scaled(line.b, 1e9)
         rows.append([f"a + b·{model}", a, b, text.percent(line.spread), text.percent(worst), f"{line.cells} cells"])
     return markdown.table(["model of T", "a (ms)", "b (ns)", "spread", "off by at most", "fitted to"], rows)
@@ -111,29 +111,29 @@ def _scaled(value: Coefficient, scale: float) -> str:
     return quantity.interval(*(end * scale for end in value))
 
 
-def _powers(found: Fitted) -> str:
+def _powers(fit: Fitted) -> str:
     """Tabulates every exponent beside the model's own."""
     rows = []
-    for one in found.powers:
-        known = not isinstance(one.exponent, Missing)
-        expected = f"{one.expected:.3g}" if known else "unavailable"
-        judged = ("differs" if one.differs else "agrees") if known else "unavailable"
-        ends = _ends(one.low, one.high) if one.cells else "unavailable"
-        rows.append([one.model, one.factor, ends, str(one.cells), text.power(one), expected, judged])
+    for power in fit.powers:
+        has_exponent = not isinstance(power.exponent, Missing)
+        expected = f"{power.expected:.3g}" if has_exponent else "unavailable"
+        judged = ("differs" if power.differs else "agrees") if has_exponent else "unavailable"
+        ends = _ends(power.low, power.high) if power.cells else "unavailable"
+        rows.append([power.model, power.factor, ends, str(power.cells), text.power(power), expected, judged])
     return markdown.table(["model", "factor", "range", "cells", "exponent", "of the model", "judged"], rows)
 
 
-def _points(found: list[Series], fits: dict[int, Fitted]) -> pd.DataFrame:
+def _points(every_series: list[Series], fits: dict[int, Fitted]) -> pd.DataFrame:
     """Returns every ranked cell with its factors, its time, and how far each model is off."""
     tables = []
-    for one in found:
-        table = one.points.rename(columns={"depth": "effective_depth", "noise": "relative_noise"})
-        table.insert(0, "series", one.label)
-        fit = fits.get(id(one))
+    for series in every_series:
+        table = series.points.rename(columns={"depth": "effective_depth", "noise": "relative_noise"})
+        table.insert(0, "series", series.label)
+        fit = fits.get(id(series))
         for model in models.WORK:
             table[f"deviation of {model}"] = float("nan") if fit is None else fit.errors[model]
         lacking = [f"{model}: {line}" for model, line in fit.lines.items() if isinstance(line, Missing)] if fit else []
-        table["note"] = one.lacking or "; ".join(lacking)
+        table["note"] = series.lacking or "; ".join(lacking)
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
 
@@ -141,18 +141,19 @@ def _points(found: list[Series], fits: dict[int, Fitted]) -> pd.DataFrame:
 def _coefficients(fits: dict[int, Fitted]) -> pd.DataFrame:
     """Returns every coefficient with its interval, in s and units of work; NaN where there is none, and why."""
     rows = []
-    for found in fits.values():
-        label = found.series.label
-        for model, line in found.lines.items():
+    for fit in fits.values():
+        label = fit.series.label
+        for model, line in fit.lines.items():
             named = {"a": "s", "b": "s per unit of work"}
             for name, unit in named.items():
                 missing = isinstance(line, Missing)
                 value = (None,) * 3 if missing else getattr(line, name)
                 rows.append((label, model, name, unit, *value, None if missing else line.cells, str(line) * missing))
-        for one in found.powers:
-            missing = isinstance(one.exponent, Missing)
-            value = (None,) * 3 if missing else one.exponent
-            rows.append(
-                (label, one.model, f"exponent of {one.factor}", "1", *value, one.cells, str(one.exponent) * missing)
-            )
+        for power in fit.powers:
+            missing = isinstance(power.exponent, Missing)
+            value = (None,) * 3 if missing else power.exponent
+            rows.append((
+                label, power.model, f"exponent of {power.factor}", "1", *value, power.cells,
+                str(power.exponent) * missing,
+            ))  # fmt: skip
     return pd.DataFrame(rows, columns=["series", "model", "name", "unit", "value", "low", "high", "cells", "note"])

@@ -12,41 +12,41 @@ NAMES = {"p": "pixels p", "d": "order d", "o": "objects o", "l": "lights l"}
 LABELS = 4  # that have room below a panel of four
 
 
-def draw(found: Fitted):
+def draw(fit: Fitted):
     """Draws a series with at least one fit."""
-    varied = found.series.varied
-    models = [model for model in MARKS if found.line(model)]
+    varied = fit.series.varied
+    models = [model for model in MARKS if fit.line(model)]
     figure = plt.figure(figsize=(7.2, 5.4), layout="constrained")
     upper, lower = figure.subfigures(2, 1, height_ratios=(1.1, 1))
-    _times(upper.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0], found, models)
-    _errors(lower.subplots(1, len(varied), sharey=True, squeeze=False)[0], found, models)
+    _times(upper.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0], fit, models)
+    _errors(lower.subplots(1, len(varied), sharey=True, squeeze=False)[0], fit, models)
     handles = [plt.Line2D([], [], ls="", color=colour, marker=mark, ms=4) for colour, mark in map(MARKS.get, models)]
     figure.legend(handles, [f"a + b·{model}" for model in models], loc="outside lower center", ncols=len(models))
-    figure.suptitle(found.series.label, x=0.01, ha="left", fontsize=8)
+    figure.suptitle(fit.series.label, x=0.01, ha="left", fontsize=8)
     return figure
 
 
-def _times(row, found: Fitted, models: list[str]) -> None:
-    seconds = found.series.points["seconds"]
+def _times(row, fit: Fitted, models: list[str]) -> None:
+    seconds = fit.series.points["seconds"]
     ends = np.array([seconds.min() / 1.5, seconds.max() * 1.5])
     for axes, model in zip(row, models, strict=True):
-        modelled = seconds * (1 + found.errors[model])
+        modelled = seconds * (1 + fit.errors[model])
         some = modelled > 0  # a line with a negative a has times that no logarithmic axis shows
         axes.fill_between(ends, ends * (1 - FAIR), ends * (1 + FAIR), color="#EEEEEE", lw=0)
         axes.plot(ends, ends, color="#888888", lw=0.8)
         colour, mark = MARKS[model]
         axes.plot(seconds[some], modelled[some], mark, color=colour, ms=3.5, mew=0, alpha=0.8)
         axes.set(xscale="log", yscale="log", xlabel="measured (s)")
-        axes.set_title(f"a + b·{model}\nspread {percent(found.line(model).spread)}", fontsize=7)
+        axes.set_title(f"a + b·{model}\nspread {percent(fit.line(model).spread)}", fontsize=7)
         for axis in (axes.xaxis, axes.yaxis):
             style.log_ticks(axis)
         axes.grid(color="#CCCCCC")
     row[0].set_ylabel("modelled (s)")
 
 
-def _errors(row, found: Fitted, models: list[str]) -> None:
-    points = found.series.points
-    for axes, name in zip(row, found.series.varied, strict=True):
+def _errors(row, fit: Fitted, models: list[str]) -> None:
+    points = fit.series.points
+    for axes, name in zip(row, fit.series.varied, strict=True):
         axes.axhspan(-100 * FAIR, 100 * FAIR, color="#EEEEEE", lw=0)
         axes.axhspan(-100 * GOOD, 100 * GOOD, color="#DDDDDD", lw=0)
         axes.axhline(0, color="#888888", lw=0.8)
@@ -54,7 +54,7 @@ def _errors(row, found: Fitted, models: list[str]) -> None:
             colour, mark = MARKS[model]
             # side by side, so that none hides another
             at = points[name] * 1.07 ** (number - (len(models) - 1) / 2)
-            axes.plot(at, 100 * found.errors[model], mark, color=colour, ms=3.5, mew=0, alpha=0.8)
+            axes.plot(at, 100 * fit.errors[model], mark, color=colour, ms=3.5, mew=0, alpha=0.8)
         values = sorted(points[name].unique())
         if values[0] > 0:
             axes.set_xscale("log")

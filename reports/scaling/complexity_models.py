@@ -51,8 +51,8 @@ class Power:
     @property
     def differs(self) -> bool:
         """Does its interval exclude the exponent that the model expects?"""
-        found = self.exponent
-        return not isinstance(found, Missing) and not found.low <= self.expected <= found.high
+        exponent = self.exponent
+        return not isinstance(exponent, Missing) and not exponent.low <= self.expected <= exponent.high
 
 
 @dataclass(frozen=True)
@@ -70,23 +70,23 @@ class Fitted:
     share: float
 
     def line(self, model: str) -> Line | None:
-        found = self.lines[model]
-        return None if isinstance(found, Missing) else found
+        model_line = self.lines[model]
+        return None if isinstance(model_line, Missing) else model_line
 
 
 def fitted(series: Series) -> Fitted:
     """Fits a series that lacks nothing."""
     points = series.points
     lines = {model: _line(points, model) for model in WORK}
-    known = {model: found for model, found in lines.items() if isinstance(found, Line)}
+    fits = {model: line for model, line in lines.items() if isinstance(line, Line)}
     errors = pd.DataFrame(
         {
-            model: known[model].seconds(work(points)) / points["seconds"] - 1 if model in known else np.nan
+            model: fits[model].seconds(work(points)) / points["seconds"] - 1 if model in fits else np.nan
             for model, work in WORK.items()
         },
         index=points.index,
     )
-    best = min(known.values(), key=lambda found: found.spread, default=None)
+    best = min(fits.values(), key=lambda line: line.spread, default=None)
     a = max(0.0, best.a.value) if best else 0.0
     far = points[points["seconds"] >= FAR * a]
     powers = [power for model, factors in POWERS for power in _powers(points, a, model, factors)]
@@ -113,14 +113,14 @@ def _powers(points: pd.DataFrame, a: float, model: str, factors: tuple[str, ...]
     varied = {name: values for name, values in columns.items() if values.nunique() > 1}
     try:
         seconds, work = points["seconds"][some], WORK[model](points[some])
-        found = fit.exponents(varied, seconds)
+        exponents = fit.exponents(varied, seconds)
         expected = fit.exponents(varied, a + work * ((seconds - a) / work).median())
     except fit.Unfit as why:
-        found, expected = dict.fromkeys(varied, Missing(f"{why} (cells of at least {FAR} times a)")), {}
+        exponents, expected = dict.fromkeys(varied, Missing(f"{why} (cells of at least {FAR} times a)")), {}
     return [
         Power(
             model, name, values.min(), values.max(), int(some.sum()),
-            found.get(name) or Missing(_fixed(name, every[name], points["seconds"], positive, some, FAR * a)),
+            exponents.get(name) or Missing(_fixed(name, every[name], points["seconds"], positive, some, FAR * a)),
             expected[name].value if name in expected else np.nan,
         )
         for name, values in columns.items()

@@ -40,12 +40,12 @@ class Series:
 def series(results: Results) -> list[Series]:
     """Returns the series of a run, in its order; none if it does not vary two factors over LEAST cells of a variant."""
     # A picture of its own, a case, is no point of a sweep, and neither is a smaller model of a scene.
-    found = grouped(
+    groups = grouped(
         (cell for cell in results.cells if not (cell.apart or "case" in cell.swept or reduced.without(cell))),
         lambda cell: (cell.variant, launch.rest(cell, FREE)),
     )
-    series = [one for cells in found.values() if _is_meant(results, cells) for one in _by_method(results, cells)]
-    return sorted(series, key=lambda one: results.variants.index(one.variant))
+    series = [member for cells in groups.values() if _is_meant(results, cells) for member in _by_method(results, cells)]
+    return sorted(series, key=lambda member: results.variants.index(member.variant))
 
 
 def _is_meant(results: Results, cells: list[Cell]) -> bool:
@@ -80,7 +80,8 @@ def _by_method(results: Results, cells: list[Cell]) -> list[Series]:
         rows.setdefault(accel, []).append(_row(cell, record))
     rows = rows or {"": []}
     return [
-        _made(cells[0], f"accel = {accel}" if len(rows) > 1 else "", mine, unranked) for accel, mine in rows.items()
+        _made(cells[0], f"accel = {accel}" if len(rows) > 1 else "", method_rows, unranked)
+        for accel, method_rows in rows.items()
     ]
 
 

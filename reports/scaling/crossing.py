@@ -92,9 +92,9 @@ def crossings(
     if not quantity.crosses or panel.mark:
         return []
     of = {line.label: dict(line.points(quantity)) for line in lines}
-    found = []
-    for one, other in combinations(lines, 2):
-        a, b = of[one.label], of[other.label]
+    meetings = []
+    for line, other in combinations(lines, 2):
+        a, b = of[line.label], of[other.label]
         both = sorted(a.keys() & b.keys())
         order = [(x, side) for x in both if (side := _order(a[x], b[x], floor))]
         for (x, before), (later, after) in pairwise(order):
@@ -102,9 +102,9 @@ def crossings(
                 continue
             xs = [value for value in both if x <= value <= later]
             meeting = _meeting(across(panel.values), scale, xs, a, b)
-            lower, upper = (one, other) if after < 0 else (other, one)
-            found.append(Crossing(lower, upper, *meeting, (x, later)))
-    return sorted(found, key=lambda crossing: crossing.x)
+            lower, upper = (line, other) if after < 0 else (other, line)
+            meetings.append(Crossing(lower, upper, *meeting, (x, later)))
+    return sorted(meetings, key=lambda crossing: crossing.x)
 
 
 def _order(a: Estimate, b: Estimate, floor: float | None) -> int:
@@ -120,12 +120,12 @@ def _meeting(horizontal: Scale, vertical: Scale, xs: list[float], a: dict, b: di
     Where they meet several times, as neither is resolved to be lower in between, the middle one.
     """
     at = horizontal.transform.transform(np.array(xs, dtype=float))
-    mine, its = (vertical.transform.transform(np.array([line[x].value for x in xs])) for line in (a, b))
-    gap = mine - its
+    heights, its = (vertical.transform.transform(np.array([line[x].value for x in xs])) for line in (a, b))
+    gap = heights - its
     places = [n for n in range(len(xs) - 1) if gap[n] * gap[n + 1] <= 0]
     n = places[len(places) // 2]
     share = gap[n] / (gap[n] - gap[n + 1]) if gap[n] != gap[n + 1] else 0.5
-    x, y = (line[n] + share * (line[n + 1] - line[n]) for line in (at, mine))
+    x, y = (line[n] + share * (line[n + 1] - line[n]) for line in (at, heights))
     return tuple(
         float(scale.transform.inverted().transform(value)) for scale, value in ((horizontal, x), (vertical, y))
     )

@@ -80,7 +80,7 @@ class BreakEven:
     between: tuple[int, int]
 
 
-def found(results: Results) -> list[Line]:
+def lines_of(results: Results) -> list[Line]:
     """Returns the lines with both ways and more than one size, in the order of the run."""
     groups: dict[tuple, dict[int, dict[str, Cell]]] = {}
     for cell in results.cells:
@@ -92,7 +92,7 @@ def found(results: Results) -> list[Line]:
         key = cell.scene, cell.variant, label, launch.rest(cell, ("accel",))
         groups.setdefault(key, {}).setdefault(size, {})[accel] = cell
     lines = [
-        Line(scene, variant, label, [_point(results, size, mine) for size, mine in sorted(sizes.items())])
+        Line(scene, variant, label, [_point(results, size, cells) for size, cells in sorted(sizes.items())])
         for (scene, variant, label, _), sizes in groups.items()
     ]
     meant = [line for line in lines if len(line.points) > 1 and any(p.none and p.bvh for p in line.points)]
@@ -104,8 +104,8 @@ def objects(results: Results, cell: Cell) -> int | None:
     return counts(results.records[cell.timed[0]] if cell.timed else None)[0]
 
 
-def _point(results: Results, size: int, mine: dict[str, Cell]) -> Point:
-    none, bvh = mine.get("none"), mine.get("bvh")
+def _point(results: Results, size: int, cells: dict[str, Cell]) -> Point:
+    none, bvh = cells.get("none"), cells.get("bvh")
     return Point(size, none, bvh, {"none": _frame(none), "bvh": _frame(bvh)}, _built(results, bvh))
 
 
@@ -143,18 +143,18 @@ def pays_after(point: Point) -> float | Missing:
 
 def break_even(line: Line) -> BreakEven | Missing:
     """Returns the number of objects from which on a frame is faster with the hierarchy."""
-    known = [(point.objects, point.ratio.value, both[0]) for point in line.points if (both := point.both())]
-    if len(known) < 2:
+    sizes = [(point.objects, point.ratio.value, both[0]) for point in line.points if (both := point.both())]
+    if len(sizes) < 2:
         lacking = [time for point in line.points for time in point.frames.values() if isinstance(time, Missing)]
         why = next((time.reason for time in lacking if time.reason != ABSENT), ABSENT)
-        return Missing(f"{len(known)} size{'s' * (len(known) != 1)} with both times, 2 are needed: {why}")
-    if known[-1][1] <= 1:
-        return Missing(f"they do not cross: it is not faster at {known[-1][0]} objects, the most with both times")
-    for (n, faster, seconds), (m, later, later_seconds) in reversed(list(pairwise(known))):
+        return Missing(f"{len(sizes)} size{'s' * (len(sizes) != 1)} with both times, 2 are needed: {why}")
+    if sizes[-1][1] <= 1:
+        return Missing(f"they do not cross: it is not faster at {sizes[-1][0]} objects, the most with both times")
+    for (n, faster, seconds), (m, later, later_seconds) in reversed(list(pairwise(sizes))):
         if faster <= 1:
             share = math.log(faster) / (math.log(faster) - math.log(later))
             return BreakEven(n * (m / n) ** share, seconds * (later_seconds / seconds) ** share, (n, m))
-    return Missing(f"they do not cross: it is the faster way from {known[0][0]} objects on, the fewest with both times")
+    return Missing(f"they do not cross: it is the faster way from {sizes[0][0]} objects on, the fewest with both times")
 
 
 def columns(results: Results, points: dict[int, Point]) -> list[Column]:
@@ -176,14 +176,14 @@ def columns(results: Results, points: dict[int, Point]) -> list[Column]:
 
 def write(results: Results, out: Path) -> str:
     """Writes hierarchy*.csv, .png and .svg; returns the section, "" if accel was not varied over sizes of a scene."""
-    lines = found(results)
+    lines = lines_of(results)
     if not lines:
         return ""
     points = {id(point.cell): point for line in lines for point in line.points}
     shown = columns(results, points)
     tables = [
-        (scene, [point.cell for line in mine for point in line.points], shown)
-        for scene, mine in grouped(lines, lambda line: line.scene).items()
+        (scene, [point.cell for line in scene_lines for point in line.points], shown)
+        for scene, scene_lines in grouped(lines, lambda line: line.scene).items()
     ]
     crossings = [(line, break_even(line)) for line in lines]
     table.write_lines(out / "hierarchy-break-even.csv", CSV_HEADER, _csv(crossings))
@@ -196,11 +196,11 @@ def write(results: Results, out: Path) -> str:
 
 def gist(results: Results) -> str:
     """Returns a sentence on the fewest and the most objects from which on a hierarchy pays; "" if none is known."""
-    crossings = [(line, break_even(line)) for line in found(results)]
-    known = [(one.objects, line) for line, one in crossings if not isinstance(one, Missing)]
-    if not known:
+    crossings = [(line, break_even(line)) for line in lines_of(results)]
+    break_evens = [(crossing.objects, line) for line, crossing in crossings if not isinstance(crossing, Missing)]
+    if not break_evens:
         return ""
-    ends = [min(known, key=lambda one: one[0]), max(known, key=lambda one: one[0])]
+    ends = [min(break_evens, key=lambda pair: pair[0]), max(break_evens, key=lambda pair: pair[0])]
     said = [f"{quantity.plain(objects, 2)} objects ({line.variant}, {Path(line.scene).stem})" for objects, line in ends]
     return f"A frame is faster with a hierarchy from {' to '.join(dict.fromkeys(said))} on."
 
@@ -208,9 +208,9 @@ def gist(results: Results) -> str:
 def _table(crossings: list[tuple[Line, BreakEven | Missing]]) -> str:
     rows = []
     for line, crossing in crossings:
-        known = not isinstance(crossing, Missing)
-        between = f"{crossing.between[0]} and {crossing.between[1]} objects" if known else ""
-        faster = f"{quantity.plain(crossing.objects)} objects" if known else str(crossing)
+        crosses = not isinstance(crossing, Missing)
+        between = f"{crossing.between[0]} and {crossing.between[1]} objects" if crosses else ""
+        faster = f"{quantity.plain(crossing.objects)} objects" if crosses else str(crossing)
         rows.append([Path(line.scene).stem, line.label, faster, between or "unavailable"])
     return markdown.table(["scene", "variant", "faster from", "measured at"], rows)
 
@@ -218,5 +218,5 @@ def _table(crossings: list[tuple[Line, BreakEven | Missing]]) -> str:
 def _csv(crossings: list[tuple[Line, BreakEven | Missing]]) -> Iterator[tuple]:
     for line, crossing in crossings:
         missing = isinstance(crossing, Missing)
-        known = (None,) * 4 if missing else (crossing.objects, *crossing.between, crossing.seconds)
-        yield line.scene, line.label, *known, str(crossing) if missing else ""
+        numbers = (None,) * 4 if missing else (crossing.objects, *crossing.between, crossing.seconds)
+        yield line.scene, line.label, *numbers, str(crossing) if missing else ""

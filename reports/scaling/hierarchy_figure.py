@@ -47,12 +47,12 @@ def draw(results: Results, crossings: list[tuple]):
 
 def _looks(results: Results, lines: list) -> dict[str, tuple[str, str]]:
     """Returns for each label the colour of its variant and a marker of its own among that variant's lines."""
-    found: dict[str, tuple[str, str]] = {}
+    looks: dict[str, tuple[str, str]] = {}
     markers = {line.variant: itertools.cycle(MARKERS) for line in lines}
     for line in lines:
-        if line.label not in found:
-            found[line.label] = style.colour(line.variant, results.variants), next(markers[line.variant])
-    return found
+        if line.label not in looks:
+            looks[line.label] = style.colour(line.variant, results.variants), next(markers[line.variant])
+    return looks
 
 
 def _line(axes, line, crossing, shade: str, marker: str) -> None:
@@ -66,10 +66,10 @@ def _line(axes, line, crossing, shade: str, marker: str) -> None:
 
 def _curve(axes, points: list[tuple[int, Estimate | Missing]], shade: str, marker: str, **look) -> None:
     """Draws the known values in ms against objects, with intervals."""
-    known = [(count, value) for count, value in points if isinstance(value, Estimate)]
+    values = [(count, value) for count, value in points if isinstance(value, Estimate)]
     axes.plot(
-        [n for n, _ in known], [1e3 * value.value for _, value in known], color=shade, marker=marker, ms=3, **look
+        [n for n, _ in values], [1e3 * value.value for _, value in values], color=shade, marker=marker, ms=3, **look
     )
-    for count, value in known:
+    for count, value in values:
         if value.low is not None:
             axes.plot([count, count], [1e3 * value.low, 1e3 * value.high], color=shade, lw=0.8)

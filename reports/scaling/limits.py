@@ -71,11 +71,11 @@ class Limits:
         embree = self._find("embree")
         if embree is None or cell.unranked:
             return Missing(f"not ranked: {cell.unranked}" if cell.unranked else "embree is not in the run")
-        mine, search = cell.rounds("steady_s"), embree.rounds("search_s")
-        both = sorted(mine.keys() & search.keys())
+        times, search = cell.rounds("steady_s"), embree.rounds("search_s")
+        both = sorted(times.keys() & search.keys())
         if not both:
             return Missing("its search is not reported")
-        return statistics.ratio([mine[number] for number in both], [search[number] for number in both], paired=True)
+        return statistics.ratio([times[number] for number in both], [search[number] for number in both], paired=True)
 
     def share(self, cell: Cell) -> Estimate | Missing:
         """Returns the share of the machine's peak, 0 to 1."""
@@ -105,10 +105,10 @@ class Limits:
     def efficiency(self, cell: Cell) -> Estimate | Missing:
         """Returns the speed-up over that of the calibration with the same kind of multiply-adds, 0 to 1."""
         kind = ("" if self.vector(cell) == "on" else "scalar_") + cell.parameters["precision"]
-        one, all_ = self._peaks(cell, "one", kind), self._peaks(cell, "all", kind)
-        if not one:
+        single, all_ = self._peaks(cell, "one", kind), self._peaks(cell, "all", kind)
+        if not single:
             return self._no_peaks(cell)
-        return self._gain(cell, lambda number: all_[number] / one[number] if number in one else None)
+        return self._gain(cell, lambda number: all_[number] / single[number] if number in single else None)
 
     def _gain(self, cell: Cell, ceiling) -> Estimate | Missing:
         if threads(cell) == 1:
@@ -118,19 +118,21 @@ class Limits:
         alone = self._alone(cell)
         if alone is None:
             return Missing("the same kernel on one thread is not in the run")
-        one, many = alone.rounds("steady_s"), cell.rounds("steady_s")
-        gains = [one[number] / many[number] / ceiling(number) for number in one if number in many and ceiling(number)]
+        single, many = alone.rounds("steady_s"), cell.rounds("steady_s")
+        gains = [
+            single[number] / many[number] / ceiling(number) for number in single if number in many and ceiling(number)
+        ]
         return statistics.median(gains) if gains else Missing("no round has both")
 
     def _alone(self, cell: Cell) -> Cell | None:
         """Returns the ranked cell of the same renderer, precision and lanes on one thread; None if there is none."""
 
-        def likeness(one: Cell) -> tuple:
-            renderer = (self.results.record(one) or {}).get("renderer")
-            return renderer, one.parameters["precision"], one.parameters.get("vector", "off")
+        def likeness(other: Cell) -> tuple:
+            renderer = (self.results.record(other) or {}).get("renderer")
+            return renderer, other.parameters["precision"], other.parameters.get("vector", "off")
 
-        able = (one for one in self.cells if threads(one) == 1 and not one.unranked and not one.gpu)
-        return next((one for one in able if likeness(one) == likeness(cell)), None)
+        able = (other for other in self.cells if threads(other) == 1 and not other.unranked and not other.gpu)
+        return next((other for other in able if likeness(other) == likeness(cell)), None)
 
     def _peaks(self, cell: Cell, of: str, kind: str) -> dict[int, float]:
         """Returns a rate of the calibrations by round."""
@@ -139,21 +141,22 @@ class Limits:
         return {number: value for number, value in rates.items() if value}
 
     def _no_peaks(self, cell: Cell) -> Missing:
-        found = [self.results.records[row].get("peaks") or {} for row in cell.counting]
-        return Missing(next((peaks["unavailable"] for peaks in found if "unavailable" in peaks), NO_PEAKS))
+        measured = [self.results.records[row].get("peaks") or {} for row in cell.counting]
+        return Missing(next((peaks["unavailable"] for peaks in measured if "unavailable" in peaks), NO_PEAKS))
 
     def vector(self, cell: Cell) -> str:
         """Returns whether the rays of a cell were in lanes: "on" or "off" (VEC-4)."""
-        asked = cell.parameters.get("vector", "off")
-        if asked != "auto":
-            return asked
+        vector = cell.parameters.get("vector", "off")
+        if vector != "auto":
+            return vector
         return ((self.results.record(cell) or {}).get("used") or {}).get("methods", {}).get("vector", "off")
 
     def _find(self, variant: str, **parameters) -> Cell | None:
         """Returns the ranked cell of a variant with the given parameters; None if there is none."""
-        mine = (cell for cell in self.cells if cell.variant == variant and not cell.unranked)
+        cells = (cell for cell in self.cells if cell.variant == variant and not cell.unranked)
         return next(
-            (one for one in mine if all(one.parameters.get(key, "off") == parameters[key] for key in parameters)), None
+            (cell for cell in cells if all(cell.parameters.get(key, "off") == parameters[key] for key in parameters)),
+            None,
         )
 
 
@@ -161,13 +164,13 @@ def threads(cell: Cell) -> int:
     return cell.parameters.get("threads", 1)
 
 
-def found(results: Results) -> list[Limits]:
+def pictures(results: Results) -> list[Limits]:
     """Returns each whole picture with the cells that made it; [] for a run that measured no peaks."""
     if not any(record.get("peaks") for record in results.records):
         return []
     sizes = {id(cell): cell.parameters["width"] * cell.parameters["height"] for cell in results.cells}
-    mine = [cell for cell in results.cells if not cell.gpu and cell.pixels == sizes[id(cell)]]
-    groups = launch.groups(mine, FREE, across_variants=True)
+    cells = [cell for cell in results.cells if not cell.gpu and cell.pixels == sizes[id(cell)]]
+    groups = launch.groups(cells, FREE, across_variants=True)
     return [Limits(results, group.label, group.cells) for group in groups]
 
 
@@ -201,7 +204,7 @@ def columns(limits: Limits) -> list[Column]:
 
 def write(results: Results, out: Path) -> str:
     """Writes limits-*.csv, limits-*.png and .svg for each picture made; returns the section, "" without peaks."""
-    groups = found(results)
+    groups = pictures(results)
     if not groups:
         return ""
     tables = [(group.label, group.cells, columns(group)) for group in groups]

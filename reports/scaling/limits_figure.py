@@ -84,14 +84,14 @@ def _roofline(axes, limits, points) -> None:
 def _medians(limits) -> dict[str, dict]:
     """Returns the median of each rate of the calibrations before these cells, for the largest number of threads."""
     measured = [limits.results.records[row].get("peaks") or {} for cell in limits.cells for row in cell.counting]
-    found = {}
+    medians = {}
     for of in SHADES:
-        mine = [peaks[of] for peaks in measured if of in peaks]
-        most = max((one["threads"] for one in mine), default=0)
-        mine = [one for one in mine if one["threads"] == most]
-        if mine:
-            found[of] = {kind: median(one[kind] for one in mine) for kind in mine[0]}
-    return found
+        rates = [peaks[of] for peaks in measured if of in peaks]
+        most = max((rate["threads"] for rate in rates), default=0)
+        rates = [rate for rate in rates if rate["threads"] == most]
+        if rates:
+            medians[of] = {kind: median(rate[kind] for rate in rates) for kind in rates[0]}
+    return medians
 
 
 def _efficiency(axes, limits, shares) -> None:

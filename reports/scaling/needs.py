@@ -35,7 +35,7 @@ class Carried:
     cells: list[Cell]
 
 
-def found(results: Results) -> list[Carried]:
+def kernels(results: Results) -> list[Carried]:
     """Returns the variants whose kernel was varied."""
     groups = [group for group in launch.groups(results.cells, ("kernel",)) if len({*map(carries, group.cells)}) > 1]
     return [
@@ -63,10 +63,10 @@ def peak(cell: Cell) -> Estimate | Missing:
 
 def same_picture(results: Results, cell: Cell, base: Cell | None) -> str | Missing:
     """Returns whether all its pictures have the bytes of the picture of the kernel as needed: "yes" or "no"."""
-    mine, right = _digests(results, cell), base and _digests(results, base)
-    if not mine or not right:
+    digests, right = _digests(results, cell), base and _digests(results, base)
+    if not digests or not right:
         return Missing(cell.verdict if cell.status != "ok" else "the run has no picture to compare")
-    return "yes" if mine | right == right and len(right) == 1 else "no"
+    return "yes" if digests | right == right and len(right) == 1 else "no"
 
 
 def _digests(results: Results, cell: Cell) -> set[str]:
@@ -85,7 +85,7 @@ def columns(results: Results, partners: dict[int, Cell | None]) -> list[Column]:
 
         return Column(title, name, unit, used, lambda value: f"{value:.0f}")
 
-    found = [
+    shown = [
         Column("carries", "carries", "", carries),
         Column(
             "time ÷ needed", "time_over_needed", "1", lambda cell: ratio(cell, partners[id(cell)]),
@@ -96,23 +96,23 @@ def columns(results: Results, partners: dict[int, Cell | None]) -> list[Column]:
         Column("same picture", "same_picture", "", lambda cell: same_picture(results, cell, partners[id(cell)])),
     ]  # fmt: skip
     if any(cell.gpu for cell in results.cells):
-        found += [
+        shown += [
             resource("registers", "registers", "1"),
             resource("local memory (byte)", "local_bytes", "byte"),
             resource("constant memory (byte)", "constant_bytes", "byte"),
         ]
-    return found
+    return shown
 
 
 def write(results: Results, out: Path) -> str:
     """Writes needs-*.csv per scene, needs-*.png and .svg; returns the section, "" if no kernel has unused features."""
-    groups = found(results)
+    groups = kernels(results)
     if not groups:
         return ""
     partners = {id(cell): group.base for group in groups for cell in group.cells}
     shown = columns(results, partners)
-    mine = grouped((cell for cell in results.cells if id(cell) in partners), lambda cell: cell.scene)
-    tables = [(scene, mine[scene], shown) for scene in results.scenes if scene in mine]
+    by_scene = grouped((cell for cell in results.cells if id(cell) in partners), lambda cell: cell.scene)
+    tables = [(scene, by_scene[scene], shown) for scene in results.scenes if scene in by_scene]
     parts = [table.section(out, "needs", TITLE, tables, CAPTION, silent=("kernel",))]
     if not any(cell.gpu for cell in results.cells):
         parts.append(markdown.escape(f"Registers, local and constant memory: unavailable: {NO_GPU}."))
@@ -154,11 +154,11 @@ def draw(results: Results, groups: list[Carried]):
 
 
 def _dots(axes, points: list[tuple[float, object]], shade: str, label: str) -> None:
-    known = [(row, value) for row, value in points if isinstance(value, Estimate)]
+    values = [(row, value) for row, value in points if isinstance(value, Estimate)]
     scale = 1e-6 if axes.get_subplotspec().colspan.start == 2 else 1
-    for row, value in known:
+    for row, value in values:
         if value.low is not None:
             axes.plot([value.low * scale, value.high * scale], [row, row], color=shade, lw=1)
     axes.plot(
-        [value.value * scale for _, value in known], [row for row, _ in known], "o", color=shade, ms=3.5, label=label
+        [value.value * scale for _, value in values], [row for row, _ in values], "o", color=shade, ms=3.5, label=label
     )

@@ -54,15 +54,17 @@ def flops(results: Results, cell: Cell) -> float | Missing:
 def _counted(results: Results, cell: Cell) -> dict | None:
     """Returns the operations that were counted of the picture of a cell; its own, or those in its precision, first."""
 
-    def picture(one: Cell) -> tuple:
-        return one.scene, launch.counts(one), launch.rest(one, FREE)
+    def picture(other: Cell) -> tuple:
+        return other.scene, launch.counts(other), launch.rest(other, FREE)
 
-    def far(one: Cell) -> tuple:
-        return one is not cell, one.parameters["precision"] != cell.parameters["precision"]
+    def far(other: Cell) -> tuple:
+        return other is not cell, other.parameters["precision"] != cell.parameters["precision"]
 
-    mine = picture(cell)
-    known = [(one, found) for one in results.cells if (found := results.operations(one)) and picture(one) == mine]
-    return min(known, key=lambda pair: far(pair[0]), default=(None, None))[1]
+    wanted = picture(cell)
+    counted = [
+        (other, counts) for other in results.cells if (counts := results.operations(other)) and picture(other) == wanted
+    ]
+    return min(counted, key=lambda pair: far(pair[0]), default=(None, None))[1]
 
 
 def _tests(results: Results, cell: Cell) -> float | Missing:

@@ -31,19 +31,19 @@ def peak(results: Results, cell: Cell) -> float | Missing:
     bits = {"float32": "fp32", "float64": "fp64"}.get(cell.parameters["precision"])
     if bits is None:
         return Missing(f"no peak is known for {cell.parameters['precision']}")
-    found = gpu.device(results, cell, f"peak_{bits}_flops")
-    return found if isinstance(found, Missing) else float(found)
+    flops = gpu.device(results, cell, f"peak_{bits}_flops")
+    return flops if isinstance(flops, Missing) else float(flops)
 
 
 def share(results: Results, cell: Cell) -> Estimate | Missing:
     """Returns the share of the peak, 0 to 1."""
-    found, most = rate(results, cell), peak(results, cell)
-    if isinstance(found, Missing):
-        return found
+    achieved, most = rate(results, cell), peak(results, cell)
+    if isinstance(achieved, Missing):
+        return achieved
     if isinstance(most, Missing):
         return most
-    low, high = (None if end is None else end / most for end in (found.low, found.high))
-    return Estimate(found.value / most, low, high, found.processes, found.note)
+    low, high = (None if end is None else end / most for end in (achieved.low, achieved.high))
+    return Estimate(achieved.value / most, low, high, achieved.processes, achieved.note)
 
 
 def columns(results: Results) -> list[Column]:
@@ -60,11 +60,11 @@ def draw(results: Results, cells: list[Cell]):
     """Draws cells that have a rate."""
     figure, axes = plt.subplots(figsize=(7.2, ROW * len(cells) + HEAD), layout="constrained")
     for row, cell in enumerate(cells):
-        found, most, part = rate(results, cell), peak(results, cell), share(results, cell)
+        achieved, most, part = rate(results, cell), peak(results, cell), share(results, cell)
         colour = style.colour(cell.variant, results.variants)
-        if found.low is not None:
-            axes.plot([found.low / 1e12, found.high / 1e12], [row, row], color=colour, lw=1.5)
-        axes.plot(found.value / 1e12, row, "o", color=colour, ms=5)
+        if achieved.low is not None:
+            axes.plot([achieved.low / 1e12, achieved.high / 1e12], [row, row], color=colour, lw=1.5)
+        axes.plot(achieved.value / 1e12, row, "o", color=colour, ms=5)
         if not isinstance(most, Missing):
             axes.plot(most / 1e12, row, "|", color="black", ms=11, mew=1.5)
         text = "peak unavailable" if isinstance(part, Missing) else f"{100 * part.value:.2g} % of the peak"
@@ -90,8 +90,8 @@ def _name(results: Results, cell: Cell) -> str:
 def fastest(results: Results, cells: list[Cell]) -> list[Cell]:
     """Returns, of cells with a rate that differ only in their launch, the one with the highest rate."""
     rates = {id(cell): rate(results, cell) for cell in cells}
-    known = [cell for cell in cells if not isinstance(rates[id(cell)], Missing)]
-    return [max(group.cells, key=lambda cell: rates[id(cell)].value) for group in launch.groups(known, launch.SHAPE)]
+    rated = [cell for cell in cells if not isinstance(rates[id(cell)], Missing)]
+    return [max(group.cells, key=lambda cell: rates[id(cell)].value) for group in launch.groups(rated, launch.SHAPE)]
 
 
 def write(results: Results, out: Path) -> str:

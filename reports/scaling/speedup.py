@@ -134,15 +134,15 @@ def varied(results: Results) -> list[Cell]:
     return cells if len({cell.parameters["threads"] for cell in cells}) > 1 else []
 
 
-def found(results: Results) -> list[Line]:
+def lines_of(results: Results) -> list[Line]:
     """Returns the lines of both laws, in the order of the run."""
     ranked = [cell for cell in varied(results) if not cell.unranked]
     lines = []
     for law, free in ((AMDAHL, ("threads",)), (GUSTAFSON, ("threads", *PIXELS.keys))):
         groups = grouped(ranked, lambda cell, free=free: (cell.scene, cell.variant, *_rest(cell, free)))
-        for mine in groups.values():
-            for one in [cell for cell in mine if cell.parameters["threads"] == 1]:
-                cells = _alike(one, mine) if law is GUSTAFSON else mine
+        for group in groups.values():
+            for single in [cell for cell in group if cell.parameters["threads"] == 1]:
+                cells = _alike(single, group) if law is GUSTAFSON else group
                 if len(cells) > 1:
                     lines.append(_line(results, law, sorted(cells, key=lambda cell: cell.parameters["threads"])))
     return lines
@@ -152,14 +152,14 @@ def _rest(cell: Cell, free: tuple[str, ...]) -> list[str]:
     return [f"{key} = {value}" for key, value in cell.swept.items() if key not in free]
 
 
-def _alike(one: Cell, cells: list[Cell]) -> list[Cell]:
+def _alike(single: Cell, cells: list[Cell]) -> list[Cell]:
     """Returns cells with the same pixels a thread as a cell of one thread, one for each number of threads."""
 
     def off(cell: Cell) -> float:
-        return abs(cell.pixels / cell.parameters["threads"] / one.pixels - 1)
+        return abs(cell.pixels / cell.parameters["threads"] / single.pixels - 1)
 
     near = sorted((cell for cell in cells if off(cell) <= SAME_WORK), key=off)
-    return [mine[0] for mine in grouped(near, lambda cell: cell.parameters["threads"]).values()]
+    return [group[0] for group in grouped(near, lambda cell: cell.parameters["threads"]).values()]
 
 
 def _line(results: Results, law: Law, cells: list[Cell]) -> Line:
@@ -187,7 +187,7 @@ def _share(law: Law, cells: list[Cell], cores: float) -> Estimate | Missing:
     threads, works = _threads(cells), np.array([cell.pixels for cell in cells], dtype=float)
     by_round = [cell.rounds("steady_s") for cell in cells]
     values = [np.array(list(rounds.values())) for rounds in by_round]
-    share = law.fit(threads, works, np.array([np.median(mine) for mine in values]))
+    share = law.fit(threads, works, np.array([np.median(seconds) for seconds in values]))
     count = min(map(len, values))
     if count < statistics.LEAST:
         return Estimate(share, None, None, count, statistics.too_few(count))
@@ -195,9 +195,13 @@ def _share(law: Law, cells: list[Cell], cores: float) -> Estimate | Missing:
     together = len({tuple(rounds) for rounds in by_round}) == 1  # what disturbed a round disturbed all
     for _ in range(RESAMPLES):
         drawn = rng.integers(count, size=count)
-        mine = [one[drawn] if together else one[rng.integers(len(one), size=len(one))] for one in values]
+        resampled = [
+            seconds[drawn] if together else seconds[rng.integers(len(seconds), size=len(seconds))] for seconds in values
+        ]
         shares.append(
-            law.fit(threads, works, np.median(mine, axis=1) if together else np.array([*map(np.median, mine)]))
+            law.fit(
+                threads, works, np.median(resampled, axis=1) if together else np.array([*map(np.median, resampled)])
+            )
         )
     low, high = np.quantile(shares, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
     return Estimate(float(share), float(low), float(high), count)
@@ -226,12 +230,12 @@ def draw(results: Results, lines: list[Line]):
                 if gain.low is not None:
                     axes.plot([count] * 2, [gain.low / by, gain.high / by], color=look["color"], lw=1.2)
                 axes.plot(count, gain.value / by, **look, mfc=fill, ms=4.5, ls="")
-        known = isinstance(line.share, Estimate)
-        if known:
+        fits = isinstance(line.share, Estimate)
+        if fits:
             law = line.law.speed_up(line.share.value, smooth)
             for axes, drawn in ((left, law), (right, 100 * law / smooth)):
                 axes.plot(smooth, drawn, color=look["color"], lw=1, ls="-" if line.law is AMDAHL else "-.")
-        said = f"{line.law.name} = {quantity.text(line.share)}" if known else "no fit"
+        said = f"{line.law.name} = {quantity.text(line.share)}" if fits else "no fit"
         handles.append(Line2D([], [], **look, lw=1, ms=4.5, label=f"{line.label}: {line.law.title}, {said}"))
     handles.append(Line2D([], [], color="#888888", ls="--", lw=0.8, label="as many times as fast as there are threads"))
     if scale.name == "log":
@@ -254,7 +258,7 @@ def write(results: Results, out: Path) -> str:
     cells = varied(results)
     if not cells:
         return ""
-    lines = found(results)
+    lines = lines_of(results)
     parts = [f"## {TITLE}"]
     if lines:
         shown = thinning.few(lines, MOST)
@@ -264,7 +268,7 @@ def write(results: Results, out: Path) -> str:
         if not any(line.law is law for line in lines):
             parts.append(f"{law.title}'s law ({law.scaling}): unavailable: {law.absent}.")
     lost = grouped([cell for cell in cells if cell.unranked], lambda cell: (cell.variant, cell.unranked))
-    parts += markdown.listed("Not ranked:", [f"{mine[0].name}: {why}" for (_, why), mine in lost.items()])
+    parts += markdown.listed("Not ranked:", [f"{group[0].name}: {why}" for (_, why), group in lost.items()])
     table.write_lines(out / "speedup.csv", CSV_HEADER, _csv(lines))
     table.write_lines(out / "speedup-laws.csv", LAWS_HEADER, _laws_csv(lines))
     files = ", ".join(f"[{name}]({name})" for name in ("speedup.csv", "speedup-laws.csv"))
@@ -274,10 +278,10 @@ def write(results: Results, out: Path) -> str:
 def _table(lines: list[Line]) -> str:
     rows = []
     for line in lines:
-        known, off = isinstance(line.share, Estimate), line.off
-        limited = line.law is AMDAHL and line.share.value < 1 if known else None
-        most = quantity.times(1 / (1 - line.share.value)) if limited else "no limit" if known else "unavailable"
-        law, share = f"{line.law.title} ({line.law.scaling})", f"{line.law.name} = " * known + quantity.text(line.share)
+        fits, off = isinstance(line.share, Estimate), line.off
+        limited = line.law is AMDAHL and line.share.value < 1 if fits else None
+        most = quantity.times(1 / (1 - line.share.value)) if limited else "no limit" if fits else "unavailable"
+        law, share = f"{line.law.title} ({line.law.scaling})", f"{line.law.name} = " * fits + quantity.text(line.share)
         rows.append([line.label, law, share, most, "unavailable" if off is None else quantity.percent(off)])
     header = ["line", "law", "share", "speed-up of ever more threads", "off"]
     return markdown.table(header, rows)
@@ -293,7 +297,7 @@ def _csv(lines: list[Line]) -> Iterator[tuple]:
 
 def _laws_csv(lines: list[Line]) -> Iterator[tuple]:
     for line in lines:
-        known = isinstance(line.share, Estimate)
-        numbers = (line.share.value, line.share.low, line.share.high) if known else (None,) * 3
-        note = line.share.note if known else str(line.share)
+        fits = isinstance(line.share, Estimate)
+        numbers = (line.share.value, line.share.low, line.share.high) if fits else (None,) * 3
+        note = line.share.note if fits else str(line.share)
         yield line.label, line.law.title, line.law.name, *numbers, line.off, note

@@ -48,8 +48,8 @@ def _counted(place: int, key: str) -> Callable:
     """Returns a function for the number of objects or lights of a cell's scene."""
 
     def of(results: Results, cell: Cell) -> float | None:
-        known = counts(results.records[cell.timed[0]] if cell.timed else None)[place]
-        return cell.swept.get(key) if known is None else known
+        count = counts(results.records[cell.timed[0]] if cell.timed else None)[place]
+        return cell.swept.get(key) if count is None else count
 
     return of
 
@@ -86,8 +86,8 @@ def _time(cell: Cell) -> Estimate | Missing:
 
 
 def _error(cell: Cell) -> Estimate | Missing:
-    found = cell.error()
-    return found if isinstance(found, Missing) else Estimate(found, None, None, len(cell.timed))
+    error = cell.error()
+    return error if isinstance(error, Missing) else Estimate(error, None, None, len(cell.timed))
 
 
 TIME = Quantity("time", "steady frame", "s", _time, "overtakes")
@@ -109,8 +109,8 @@ class Line:
 
     def points(self, quantity: Quantity) -> list[tuple[float, Estimate]]:
         """Returns the known values of a quantity."""
-        found = [(x, quantity.of(cell)) for x, cell in self.cells]
-        return [(x, value) for x, value in found if isinstance(value, Estimate)]
+        values = [(x, quantity.of(cell)) for x, cell in self.cells]
+        return [(x, value) for x, value in values if isinstance(value, Estimate)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,8 +148,8 @@ def axes(results: Results) -> list[Axis]:
     numbers = [key for key in swept if key not in (*SHAPES, *ASIDE, *KINDS) and _is_number(results, key)]
     others = [Axis(key.replace("_", " "), (key,), _parameter(key)) for key in numbers]
     named = [axis for axis in NAMED if any(key in numbers for key in axis.keys)]
-    known = {key for axis in named for key in axis.keys}
-    return named + [axis for axis in others if not known & set(axis.keys)]
+    keys = {key for axis in named for key in axis.keys}
+    return named + [axis for axis in others if not keys & set(axis.keys)]
 
 
 def _is_number(results: Results, key: str) -> bool:
@@ -173,7 +173,7 @@ def panels(results: Results) -> list[Panel]:
     along, cells = axes(results), comparable(results)
     at = {cell: {axis.name: axis.of(results, cell) for axis in along} for cell in cells}
     names = _methods(cells, along)
-    found = []
+    charts = []
     for axis in along:
         groups = grouped(
             (cell for cell in cells if at[cell][axis.name] is not None),
@@ -183,19 +183,21 @@ def panels(results: Results) -> list[Panel]:
             ),
         )  # fmt: skip
         kept = []
-        for mine in groups.values():
+        for group in groups.values():
             lines = [
                 Line(variant, ", ".join(filter(None, [variant, method])), _along(axis, line, at))
-                for (variant, method), line in grouped(mine, lambda cell: (cell.variant, names[cell])).items()
+                for (variant, method), line in grouped(group, lambda cell: (cell.variant, names[cell])).items()
             ]
             if any(len({x for x, _ in line.points(TIME)}) > 1 for line in lines):
-                kept.append((mine, lines))
-        told = _told([mine[0] for mine, _ in kept], [other for other in along if other is not axis], at)
-        for mine, lines in kept:
-            squares = axis is PIXELS and all(cell.size[0] == cell.size[1] for cell in mine)
-            scene = ", ".join(filter(None, _scene(mine[0]))) if len({_scene(cell) for cell in cells}) > 1 else ""
-            found.append(Panel(axis, scene, _fixed(mine[0], told, at), lines, gpu.mark(results, mine), squares))
-    return found
+                kept.append((group, lines))
+        title_axes = _told([group[0] for group, _ in kept], [other for other in along if other is not axis], at)
+        for group, lines in kept:
+            squares = axis is PIXELS and all(cell.size[0] == cell.size[1] for cell in group)
+            scene = ", ".join(filter(None, _scene(group[0]))) if len({_scene(cell) for cell in cells}) > 1 else ""
+            charts.append(
+                Panel(axis, scene, _fixed(group[0], title_axes, at), lines, gpu.mark(results, group), squares)
+            )
+    return charts
 
 
 def crossed(results: Results) -> list[tuple[Axis, Axis, str, dict[tuple[float, float], Cell]]]:
@@ -208,18 +210,18 @@ def crossed(results: Results) -> list[tuple[Axis, Axis, str, dict[tuple[float, f
     if len({(cell.variant, names[cell]) for cell in cells}) > 1:
         return []
     at = {cell: {axis.name: axis.of(results, cell) for axis in along} for cell in cells}
-    found = []
-    for one, other in combinations(along, 2):
-        rest = [axis for axis in along if axis not in (one, other)]
+    pairs = []
+    for first, other in combinations(along, 2):
+        rest = [axis for axis in along if axis not in (first, other)]
         groups = grouped(cells, lambda cell, rest=rest: (_scene(cell), *(at[cell][axis.name] for axis in rest)))
-        for mine in groups.values():
-            by_value = {(at[cell][one.name], at[cell][other.name]): cell for cell in mine}
+        for group in groups.values():
+            by_value = {(at[cell][first.name], at[cell][other.name]): cell for cell in group}
             columns, rows = ({values[place] for values in by_value} for place in (0, 1))
             if min(len(columns), len(rows)) > 1 and len(by_value) >= len(columns) * len(rows) / 2:
-                words = _fixed(mine[0], _told([mine[0]], rest, at), at)
-                label = ", ".join(filter(None, [_scene(mine[0])[0], mine[0].variant, words]))
-                found.append((one, other, label, by_value))
-    return found
+                words = _fixed(group[0], _told([group[0]], rest, at), at)
+                label = ", ".join(filter(None, [_scene(group[0])[0], group[0].variant, words]))
+                pairs.append((first, other, label, by_value))
+    return pairs
 
 
 def _scene(cell: Cell) -> tuple[str, str]:
@@ -250,7 +252,7 @@ def _word(key: str, value) -> str:
 
 
 def _along(axis: Axis, cells: list[Cell], at: dict[Cell, dict]) -> list[tuple[float, Cell]]:
-    return sorted(((at[cell][axis.name], cell) for cell in cells), key=lambda one: one[0])
+    return sorted(((at[cell][axis.name], cell) for cell in cells), key=lambda pair: pair[0])
 
 
 def _told(cells: list[Cell], others: list[Axis], at: dict[Cell, dict]) -> list[Axis]:
@@ -262,8 +264,8 @@ def _told(cells: list[Cell], others: list[Axis], at: dict[Cell, dict]) -> list[A
     ]
 
 
-def _fixed(cell: Cell, told: list[Axis], at: dict[Cell, dict]) -> str:
+def _fixed(cell: Cell, title_axes: list[Axis], at: dict[Cell, dict]) -> str:
     """Returns the values of axes in words."""
     square = cell.size[0] == cell.size[1]
-    values = [(axis, at[cell][axis.name]) for axis in told if at[cell][axis.name] is not None]
+    values = [(axis, at[cell][axis.name]) for axis in title_axes if at[cell][axis.name] is not None]
     return ", ".join(axis.words(value, square and axis is PIXELS) for axis, value in values)

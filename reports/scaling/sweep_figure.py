@@ -62,8 +62,8 @@ CROSSINGS_HEADER = "quantity", "axis", "panel", "number", "line", "other", "x", 
 def ranked(panels: list[Panel]) -> list[Panel]:
     """Returns panels, first the largest of each axis, then the second of each, ..."""
     ranks = {}
-    for mine in grouped(panels, lambda panel: panel.axis.name).values():
-        largest_first = sorted(mine, key=lambda panel: -sum(len(line.points(TIME)) for line in panel.lines))
+    for group in grouped(panels, lambda panel: panel.axis.name).values():
+        largest_first = sorted(group, key=lambda panel: -sum(len(line.points(TIME)) for line in panel.lines))
         ranks |= {panel: rank for rank, panel in enumerate(largest_first)}
     return sorted(panels, key=ranks.get)
 
@@ -76,23 +76,23 @@ def shown(panels: list[Panel]) -> list[Panel]:
 
 def lines(panel: Panel, what: Quantity) -> list[Line]:
     """Returns at most MOST_LINES lines with values of a quantity, those of one point only where there are no others."""
-    known = [(line, len(line.points(what))) for line in panel.lines]
-    least = 2 if any(count > 1 for _, count in known) else 1
-    return thinning.few([line for line, count in known if count >= least], MOST_LINES)
+    counts = [(line, len(line.points(what))) for line in panel.lines]
+    least = 2 if any(count > 1 for _, count in counts) else 1
+    return thinning.few([line for line, count in counts if count >= least], MOST_LINES)
 
 
 def looks(results: Results, panels: list[Panel]) -> dict[str, dict]:
     """Returns for each label of a line the colour of its variant, and a marker and dashes of its own among that's."""
     cycles: dict[str, Iterator] = {}
-    found: dict[str, dict] = {}
+    styles: dict[str, dict] = {}
     for line in (line for panel in panels for line in panel.lines):
-        if line.label not in found:
+        if line.label not in styles:
             at = next(cycles.setdefault(line.variant, itertools.count()))
-            found[line.label] = {
+            styles[line.label] = {
                 "color": style.colour(line.variant, results.variants), "marker": MARKERS[at % len(MARKERS)],
                 "ls": DASHES[at % len(DASHES)],
             }  # fmt: skip
-    return found
+    return styles
 
 
 Numbered = dict[Panel, list[tuple[int, Crossing]]]
@@ -103,8 +103,8 @@ def crossings(results: Results, panels: list[Panel], what: Quantity) -> Numbered
     scale = crossing.upright(crossing.values(panels, what))
     floor = results.floor.value if what is TIME else None
     number = itertools.count(1)
-    found = {panel: crossing.crossings(panel, lines(panel, what), what, scale, floor) for panel in panels}
-    return {panel: [(next(number), one) for one in mine] for panel, mine in found.items()}
+    by_panel = {panel: crossing.crossings(panel, lines(panel, what), what, scale, floor) for panel in panels}
+    return {panel: [(next(number), meeting) for meeting in meetings] for panel, meetings in by_panel.items()}
 
 
 def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbered):
@@ -141,7 +141,8 @@ def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbe
     if any(crossings.get(panel) for panel in panels):
         figure.draw_without_rendering()  # lays the panels out: numbers need to know where their rings are
         for axes, panel in drawn:
-            _mark(axes, [(number, one.x, one.y / unit) for number, one in crossings.get(panel, ())[:MOST_CROSSINGS]])
+            meetings = crossings.get(panel, ())[:MOST_CROSSINGS]
+            _mark(axes, [(number, meeting.x, meeting.y / unit) for number, meeting in meetings])
     return figure
 
 
@@ -153,8 +154,8 @@ def unit_of(values: list[float], what: Quantity) -> tuple[float, str]:
 
 def _panel(axes, panel: Panel, what: Quantity, upright: Scale, unit: float, wide: float, of: dict) -> None:
     drawn, scale = lines(panel, what), crossing.across(panel.values)
-    for set_scale, one in ((axes.set_xscale, scale), (axes.set_yscale, upright)):
-        set_scale(one.name, **one.options)
+    for set_scale, axis_scale in ((axes.set_xscale, scale), (axes.set_yscale, upright)):
+        set_scale(axis_scale.name, **axis_scale.options)
     alike = what in (ERROR, RAYS)  # right pictures have the same, whoever makes them
     for number, line in enumerate(drawn):
         points = line.points(what)
@@ -208,13 +209,13 @@ def _mark(axes, rings: list[tuple[int, float, float]]) -> None:
             str(number), (x, y), (0, 0), textcoords="offset points", fontsize=7, fontweight="bold", zorder=6,
             path_effects=style.OUTLINE, ha="center", va="center",
         )  # fmt: skip
-        found = []
+        candidates = []
         for offset in BESIDE:
             name.xyann = offset
             box = name.get_window_extent()
             outside = not (axes.bbox.contains(*box.p0) and axes.bbox.contains(*box.p1))
-            found.append((box.count_overlaps(taken) + outside, len(found), offset, box))
-        _, _, name.xyann, box = min(found, key=lambda one: one[:2])
+            candidates.append((box.count_overlaps(taken) + outside, len(candidates), offset, box))
+        _, _, name.xyann, box = min(candidates, key=lambda candidate: candidate[:2])
         taken.append(box)
 
 
@@ -269,8 +270,8 @@ def _part(results: Results, panels: list[Panel], what: Quantity, numbered: Numbe
     if max(values) - min(values) <= SAME * abs(max(values)):
         return [f"The {what.title} is {SHOW.get(what, sweep.digits)(values[0])} everywhere."]
     parts = [style.figure(out / f"sweeps-{what.name}", f"{TITLE}: {what.title}", draw, results, panels, what, numbered)]
-    every = [(panel, number, one) for panel, mine in numbered.items() for number, one in mine]
-    said = [f"({number}) {words(panel, what, one)}" for panel, number, one in every[:MOST_CROSSINGS]]
+    every = [(panel, number, meeting) for panel, meetings in numbered.items() for number, meeting in meetings]
+    said = [f"({number}) {words(panel, what, meeting)}" for panel, number, meeting in every[:MOST_CROSSINGS]]
     if every:
         parts.append(markdown.bullets([markdown.escape(text) for text in said]))
         parts.append(thinning.note(len(said), len(every), "crossings", "the CSV file has all"))
@@ -279,39 +280,40 @@ def _part(results: Results, panels: list[Panel], what: Quantity, numbered: Numbe
     return list(filter(None, parts))
 
 
-def words(panel: Panel, what: Quantity, one: Crossing) -> str:
+def words(panel: Panel, what: Quantity, meeting: Crossing) -> str:
     """Says where a line crosses another: "numba overtakes cpp at about 300 × 300 pixels, between .. and .."."""
-    near = float(f"{math.sqrt(one.x):.2g}") ** 2 if panel.squares else float(f"{one.x:.2g}")
-    place, *ends = (panel.words(value) for value in (near, *one.between))
+    near = float(f"{math.sqrt(meeting.x):.2g}") ** 2 if panel.squares else float(f"{meeting.x:.2g}")
+    place, *ends = (panel.words(value) for value in (near, *meeting.between))
     ends[0] = ends[0].removesuffix(f" {panel.axis.unit}")
     where = f" ({panel.label})" if panel.label else ""
     return (
-        f"{one.line.label} {what.crosses} {one.other.label} at about {place}, between {ends[0]} and {ends[1]}{where}."
+        f"{meeting.line.label} {what.crosses} {meeting.other.label} at about {place}, between {ends[0]} and {ends[1]}"
+        f"{where}."
     )
 
 
 def _left_out(panels: list[Panel]) -> list[str]:
     """Returns an item for each line and reason why cells of it have no time."""
-    found: dict[tuple[str, str], set] = {}
+    lacking: dict[tuple[str, str], set] = {}
     for line in (line for panel in panels for line in panel.lines):
         for _, cell in line.cells:
             if isinstance(why := TIME.of(cell), Missing):
-                found.setdefault((line.label, str(why)), set()).add(cell)
-    return [f"{label} ({len(cells)} cell{'s' * (len(cells) > 1)}): {why}" for (label, why), cells in found.items()]
+                lacking.setdefault((line.label, str(why)), set()).add(cell)
+    return [f"{label} ({len(cells)} cell{'s' * (len(cells) > 1)}): {why}" for (label, why), cells in lacking.items()]
 
 
 def _maps(results: Results, out: Path) -> list[str]:
     """Returns heat maps of the time by two numbers, of a run of one renderer and method."""
     parts = []
-    for number, (one, other, label, cells) in enumerate(sweep.crossed(results)):
+    for number, (first, other, label, cells) in enumerate(sweep.crossed(results)):
         times = {at: TIME.of(cell) for at, cell in cells.items()}
-        known = {at: None if isinstance(time, Missing) else time for at, time in times.items()}
-        if any(known.values()):
+        estimates = {at: None if isinstance(time, Missing) else time for at, time in times.items()}
+        if any(estimates.values()):
             columns, rows = (
                 {value: sweep.digits(value) for value in sorted(set(ends))} for ends in zip(*cells, strict=True)
             )
-            shown = heat_map.Map(columns, rows, known, one.name, other.name, TIME.title)
-            title = f"Time by {one.name} and {other.name}"
+            shown = heat_map.Map(columns, rows, estimates, first.name, other.name, TIME.title)
+            title = f"Time by {first.name} and {other.name}"
             drawn = shown, f"{title}\n{label}", gpu.mark(results, list(cells.values()))
             parts.append(style.figure(out / f"sweeps-map-{number}", f"{title}: {label}", heat_map.draw, *drawn))
     return [*parts, heat_map.CAPTION] if parts else []
@@ -321,16 +323,16 @@ def _csv(panels: list[Panel]) -> Iterator[tuple]:
     for what, panel in itertools.product(QUANTITIES, panels):
         for line in panel.lines:
             for x, cell in line.cells:
-                found = what.of(cell)
-                known = not isinstance(found, Missing)
-                numbers = (found.value, found.low, found.high, found.processes) if known else (None, None, None, 0)
-                note = found.note if known else str(found)
+                value = what.of(cell)
+                measured = not isinstance(value, Missing)
+                numbers = (value.value, value.low, value.high, value.processes) if measured else (None, None, None, 0)
+                note = value.note if measured else str(value)
                 yield what.name, what.unit, panel.axis.name, panel.label, line.label, x, *numbers, note
 
 
 def _crossings_csv(numbered: dict[Quantity, Numbered]) -> Iterator[tuple]:
     for what, of in numbered.items():
-        for panel, mine in of.items():
-            for number, one in mine:
-                names = panel.axis.name, panel.label, number, one.line.label, one.other.label
-                yield what.name, *names, one.x, one.y, *one.between
+        for panel, meetings in of.items():
+            for number, meeting in meetings:
+                names = panel.axis.name, panel.label, number, meeting.line.label, meeting.other.label
+                yield what.name, *names, meeting.x, meeting.y, *meeting.between

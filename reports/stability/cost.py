@@ -65,18 +65,18 @@ def costs(results: Results, row: Row) -> list[Cost]:
     usual = _default(row)
     if usual is None or len(row.ways) < 2:
         return []
-    found = []
+    curve_costs = []
     for curve in row.curves:
         base = row.find(curve.variant, curve.precision, usual)
-        theirs = {point.level: _seconds(results, point) for point in base.known} if base else {}
-        mine = {point.level: _seconds(results, point) for point in curve.known}
-        both = [level for level, seconds in mine.items() if seconds and theirs.get(level)]
+        base_frames = {point.level: _seconds(results, point) for point in base.answered} if base else {}
+        frames = {point.level: _seconds(results, point) for point in curve.answered}
+        both = [level for level, seconds in frames.items() if seconds and base_frames.get(level)]
         if both:
-            times = [median(mine[level]) for level in both]
-            ratios = [time / median(theirs[level]) for level, time in zip(both, times, strict=True)]
-            count = sum(len(mine[level]) for level in both)
-            found.append(Cost(curve, usual, ratios, count, min(times), max(times)))
-    return found
+            times = [median(frames[level]) for level in both]
+            ratios = [time / median(base_frames[level]) for level, time in zip(both, times, strict=True)]
+            count = sum(len(frames[level]) for level in both)
+            curve_costs.append(Cost(curve, usual, ratios, count, min(times), max(times)))
+    return curve_costs
 
 
 def _default(row: Row) -> Way | None:
@@ -98,12 +98,12 @@ def write(results: Results, out: Path) -> str:
 
     "" where no frame was timed.
     """
-    found = {row.name: (row, costs(results, row)) for row in stability.rows(results)}
-    found = {name: (row, mine) for name, (row, mine) in found.items() if mine}
-    if not found:
+    by_name = {row.name: (row, costs(results, row)) for row in stability.rows(results)}
+    by_name = {name: (row, row_costs) for name, (row, row_costs) in by_name.items() if row_costs}
+    if not by_name:
         return ""
-    table.write_lines(out / "stability-cost.csv", CSV_HEADER, _csv(found))
-    rows = list(found.values())
+    table.write_lines(out / "stability-cost.csv", CSV_HEADER, _csv(by_name))
+    rows = list(by_name.values())
     pages = math.ceil(len(rows) / MOST)
     parts = [rows[len(rows) * page // pages : len(rows) * (page + 1) // pages] for page in range(pages)]
     names = [f"stability-cost{f'-{page}' if page else ''}" for page in range(pages)]
@@ -111,13 +111,13 @@ def write(results: Results, out: Path) -> str:
     figures = [style.figure(out / name, TITLE, draw, results, part, variants)
                for name, part in zip(names, parts, strict=True)]  # fmt: skip
     link = "Every curve: [stability-cost.csv](stability-cost.csv)."
-    caption = markdown.escape(f"{CAPTION} {_short(found)}")
-    return "\n\n".join([f"## {TITLE}", *figures, _table(found), link, caption])
+    caption = markdown.escape(f"{CAPTION} {_short(by_name)}")
+    return "\n\n".join([f"## {TITLE}", *figures, _table(by_name), link, caption])
 
 
-def _short(found: dict[str, tuple[Row, list[Cost]]]) -> str:
+def _short(by_name: dict[str, tuple[Row, list[Cost]]]) -> str:
     """Says how short these frames are."""
-    every = [cost for _, mine in found.values() for cost in mine]
+    every = [cost for _, row_costs in by_name.values() for cost in row_costs]
     low, high = min(cost.shortest for cost in every), max(cost.longest for cost in every)
     counts = sorted(cost.frames / len(cost.ratios) for cost in every)
     number = " to ".join(dict.fromkeys(f"{count:g}" for count in (counts[0], counts[-1])))
@@ -127,13 +127,13 @@ def _short(found: dict[str, tuple[Row, list[Cost]]]) -> str:
     )
 
 
-def _table(found: dict[str, tuple[Row, list[Cost]]]) -> str:
+def _table(by_name: dict[str, tuple[Row, list[Cost]]]) -> str:
     """Returns the table with a line for each row, way and precision."""
     lines = []
-    for row, mine in found.values():
+    for row, row_costs in by_name.values():
         for precision in row.precisions:
             for way in row.ways:
-                some = [cost for cost in mine if (cost.curve.precision, cost.curve.way) == (precision, way)]
+                some = [cost for cost in row_costs if (cost.curve.precision, cost.curve.way) == (precision, way)]
                 if some and way != some[0].against:
                     times = ", ".join(f"{cost.curve.variant} {_times(cost)}" for cost in some)
                     gains = ", ".join(f"{cost.curve.variant} {row.survival(cost.curve).mark}" for cost in some)
@@ -147,9 +147,9 @@ def _times(cost: Cost) -> str:
     return f"{cost.ratio:.3g} [{low:.3g}, {high:.3g}]"
 
 
-def _csv(found: dict[str, tuple[Row, list[Cost]]]) -> Iterator[tuple]:
-    for row, mine in found.values():
-        for cost in mine:
+def _csv(by_name: dict[str, tuple[Row, list[Cost]]]) -> Iterator[tuple]:
+    for row, row_costs in by_name.values():
+        for cost in row_costs:
             curve, survival = cost.curve, row.survival(cost.curve)
             head = row.name, curve.variant, curve.precision, curve.way.name, curve.way.naive, cost.against.name
             numbers = len(cost.ratios), cost.ratio, *cost.spread
@@ -157,27 +157,27 @@ def _csv(found: dict[str, tuple[Row, list[Cost]]]) -> Iterator[tuple]:
             yield *head, *numbers, survival.value or 0.0, survival.of, unit, survival.sure
 
 
-def draw(results: Results, found: list[tuple[Row, list[Cost]]], variants: list[str]):
+def draw(results: Results, rows: list[tuple[Row, list[Cost]]], variants: list[str]):
     """Draws a panel for each row; variants: of all figures, in each of which one has the same mark."""
-    columns = min(COLUMNS, len(found))
-    lines = math.ceil(len(found) / columns)
+    columns = min(COLUMNS, len(rows))
+    lines = math.ceil(len(rows) / columns)
     wide, high = max(4.6, PANEL[0] * columns), PANEL[1] * lines
     figure, panels = plt.subplots(lines, columns, figsize=(wide, high), squeeze=False, layout="constrained")
-    for axes, (row, mine) in zip(panels.flat, found, strict=False):
-        _panel(axes, row, mine, variants)
-    for axes in panels.flat[len(found) :]:
+    for axes, (row, row_costs) in zip(panels.flat, rows, strict=False):
+        _panel(axes, row, row_costs, variants)
+    for axes in panels.flat[len(rows) :]:
         axes.set_visible(False)
-    here = look.variants(results, [row for row, _ in found])
+    here = look.variants(results, [row for row, _ in rows])
     handles = [Line2D([], [], ls="", color="black", **look.marker(variant, variants)) for variant in here]
     title = f"{TITLE}: time of a frame over the default way's"
-    note = look.origin(results, [cell for row, _ in found for cell in row.cells])
+    note = look.origin(results, [cell for row, _ in rows for cell in row.cells])
     look.frame(figure, title, (handles, here), note)
     return figure
 
 
-def _panel(axes, row: Row, mine: list[Cost], variants: list[str]) -> None:
+def _panel(axes, row: Row, row_costs: list[Cost], variants: list[str]) -> None:
     shades = look.colours(row.ways)
-    for cost in mine:
+    for cost in row_costs:
         shade = shades[cost.curve.way]
         x, marks = row.survival(cost.curve).value or 0.0, look.marker(cost.curve.variant, variants)
         fill = shade if cost.curve.precision == "float64" else "white"
@@ -185,19 +185,19 @@ def _panel(axes, row: Row, mine: list[Cost], variants: list[str]) -> None:
         axes.plot(x, cost.ratio, color=shade, **{**marks, "mfc": fill}, zorder=3, alpha=0.9)
     axes.axhline(1, color=look.GREY, lw=0.6)
     axes.set_yscale("log", base=2)
-    ends = [end for cost in mine for end in cost.spread]
-    ways = [way for way in row.ways if any(cost.curve.way == way for cost in mine)]
+    ends = [end for cost in row_costs for end in cost.spread]
+    ways = [way for way in row.ways if any(cost.curve.way == way for cost in row_costs)]
     low, high = min(0.5, 0.8 * min(ends)), max(1.5, 1.15 * max(ends))
     room = min(0.6, KEY * len(ways))  # share of the panel above all marks
     axes.set_ylim(low, high * (high / low) ** (room / (1 - room)))
     axes.yaxis.set_major_formatter(lambda value, _: look.short(value))
     axes.yaxis.minorticks_off()
     axes.tick_params(labelsize=look.TINY + 0.6, which="both")
-    of = max(row.survival(cost.curve).of for cost in mine)
+    of = max(row.survival(cost.curve).of for cost in row_costs)
     axes.set_xlim(-0.08 * of, 1.08 * of)
     axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.xaxis.set_major_formatter(lambda value, _: look.short(value))
-    decades = row.survival(mine[0].curve).decades
+    decades = row.survival(row_costs[0].curve).decades
     axes.set_xlabel(f"{'decades' if decades else 'levels'} survived, of {of:.3g}", fontsize=look.SMALL - 0.5)
     axes.set_title(row.label, loc="left", fontsize=look.SMALL)
     axes.grid()

@@ -35,11 +35,11 @@ OWN = {"S21": memory, "S24": threads}  # rows with a different chart, by code
 
 def write(results: Results, out: Path) -> str:
     """Writes stability-NAME.png and .svg for each row, and stability.csv; returns the section of the report."""
-    found = stability.rows(results)
+    rows = stability.rows(results)
     parts = [f"## {TITLE}", markdown.escape(CAPTION)]
-    for row in found:
+    for row in rows:
         parts += _section(results, row, out)
-    table.write_lines(out / "stability.csv", CSV_HEADER, _csv(found))
+    table.write_lines(out / "stability.csv", CSV_HEADER, _csv(rows))
     return "\n\n".join([*parts, "Every point of every row: [stability.csv](stability.csv)."])
 
 
@@ -47,7 +47,7 @@ def _section(results: Results, row: Row, out: Path) -> list[str]:
     title = f"{row.label}: {row.facts['title']}"
     parts = [f"### {markdown.escape(title)}"]
     own = OWN.get(row.facts["code"])
-    if own.drawable(row) if own else any(curve.known for curve in row.curves):
+    if own.drawable(row) if own else any(curve.answered for curve in row.curves):
         path = out / f"stability-{markdown.slug(row.name)}"
         parts.append(style.figure(path, title, own.draw if own else draw, results, row))
     words = f"{caption(row)} {own.caption(row)}" if own else caption(row)
@@ -56,7 +56,7 @@ def _section(results: Results, row: Row, out: Path) -> list[str]:
 
 def caption(row: Row) -> str:
     """Returns the caption of a row: what counts as a failure, and its source."""
-    counts = sorted({point.told["count"] for curve in row.curves for point in curve.known})
+    counts = sorted({point.answers["count"] for curve in row.curves for point in curve.answered})
     number = " to ".join(dict.fromkeys(map(str, (counts[0], counts[-1])))) if counts else "no"
     parts = [f"Failures: {row.facts['failure']}, of {number} answers per level."]
     if row.facts["error"]:
@@ -70,17 +70,17 @@ def caption(row: Row) -> str:
 
 def missing(row: Row) -> list[str]:
     """Lists the cells without an answer, by reason; [] if there are none."""
-    found: dict[str, Counter] = {}
+    reasons: dict[str, Counter] = {}
     for curve in row.curves:
         for why, points in curve.missing.items():
-            found.setdefault(why, Counter())[curve.variant] += len(points)
-    cells = {why: ", ".join(f"{variant} in {n}" for variant, n in counts.items()) for why, counts in found.items()}
+            reasons.setdefault(why, Counter())[curve.variant] += len(points)
+    cells = {why: ", ".join(f"{variant} in {n}" for variant, n in counts.items()) for why, counts in reasons.items()}
     return markdown.listed("Unavailable:", [f"{who} of {len(row.cells)} cells: {why}" for why, who in cells.items()])
 
 
 def draw(results: Results, row: Row):
     """Draws a row with some answers."""
-    errors = [value for curve in row.curves for point in curve.known for value in _errors(point)]
+    errors = [value for curve in row.curves for point in curve.answered for value in _errors(point)]
     wide = 7.2 if errors else 5.0
     figure, panels = plt.subplots(1, 1 + bool(errors), figsize=(wide, 2.9), squeeze=False, layout="constrained")
     _failures(panels[0, 0], row)
@@ -98,7 +98,7 @@ def draw(results: Results, row: Row):
 
 
 def _errors(point) -> list[float]:
-    return [point.told[name] for name in ("error_median", "error_p99") if point.told[name] is not None]
+    return [point.answers[name] for name in ("error_median", "error_p99") if point.answers[name] is not None]
 
 
 def _lines(row: Row):
@@ -107,7 +107,7 @@ def _lines(row: Row):
     for place, way in reversed(list(enumerate(row.ways))):
         below = min(place, 4)
         for curve in row.curves:
-            if curve.way == way and curve.known:
+            if curve.way == way and curve.answered:
                 marks = look.marker(curve.variant, row.variants, 0.9 * below)
                 yield curve, {"color": shades[way], "ls": look.line(curve.precision), "lw": 0.9 + 0.5 * below}, marks
 
@@ -115,16 +115,16 @@ def _lines(row: Row):
 def _failures(axes, row: Row) -> None:
     shares = []
     for curve, drawn, marks in _lines(row):
-        values = [100 * point.share if point.known else math.nan for point in curve.points]
+        values = [100 * point.share if point.answered else math.nan for point in curve.points]
         shares += values
         axes.plot([point.level for point in curve.points], values, **drawn, **marks)
-        some = [(point.level, *(100 * end for end in point.interval)) for point in curve.known if point.fails]
+        some = [(point.level, *(100 * end for end in point.interval)) for point in curve.answered if point.fails]
         if some:
             axes.vlines(*zip(*some, strict=True), color=drawn["color"], lw=0.7, alpha=0.6)
         if curve.broken:
             full = {**marks, "mfc": drawn["color"], "mew": 0}
             axes.plot(curve.broken.level, 100 * curve.broken.share, color=drawn["color"], zorder=3, **full)
-    least = min(point.told["count"] for curve in row.curves for point in curve.known)
+    least = min(point.answers["count"] for curve in row.curves for point in curve.answered)
     bound = 100 * stability.interval(0, least)[1]
     axes.axhline(bound, color=look.GREY, lw=0.7, ls=":")
     look.stress_axis(axes, row)
@@ -136,13 +136,13 @@ def _failures(axes, row: Row) -> None:
 def _limits(axes, row: Row) -> None:
     """Marks where theory lets each way break, in each precision."""
     low, high = sorted(axes.get_xlim())
-    found: dict[tuple, list[str]] = {}
+    limits: dict[tuple, list[str]] = {}
     for curve, drawn, _ in _lines(row):
         if curve.limit is not None and low <= curve.limit <= high and curve is _first(row, curve):
-            mine = found.setdefault((curve.limit, drawn["color"]), [])
-            mine.append(curve.precision.removeprefix("float"))
-    heights = {colour: 1 + 0.03 * place for place, colour in enumerate(dict.fromkeys(colour for _, colour in found))}
-    for (limit, colour), precisions in found.items():
+            precisions = limits.setdefault((curve.limit, drawn["color"]), [])
+            precisions.append(curve.precision.removeprefix("float"))
+    heights = {colour: 1 + 0.03 * place for place, colour in enumerate(dict.fromkeys(colour for _, colour in limits))}
+    for (limit, colour), precisions in limits.items():
         axes.axvline(limit, color=colour, lw=0.8, ls=look.THEORY, zorder=1)
         axes.text(limit, heights[colour], ", ".join(sorted(set(precisions))), fontsize=look.TINY, color=colour,
                   ha="center", va="bottom", transform=axes.get_xaxis_transform())  # fmt: skip
@@ -150,14 +150,14 @@ def _limits(axes, row: Row) -> None:
 
 def _first(row: Row, curve: Curve) -> Curve:
     """Returns the first of the curves that differ from this one only in the variant."""
-    return next(c for c in row.curves if (c.precision, c.way) == (curve.precision, curve.way) and c.known)
+    return next(c for c in row.curves if (c.precision, c.way) == (curve.precision, curve.way) and c.answered)
 
 
 def _error(axes, row: Row, errors: list[float]) -> None:
     for curve, drawn, marks in _lines(row):
         for name, width in (("error_median", drawn["lw"]), ("error_p99", 0.4)):
-            told = [point.told[name] if point.known else None for point in curve.points]
-            values = [math.nan if value is None else value for value in told]
+            numbers = [point.answers[name] if point.answered else None for point in curve.points]
+            values = [math.nan if value is None else value for value in numbers]
             marked = marks if name == "error_median" else {}
             axes.plot([point.level for point in curve.points], values, **{**drawn, "lw": width}, **marked)
         if curve.expected and curve is _first(row, curve):
@@ -167,18 +167,18 @@ def _error(axes, row: Row, errors: list[float]) -> None:
     axes.set_ylabel(textwrap.fill(row.facts["error"] or "error", 34))
 
 
-def _csv(found: list[Row]) -> Iterator[tuple]:
-    for row in found:
+def _csv(rows: list[Row]) -> Iterator[tuple]:
+    for row in rows:
         for curve in row.curves:
             head = row.name, row.facts["code"], curve.variant, curve.precision, curve.way.name, curve.way.naive
             yield from ((*head, *_fields(curve, point)) for point in curve.points)
 
 
 def _fields(curve: Curve, point) -> tuple:
-    if not point.known:
-        return point.level, *[None] * 11, point.status, str(point.told)
-    told = point.told
-    errors = (told[name] for name in ("error_median", "error_p99", "error_max", "expected", "limit"))
-    counted = told["count"], told["failures"], point.share, *point.interval
+    if not point.answered:
+        return point.level, *[None] * 11, point.status, str(point.answers)
+    answers = point.answers
+    errors = (answers[name] for name in ("error_median", "error_p99", "error_max", "expected", "limit"))
+    counted = answers["count"], answers["failures"], point.share, *point.interval
     note = "none" if point.status == "ok" else point.cell.reason
     return point.level, *counted, point is curve.broken, *errors, point.status, note

@@ -16,7 +16,7 @@ CAPTION = (
 def caption(row: Row) -> str:
     """Returns the caption: what the chart shows, and which variants report no memory."""
     silent = [f"{curve.variant} ({curve.precision}, {curve.way.name})" for curve in row.curves
-              if curve.known and not _points(curve)]  # fmt: skip
+              if curve.answered and not _points(curve)]  # fmt: skip
     return f"{CAPTION} Bytes unavailable, not reported: {', '.join(silent)}." if silent else CAPTION
 
 
@@ -26,7 +26,7 @@ def drawable(row: Row) -> bool:
 
 
 def _points(curve) -> list[tuple[float, float]]:
-    return [(p.level, p.told["error_median"]) for p in curve.known if p.told["error_median"] is not None]
+    return [(p.level, p.answers["error_median"]) for p in curve.answered if p.answers["error_median"] is not None]
 
 
 def draw(results: Results, row: Row):
@@ -40,7 +40,7 @@ def draw(results: Results, row: Row):
         drawn = {"color": shades[curve.way], "ls": look.line(curve.precision), "lw": 0.9}
         marks = look.marker(curve.variant, row.variants)
         axes.plot(*zip(*points, strict=True), **drawn, **marks)
-        wrong = [(p.level, p.told["error_median"]) for p in curve.known if p.fails and p.told["error_median"]]
+        wrong = [(p.level, p.answers["error_median"]) for p in curve.answered if p.fails and p.answers["error_median"]]
         if wrong:
             full = {**marks, "mfc": drawn["color"], "ls": ""}
             axes.plot(*zip(*wrong, strict=True), color=drawn["color"], **full)

@@ -73,13 +73,13 @@ def broken(curve: Curve | None) -> str:
     if curve is None:
         return "not run"
     if curve.broken:
-        many = next((point for point in curve.known if point.share >= MANY), None)
+        many = next((point for point in curve.answered if point.share >= MANY), None)
         more = f"{look.percent(MANY)} % from {look.short(many.level)} on" if many else f"never {look.percent(MANY)} %"
         return f"{look.short(curve.broken.level)} ({look.percent(curve.broken.share)} %; {more})"
     why = next(iter(curve.missing), "")
-    if not curve.known:
+    if not curve.answered:
         return why
-    return f"none up to {look.short(curve.known[-1].level)}" + (f", then {why}" if why else "")
+    return f"none up to {look.short(curve.answered[-1].level)}" + (f", then {why}" if why else "")
 
 
 def draw(results: Results, rows: list[Row]):
@@ -119,9 +119,9 @@ def draw(results: Results, rows: list[Row]):
 
 def _columns(results: Results, rows: list[Row], naive: bool) -> list[tuple[str, str]]:
     """Returns the variants, each with its precisions, that have an answer or a reason in some row."""
-    found = {(curve.variant, curve.precision) for row in rows for curve in row.curves if curve.way.naive == naive}
+    pairs = {(curve.variant, curve.precision) for row in rows for curve in row.curves if curve.way.naive == naive}
     return [(variant, precision) for variant in look.variants(results, rows)
-            for precision in sorted({mine for name, mine in found if name == variant})]  # fmt: skip
+            for precision in sorted({precision for name, precision in pairs if name == variant})]  # fmt: skip
 
 
 def _height(row: Row) -> int:
@@ -159,8 +159,8 @@ def _cell(axes, row: Row, way: Way, variant: str, precision: str, box: tuple[flo
           fontweight="bold" if survival.whole else "normal")  # fmt: skip
 
 
-def _hatch(found: set[str]) -> dict:
-    lacks = not found.isdisjoint(("unsupported", "unavailable"))
+def _hatch(statuses: set[str]) -> dict:
+    lacks = not statuses.isdisjoint(("unsupported", "unavailable"))
     return {"fc": "#F4F4F4", "ec": "#AAAAAA", "lw": 0.0, "hatch": "////" if lacks else "xxxx"}
 
 

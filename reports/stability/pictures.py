@@ -48,9 +48,9 @@ def choose(results: Results, row: Row) -> list[Panel]:
     """Returns the pictures of a row to show, robust ways last; [] if no naive way fails where a robust one holds."""
     for variant in sorted(row.variants, key=lambda variant: variant != FIRST):
         levels = [(precision, level) for precision in row.precisions for level in row.levels]
-        found = max((_panels(results, row, variant, *level) for level in levels), key=_shows, default=[])
-        if any(_shows(found)):
-            return sorted(found, key=lambda panel: not panel.curve.way.naive)
+        panels = max((_panels(results, row, variant, *level) for level in levels), key=_shows, default=[])
+        if any(_shows(panels)):
+            return sorted(panels, key=lambda panel: not panel.curve.way.naive)
     return []
 
 
@@ -66,7 +66,7 @@ def _shows(panels: list[Panel]) -> tuple[int, float]:
 def _panels(results: Results, row: Row, variant: str, precision: str, level: float) -> list[Panel]:
     panels = []
     for curve in row.curves:
-        point = next((point for point in curve.known if point.level == level), None)
+        point = next((point for point in curve.answered if point.level == level), None)
         if point is None or (curve.variant, curve.precision) != (variant, precision):
             continue
         picture = _picture(results, point)
@@ -77,10 +77,10 @@ def _panels(results: Results, row: Row, variant: str, precision: str, level: flo
 
 def _picture(results: Results, point: Point) -> np.ndarray | None:
     """Returns the picture as displayed; None if the cell has none, or one too small to see."""
-    found = stored.raw(results, point.cell)
-    if isinstance(found, Missing) or min(found.shape[:2]) < LEAST:
+    picture = stored.raw(results, point.cell)
+    if isinstance(picture, Missing) or min(picture.shape[:2]) < LEAST:
         return None
-    shown = stored.displayed(found, point.cell)
+    shown = stored.displayed(picture, point.cell)
     return shown if shown.shape[0] <= TALL * shown.shape[1] else shown.transpose(1, 0, 2)  # a strip lies
 
 
@@ -104,7 +104,7 @@ def draw(results: Results, row: Row, panels: list[Panel]):
 
 
 def _counted(point: Point) -> str:
-    return f"{point.told['failures']} of {point.told['count']} wrong"
+    return f"{point.answers['failures']} of {point.answers['count']} wrong"
 
 
 def _where(row: Row, panels: list[Panel]) -> str:

@@ -27,29 +27,29 @@ class Way:
 
 @dataclass(frozen=True)
 class Point:
-    """A level of a curve. told: `stability` of the record (harness/store/store.py), or why it is missing."""
+    """A level of a curve. answers: `stability` of the record (harness/store/store.py), or why it is missing."""
 
     level: float
-    told: dict | Missing
+    answers: dict | Missing
     status: str
     cell: Cell
 
     @property
-    def known(self) -> bool:
-        return not isinstance(self.told, Missing)
+    def answered(self) -> bool:
+        return not isinstance(self.answers, Missing)
 
     @property
     def fails(self) -> bool:
-        return self.known and self.told["failures"] > 0
+        return self.answered and self.answers["failures"] > 0
 
     @property
     def share(self) -> float:
         """The share of wrong answers of a known point."""
-        return self.told["failures"] / self.told["count"] if self.told["count"] else 0.0
+        return self.answers["failures"] / self.answers["count"] if self.answers["count"] else 0.0
 
     @cached_property
     def interval(self) -> tuple[float, float]:
-        return interval(self.told["failures"], self.told["count"])
+        return interval(self.answers["failures"], self.answers["count"])
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,8 @@ class Curve:
     points: list[Point]
 
     @cached_property
-    def known(self) -> list[Point]:
-        return [point for point in self.points if point.known]
+    def answered(self) -> list[Point]:
+        return [point for point in self.points if point.answered]
 
     @cached_property
     def broken(self) -> Point | None:
@@ -107,38 +107,40 @@ class Curve:
         return next((point for point in self.points if point.fails), None)
 
     @property
-    def held(self) -> list[Point]:
+    def unbroken(self) -> list[Point]:
         """Known points before the first failure."""
-        return self.known[: self.known.index(self.broken)] if self.broken else self.known
+        return self.answered[: self.answered.index(self.broken)] if self.broken else self.answered
 
     @property
     def limit(self) -> float | None:
         """The level at which theory lets it break; None if unknown."""
-        return next((point.told["limit"] for point in self.known if point.told["limit"] is not None), None)
+        return next((point.answers["limit"] for point in self.answered if point.answers["limit"] is not None), None)
 
     @property
     def expected(self) -> list[tuple[float, float]]:
         """Levels with the errors that theory expects."""
-        return [(point.level, point.told["expected"]) for point in self.known if point.told["expected"] is not None]
+        return [
+            (point.level, point.answers["expected"]) for point in self.answered if point.answers["expected"] is not None
+        ]
 
     @property
     def missing(self) -> dict[str, list[Point]]:
         """Points without an answer, by reason."""
-        return grouped((point for point in self.points if not point.known), lambda point: str(point.told))
+        return grouped((point for point in self.points if not point.answered), lambda point: str(point.answers))
 
     def survival(self, logarithmic: bool) -> Survival | Missing:
-        if not self.known:
-            return self.points[0].told
-        levels, held = [point.level for point in self.points], self.held
+        if not self.answered:
+            return self.points[0].answers
+        levels, unbroken = [point.level for point in self.points], self.unbroken
         decades = logarithmic and min(levels) > 0
-        whole = len(held) == len(self.points)
+        whole = len(unbroken) == len(self.points)
         lost = self.broken is None and not whole
-        first = 0 if held else self.points.index(self.broken)
+        first = 0 if unbroken else self.points.index(self.broken)
         if decades:
-            value = abs(math.log10(held[-1].level / held[0].level)) if held else None
+            value = abs(math.log10(unbroken[-1].level / unbroken[0].level)) if unbroken else None
             below, of = (abs(math.log10(level / levels[0])) for level in (levels[first], levels[-1]))
             return Survival(value, below, of, True, whole, lost)
-        return Survival(len(held) or None, first, len(levels), False, whole, lost)
+        return Survival(len(unbroken) or None, first, len(levels), False, whole, lost)
 
 
 @dataclass(frozen=True)
@@ -169,8 +171,8 @@ class Row:
     @property
     def levels(self) -> list[float]:
         """The levels of all its curves, from mild to extreme."""
-        found = list(dict.fromkeys(point.level for curve in self.curves for point in curve.points))
-        return sorted(found, reverse=found[0] > found[-1])
+        levels = list(dict.fromkeys(point.level for curve in self.curves for point in curve.points))
+        return sorted(levels, reverse=levels[0] > levels[-1])
 
     @property
     def logarithmic(self) -> bool:
@@ -191,16 +193,16 @@ class Row:
 
         Of naive or of robust ways; None if no such way has an answer.
         """
-        mine = [curve for curve in self.curves if curve.way.naive == naive and curve.known]
-        return min((self.survival(curve).share for curve in mine), default=None)
+        curves = [curve for curve in self.curves if curve.way.naive == naive and curve.answered]
+        return min((self.survival(curve).share for curve in curves), default=None)
 
 
 def rows(results: Results) -> list[Row]:
     """Returns every row of the run in its order, an aligned row after its twin in general position."""
     cells = grouped((cell for cell in results.cells if "stress" in cell.swept), lambda cell: cell.swept["stress"])
-    found = [_row(results, name, mine) for name, mine in cells.items()]
-    place = {row.name: number for number, row in enumerate(found)}
-    return sorted(found, key=lambda row: (place.get(row.facts["aligned"], place[row.name]), place[row.name]))
+    stress_rows = [_row(results, name, row_cells) for name, row_cells in cells.items()]
+    place = {row.name: number for number, row in enumerate(stress_rows)}
+    return sorted(stress_rows, key=lambda row: (place.get(row.facts["aligned"], place[row.name]), place[row.name]))
 
 
 def _row(results: Results, name: str, cells: list[Cell]) -> Row:
@@ -210,12 +212,12 @@ def _row(results: Results, name: str, cells: list[Cell]) -> Row:
     curves = grouped(
         cells, lambda cell: (cell.variant, cell.parameters["precision"], _way(cell, facts["method"], varied))
     )
-    return Row(name, facts, [Curve(*key, [_point(results, cell) for cell in mine]) for key, mine in curves.items()])
+    return Row(name, facts, [Curve(*key, [_point(results, cell) for cell in cells]) for key, cells in curves.items()])
 
 
 def _way(cell: Cell, method: str, varied: list[str]) -> Way:
-    asked = (method, *varied) if method else NAIVE  # a row without a method may use a naive one
-    naive = [f"{key} {cell.parameters[key]}" for key in asked if cell.parameters.get(key) in NAIVE.get(key, ())]
+    keys = (method, *varied) if method else NAIVE  # a row without a method may use a naive one
+    naive = [f"{key} {cell.parameters[key]}" for key in keys if cell.parameters.get(key) in NAIVE.get(key, ())]
     words = [str(_value(cell, method))] if method else []
     for key in varied:
         value = _value(cell, key)
@@ -232,7 +234,7 @@ def _point(results: Results, cell: Cell) -> Point:
     """Returns the repetition with the most failures, since a failure in one repetition counts."""
     answers = [results.records[row].get("stability") for row in cell.timed]
     worst = max(
-        filter(None, answers), key=lambda one: one["failures"], default=Missing(f"{cell.status}: {cell.reason}")
+        filter(None, answers), key=lambda answer: answer["failures"], default=Missing(f"{cell.status}: {cell.reason}")
     )
     return Point(cell.swept["level"], worst, cell.status, cell)
 
@@ -250,5 +252,5 @@ def interval(failures: int, count: int) -> tuple[float, float]:
         return max(0.0, 1 - 3 / count), 1.0
     from scipy import stats
 
-    found = stats.binomtest(failures, count).proportion_ci(LEVEL, method="wilson")
-    return float(found.low), float(found.high)
+    bounds = stats.binomtest(failures, count).proportion_ci(LEVEL, method="wilson")
+    return float(bounds.low), float(bounds.high)

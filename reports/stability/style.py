@@ -21,10 +21,10 @@ GREY, PALE = "#888888", "#DDDDDD"
 
 def colours(ways: list[Way]) -> dict[Way, str]:
     """Returns a cold colour for each robust way, a warm one for each naive way."""
-    found = {}
-    for palette, mine in ((ROBUST, [w for w in ways if not w.naive]), (FRAIL, [w for w in ways if w.naive])):
-        found |= {way: palette[number % len(palette)] for number, way in enumerate(mine)}
-    return found
+    shades = {}
+    for palette, group in ((ROBUST, [w for w in ways if not w.naive]), (FRAIL, [w for w in ways if w.naive])):
+        shades |= {way: palette[number % len(palette)] for number, way in enumerate(group)}
+    return shades
 
 
 def marker(variant: str, variants: list[str], more: float = 0.0) -> dict:

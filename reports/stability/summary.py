@@ -24,11 +24,11 @@ def write(results: Results, _: Path | None = None) -> str:
 def _counts(rows: list[Row]) -> str:
     curves = [curve for row in rows for curve in row.curves]
     points = [point for curve in curves for point in curve.points]
-    known = [point for point in points if point.known]
+    answered = [point for point in points if point.answered]
     broken = sum(curve.broken is not None for curve in curves)
-    answers = sum(point.told["count"] for point in known)
+    answers = sum(point.answers["count"] for point in answered)
     return (
-        f"{len(rows)} rows of the catalogue, {len(points)} cells, {len(known)} of them with an answer, {answers} "
+        f"{len(rows)} rows of the catalogue, {len(points)} cells, {len(answered)} of them with an answer, {answers} "
         f"answers judged. Of {len(curves)} curves, one for each row, variant, precision and way, {broken} break."
     )
 
@@ -41,7 +41,7 @@ def _first(row: Row) -> str:
 
 
 def _of_precision(row: Row, precision: str) -> str:
-    curves = [curve for curve in row.curves if curve.precision == precision and curve.known]
+    curves = [curve for curve in row.curves if curve.precision == precision and curve.answered]
     broken = [curve for curve in curves if curve.broken]
     if not curves:
         return ""
@@ -50,32 +50,34 @@ def _of_precision(row: Row, precision: str) -> str:
         return f"{precision}: nothing breaks{some}"
     levels = row.levels
     first = min(levels.index(curve.broken.level) for curve in broken)
-    mine = [curve for curve in broken if levels.index(curve.broken.level) == first]
-    text = f"{precision}: {_named(row, mine, ' and ')} first, at {look.short(levels[first])}"
-    held, cut = ([c for c in curves if not c.broken and bool(c.missing) == is_cut] for is_cut in (False, True))
-    text += f"; without a failure to the end: {_named(row, held, ', ') or 'nothing'}"
+    weakest = [curve for curve in broken if levels.index(curve.broken.level) == first]
+    text = f"{precision}: {_named(row, weakest, ' and ')} first, at {look.short(levels[first])}"
+    unbroken, cut = ([c for c in curves if not c.broken and bool(c.missing) == is_cut] for is_cut in (False, True))
+    text += f"; without a failure to the end: {_named(row, unbroken, ', ') or 'nothing'}"
     return f"{text}; without a failure as far as they have answers: {_named(row, cut, ', ')}" if cut else text
 
 
 def _named(row: Row, curves: list[Curve], between: str) -> str:
     """Names the ways of curves, each with its variants unless these are all variants with answers."""
-    found = {way: [c.variant for c in mine] for way, mine in grouped(curves, lambda curve: curve.way.name).items()}
-    every = {curve.variant for curve in row.curves if curve.known}
-    named = (way if set(who) == every else f"{way} ({', '.join(who)})" for way, who in found.items())
+    by_way = {way: [c.variant for c in group] for way, group in grouped(curves, lambda curve: curve.way.name).items()}
+    every = {curve.variant for curve in row.curves if curve.answered}
+    named = (way if set(who) == every else f"{way} ({', '.join(who)})" for way, who in by_way.items())
     return between.join(named)
 
 
 def _robust(rows: list[Row]) -> list[str]:
     """Returns an item for each row, way and precision: where each variant breaks, and where theory expects it."""
-    found: dict[tuple, list[Curve]] = {}
+    by_way: dict[tuple, list[Curve]] = {}
     for row in rows:
         for curve in row.curves:
             if curve.broken and not curve.way.naive:
-                found.setdefault((row.label, curve.way.name, curve.precision), []).append(curve)
+                by_way.setdefault((row.label, curve.way.name, curve.precision), []).append(curve)
     items = []
-    for (label, way, precision), curves in found.items():
+    for (label, way, precision), curves in by_way.items():
         places = grouped(curves, lambda curve: look.short(curve.broken.level))
-        where = "; ".join(f"from {level} on in {', '.join(c.variant for c in mine)}" for level, mine in places.items())
+        where = "; ".join(
+            f"from {level} on in {', '.join(c.variant for c in group)}" for level, group in places.items()
+        )
         limit = curves[0].limit
         theory = "" if limit is None else f" (theory: {look.short(limit)})"
         items.append(f"{label}, {way}, {precision}: {where}{theory}")
@@ -84,9 +86,11 @@ def _robust(rows: list[Row]) -> list[str]:
 
 def _lacking(rows: list[Row]) -> list[str]:
     """Returns an item for each variant and reason, with its rows."""
-    found: dict[tuple[str, str], Counter] = {}
+    reasons: dict[tuple[str, str], Counter] = {}
     for row in rows:
         for curve in row.curves:
             for why, points in curve.missing.items():
-                found.setdefault((curve.variant, why), Counter())[row.name] += len(points)
-    return [f"{variant}: {why} ({cells.total()} cells: {', '.join(cells)})" for (variant, why), cells in found.items()]
+                reasons.setdefault((curve.variant, why), Counter())[row.name] += len(points)
+    return [
+        f"{variant}: {why} ({cells.total()} cells: {', '.join(cells)})" for (variant, why), cells in reasons.items()
+    ]

@@ -20,7 +20,7 @@ def caption(row: Row) -> str:
 
 def drawable(row: Row) -> bool:
     """Is there anything to draw?"""
-    return any(curve.known for curve in row.curves)
+    return any(curve.answered for curve in row.curves)
 
 
 def _name(row: Row, curve: Curve) -> str:
@@ -34,7 +34,7 @@ def draw(results: Results, row: Row):
     wide = max(4.6, 2.2 + 0.6 * len(levels))
     figure, axes = plt.subplots(figsize=(wide, 0.6 + 0.2 * len(row.curves)), layout="constrained")
     for place, curve in enumerate(row.curves):
-        for point in curve.known:
+        for point in curve.answered:
             x = levels.index(point.level)
             if point.fails:
                 axes.plot(x, place, "x", color=WRONG, ms=6, mew=1.5)

@@ -33,15 +33,15 @@ class Window:
     @property
     def missing(self) -> str:
         """ "" or why one of the two has no answers."""
-        return next((why for curve in (self.acne, self.leak) if not curve.known for why in curve.missing), "")
+        return next((why for curve in (self.acne, self.leak) if not curve.answered for why in curve.missing), "")
 
     @property
     def low(self) -> float | None:
-        return self.acne.held[-1].level if self.acne.held else None
+        return self.acne.unbroken[-1].level if self.acne.unbroken else None
 
     @property
     def high(self) -> float | None:
-        return self.leak.held[-1].level if self.leak.held else None
+        return self.leak.unbroken[-1].level if self.leak.unbroken else None
 
     @property
     def open(self) -> bool:
@@ -66,71 +66,71 @@ class Window:
 def windows(rows: list[Row]) -> dict[tuple[str, Way], list[Window]]:
     """Returns the windows of variants with both rows, by precision and way."""
     named = {row.name: row for row in rows}
-    found: dict[tuple[str, Way], list[Window]] = {}
+    by_way: dict[tuple[str, Way], list[Window]] = {}
     if ACNE not in named or LEAK not in named:
-        return found
+        return by_way
     for acne in named[ACNE].curves:
         leak = named[LEAK].find(acne.variant, acne.precision, acne.way)
         if leak:
-            found.setdefault((acne.precision, acne.way), []).append(Window(acne, leak))
-    return dict(sorted(found.items(), key=lambda item: item[0][0]))
+            by_way.setdefault((acne.precision, acne.way), []).append(Window(acne, leak))
+    return dict(sorted(by_way.items(), key=lambda item: item[0][0]))
 
 
-def drawable(found: dict[tuple[str, Way], list[Window]]) -> dict[tuple[str, Way], list[Window]]:
+def drawable(by_way: dict[tuple[str, Way], list[Window]]) -> dict[tuple[str, Way], list[Window]]:
     """Returns the windows of variants with answers."""
-    known = {place: [window for window in mine if not window.missing] for place, mine in found.items()}
-    return {place: mine for place, mine in known.items() if mine}
+    answered = {place: [window for window in group if not window.missing] for place, group in by_way.items()}
+    return {place: group for place, group in answered.items() if group}
 
 
 def write(results: Results, out: Path) -> str:
     """Writes stability-window.png and .svg; returns the section of the report, "" without both rows."""
-    found = windows(stability.rows(results))
-    if not found:
+    by_way = windows(stability.rows(results))
+    if not by_way:
         return ""
-    known = drawable(found)
+    drawn = drawable(by_way)
     parts = [f"## {TITLE}"]
-    if known:
-        parts.append(style.figure(out / "stability-window", TITLE, draw, results, known))
+    if drawn:
+        parts.append(style.figure(out / "stability-window", TITLE, draw, results, drawn))
     header = ["precision", "way", "variant", "usable window"]
     lines = [[precision, way.name, window.acne.variant, window.text]
-             for (precision, way), mine in found.items() for window in mine]  # fmt: skip
+             for (precision, way), group in by_way.items() for window in group]  # fmt: skip
     return "\n\n".join([*parts, markdown.table(header, lines), markdown.escape(CAPTION)])
 
 
-def draw(results: Results, found: dict[tuple[str, Way], list[Window]]):
+def draw(results: Results, by_way: dict[tuple[str, Way], list[Window]]):
     """Draws panels of failures, a column for each precision and way, and below them a bar for each variant's window.
 
-    found: windows of variants with answers.
+    by_way: windows of variants with answers.
     """
-    most = max(map(len, found.values()))
-    wide = max(4.6, 3.6 * len(found))
+    most = max(map(len, by_way.values()))
+    wide = max(4.6, 3.6 * len(by_way))
     figure, panels = plt.subplots(
-        2, len(found), figsize=(wide, 2.8 + 0.16 * most), height_ratios=[2.2, 0.3 + 0.16 * most], squeeze=False,
+        2, len(by_way), figsize=(wide, 2.8 + 0.16 * most), height_ratios=[2.2, 0.3 + 0.16 * most], squeeze=False,
         sharex="col", layout="constrained",
     )  # fmt: skip
-    drawn = {window.acne.variant for mine in found.values() for window in mine}
+    drawn = {window.acne.variant for group in by_way.values() for window in group}
     variants = [name for name in results.variants if name in drawn]
-    for (above, below), ((precision, way), mine) in zip(panels.T, found.items(), strict=True):
-        _failures(above, mine, variants)
-        above.set_title(f"{precision}, {way.name}" if len({way for _, way in found}) > 1 else precision, loc="left")
-        _bars(below, mine)
+    for (above, below), ((precision, way), group) in zip(panels.T, by_way.items(), strict=True):
+        _failures(above, group, variants)
+        above.set_title(f"{precision}, {way.name}" if len({way for _, way in by_way}) > 1 else precision, loc="left")
+        _bars(below, group)
     handles = [plt.Line2D([], [], color=shade, lw=2) for shade in (ACNE_COLOUR, LEAK_COLOUR, WINDOW)]
     handles += [plt.Line2D([], [], ls="", color="black", **look.marker(variant, variants)) for variant in variants]
     labels = ["acne: lit points that are dark", "leak: dark points that are lit", "usable window", *variants]
-    cells = [p.cell for mine in found.values() for w in mine for c in (w.acne, w.leak) for p in c.points]
+    cells = [p.cell for group in by_way.values() for w in group for c in (w.acne, w.leak) for p in c.points]
     look.frame(figure, TITLE, (handles, labels), look.origin(results, cells))
     return figure
 
 
-def _failures(axes, mine: list[Window], variants: list[str]) -> None:
+def _failures(axes, group: list[Window], variants: list[str]) -> None:
     shares = []
-    for window in mine:
+    for window in group:
         for curve, shade in ((window.acne, ACNE_COLOUR), (window.leak, LEAK_COLOUR)):
-            values = [100 * point.share for point in curve.known]
+            values = [100 * point.share for point in curve.answered]
             shares += values
             marks = look.marker(curve.variant, variants)
-            axes.plot([point.level for point in curve.known], values, color=shade, lw=0.9, **marks)
-    limits = {(shade, curve.limit) for w in mine for curve, shade in ((w.acne, ACNE_COLOUR), (w.leak, LEAK_COLOUR))}
+            axes.plot([point.level for point in curve.answered], values, color=shade, lw=0.9, **marks)
+    limits = {(shade, curve.limit) for w in group for curve, shade in ((w.acne, ACNE_COLOUR), (w.leak, LEAK_COLOUR))}
     for shade, limit in sorted(limits, key=str):
         if limit:
             axes.axvline(limit, color=shade, lw=0.8, ls=look.THEORY)
@@ -140,8 +140,8 @@ def _failures(axes, mine: list[Window], variants: list[str]) -> None:
     axes.set_ylabel("wrong answers (%)")
 
 
-def _bars(axes, mine: list[Window]) -> None:
-    for place, window in enumerate(mine):
+def _bars(axes, group: list[Window]) -> None:
+    for place, window in enumerate(group):
         if not window.open:
             axes.text(0.5, place, "none", transform=axes.get_yaxis_transform(), ha="center", va="center", fontsize=6)
             continue
@@ -152,8 +152,8 @@ def _bars(axes, mine: list[Window]) -> None:
         decades = math.log10(window.high / window.low)
         text = f"{'≥ ' if any(window.wider) else ''}{decades:.3g} decades"
         axes.text(middle, place - 0.42, text, ha="center", va="center", fontsize=look.TINY)
-    axes.set_yticks(range(len(mine)), [window.acne.variant for window in mine], fontsize=look.SMALL)
-    axes.set(ylim=(len(mine) - 0.4, -0.9), xlabel="length of the offset")
+    axes.set_yticks(range(len(group)), [window.acne.variant for window in group], fontsize=look.SMALL)
+    axes.set(ylim=(len(group) - 0.4, -0.9), xlabel="length of the offset")
     axes.xaxis.set_major_formatter(lambda value, _: look.short(value))
     axes.xaxis.minorticks_off()
     axes.grid(axis="x")

@@ -224,8 +224,8 @@ class Claim(_Table):
     def rule(self) -> str:
         """When it is true, in words."""
         if self.decided_by not in NUMBERS:
-            known = {"agree": "all pictures agree", "differ": "pictures differ", "failing": "no level fails"}
-            return known.get(self.decided_by, "")
+            texts = {"agree": "all pictures agree", "differ": "pictures differ", "failing": "no level fails"}
+            return texts.get(self.decided_by, "")
         scale = 100 if self.apart else 1
         least, most = (None if end is None else f"{scale * end:g}" for end in (self.least, self.most))
         if least == most:

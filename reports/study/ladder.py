@@ -95,8 +95,10 @@ def climbs(results: Results) -> list[Climb]:
     """Returns the ladders of a run on each of its scenes; [] for a run without."""
     experiment = results.facts["experiment"]
     return [
-        Climb(told["name"], scene, told.get("study"), list(_steps(results, scene, told["rung"], experiment["image"])))
-        for told in experiment.get("ladder") or ()
+        Climb(
+            entry["name"], scene, entry.get("study"), list(_steps(results, scene, entry["rung"], experiment["image"]))
+        )
+        for entry in experiment.get("ladder") or ()
         for scene in results.scenes
     ]
 
@@ -105,7 +107,9 @@ def _steps(results: Results, scene: str, rungs: list[dict], image: dict) -> Iter
     before = None
     for rung in rungs:
         wanted = image | (rung.get("image") or {})
-        cell = next((one for one in results.of(scene) if one.variant == rung["renderer"] and _at(one, wanted)), None)
+        cell = next(
+            (cell for cell in results.of(scene) if cell.variant == rung["renderer"] and _at(cell, wanted)), None
+        )
         time = cell.steady if cell else Missing("the run has no such cell")
         factor = None
         if isinstance(time, Missing):

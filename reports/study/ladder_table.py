@@ -31,17 +31,17 @@ CSV_HEADER = (
 
 def write(results: Results, out: Path) -> str:
     """Writes ladder-NUMBER.png, .svg and .pdf of each ladder, and ladder.csv; "" for a run without ladders."""
-    found = ladder.climbs(results)
-    if not found:
+    climbs = ladder.climbs(results)
+    if not climbs:
         return ""
     parts = [f"## {TITLE}"]
-    for number, climb in enumerate(found):
+    for number, climb in enumerate(climbs):
         where = f", {Path(climb.scene).stem}" if len(results.scenes) > 1 else ""
         parts.append(f"### {markdown.escape(climb.name + where)}")
         if len(climb.timed) > 1:
             parts.append(style.figure(out / f"ladder-{number}", f"{TITLE}: {climb.name}", ladder_figure.draw, climb))
         parts += [_table(climb), markdown.escape(account(climb))]
-    table.write_lines(out / "ladder.csv", CSV_HEADER, (line for climb in found for line in _csv(climb)))
+    table.write_lines(out / "ladder.csv", CSV_HEADER, (line for climb in climbs for line in _csv(climb)))
     return "\n\n".join([*parts, "All numbers: [ladder.csv](ladder.csv).", markdown.escape(CAPTION)])
 
 
@@ -50,12 +50,12 @@ def account(climb: Climb) -> str:
     if isinstance(climb.accounted, Missing):
         return f"The whole factor: {climb.accounted}."
     share = quantity.plain(100 * climb.accounted)
-    told = f"First over last rung: {quantity.times(climb.whole)}. Product of the rungs: {quantity.times(climb.product)}"
-    told += f", which accounts for {share} % of the factor, in logarithms."
+    text = f"First over last rung: {quantity.times(climb.whole)}. Product of the rungs: {quantity.times(climb.product)}"
+    text += f", which accounts for {share} % of the factor, in logarithms."
     if isinstance(climb.published, Missing):
-        return f"{told} The study's time: {climb.published}."
+        return f"{text} The study's time: {climb.published}."
     published = quantity.seconds(climb.published.value)
-    return f"{told} {ESTIMATE.format(published=published, rest=quantity.times(climb.rest))}"
+    return f"{text} {ESTIMATE.format(published=published, rest=quantity.times(climb.rest))}"
 
 
 def _table(climb: Climb) -> str:
@@ -69,8 +69,8 @@ def _row(step: Step) -> list[str]:
     error = step.cell.error() if step.cell else none
     factor = "" if step.factor is None else quantity.times(step.factor)
     lines = str(step.lines)
-    told = [quantity.seconds(step.time), factor, quantity.size(memory), quantity.exact(error), lines]
-    return [step.name, step.variant, step.changes, *told]
+    numbers = [quantity.seconds(step.time), factor, quantity.size(memory), quantity.exact(error), lines]
+    return [step.name, step.variant, step.changes, *numbers]
 
 
 def _csv(climb: Climb) -> Iterator[tuple]:

@@ -52,25 +52,28 @@ def _runs(reference: Path, opened: ExitStack) -> dict[str, list[tuple[str, resul
     (_rank).
     """
     wanted = {claim.run for chapter in claims.chapters() for claim in chapter.claim} - {""}
-    found: dict[str, list[tuple[str, results.Results]]] = {}
+    by_experiment: dict[str, list[tuple[str, results.Results]]] = {}
     for path in sorted(reference.glob("*/*.tar.xz")):
         if (name := packed.name(path)) in wanted:
             run = results.load(opened.enter_context(packed.opened(path)))
-            found.setdefault(name, []).append((path.parent.name, run))
+            by_experiment.setdefault(name, []).append((path.parent.name, run))
     experiments = reference.parents[1] / "experiments"
-    asked = {name: tomllib.loads((experiments / f"{name}.toml").read_text("utf-8"))["processes"] for name in found}
+    processes = {
+        name: tomllib.loads((experiments / f"{name}.toml").read_text("utf-8"))["processes"] for name in by_experiment
+    }
     return {
-        name: sorted(runs, key=lambda one: _rank(one[1], asked[name]), reverse=True) for name, runs in found.items()
+        name: sorted(runs, key=lambda pair: _rank(pair[1], processes[name]), reverse=True)
+        for name, runs in by_experiment.items()
     }
 
 
-def _rank(run: results.Results, asked: int) -> tuple[bool, int, str]:
+def _rank(run: results.Results, wanted: int) -> tuple[bool, int, str]:
     """Returns whether a run has all the processes of its time, how many of those that the experiment asks for now, and
     when it began. It knows nothing of verdicts: a run is not chosen for what it decides.
     """
     processes = _processes(run)
     whole = all(len(cell.timed) >= processes for cell in run.cells if cell.counting)
-    return whole, min(processes, asked), run.facts["started"]
+    return whole, min(processes, wanted), run.facts["started"]
 
 
 def _processes(run: results.Results) -> int:
@@ -79,9 +82,9 @@ def _processes(run: results.Results) -> int:
 
 def _row(claim: Claim, runs: list[tuple[str, results.Results]], verdicts: Counter) -> list[str]:
     """Returns a claim's row, decided by the first of `runs` that has what the claim is about."""
-    made = [(_where(claim, *one), verdict.decide(claim, one[1])) for one in runs]
+    made = [(_where(claim, *pair), verdict.decide(claim, pair[1])) for pair in runs]
     made = made or [(claim.run, verdict.decide(claim, None))]
-    where, decided = next((one for one in made if one[1].verdict != "unavailable"), made[0])
+    where, decided = next((candidate for candidate in made if candidate[1].verdict != "unavailable"), made[0])
     verdicts[decided.verdict] += 1
     cells = [decided.verdict, claim.quantity, decided.measured, claim.rule, where, claim.why]
     return [claim.place, claim.says, *cells]

@@ -125,10 +125,10 @@ def _cell(results: Results, wanted: dict) -> Cell | Missing:
 
 def _lowest(results: Results, wanted: dict, column: str) -> Cell | Missing:
     medians = {cell: cell.median(column, "") for cell in cells(results, wanted)}
-    known = [cell for cell, median in medians.items() if not isinstance(median, Missing)]
-    if not known:
+    measured = [cell for cell, median in medians.items() if not isinstance(median, Missing)]
+    if not measured:
         return Missing(f"the run has no {column} of such cells")
-    return min(known, key=lambda cell: medians[cell].value)
+    return min(measured, key=lambda cell: medians[cell].value)
 
 
 def _apart(apart: Apart, results: Results) -> Estimate | Missing:
@@ -153,18 +153,18 @@ def _ratio(ratio: Ratio, results: Results) -> Estimate | Missing:
             return side
         sides.append(side)
     above, below = (sides[0], sides[1]) if ratio.gain is None else (_times(sides[0], sides[3]), _times(*sides[1:3]))
-    found = (
+    estimate = (
         Estimate(above / below, None, None, 1) if isinstance(above, float) else ranking.ratio_of_rounds(above, below)
     )
     times = ratio.times / (results.facts["environment"]["cores"]["usable"] if ratio.per_core else 1)
-    ends = (None if end is None else _scaled(end, times, ratio.power) for end in (found.low, found.high))
-    value = _scaled(found.value, times, ratio.power)
-    return replace(found, value=value, **dict(zip(("low", "high"), ends, strict=True)))
+    ends = (None if end is None else _scaled(end, times, ratio.power) for end in (estimate.low, estimate.high))
+    value = _scaled(estimate.value, times, ratio.power)
+    return replace(estimate, value=value, **dict(zip(("low", "high"), ends, strict=True)))
 
 
-def _times(one: dict[int, float], other: dict[int, float]) -> dict[int, float]:
+def _times(first: dict[int, float], other: dict[int, float]) -> dict[int, float]:
     """Returns the product, round by round, of times that were measured in the same rounds."""
-    return {number: one[number] * other[number] for number in one.keys() & other.keys()}
+    return {number: first[number] * other[number] for number in first.keys() & other.keys()}
 
 
 def _side(results: Results, cell: Cell, column: str) -> float | dict[int, float] | Missing:
@@ -230,8 +230,8 @@ def _cores(cores: Cores, results: Results) -> Estimate | Missing:
     if not records:
         return Missing(cell.verdict)
     busy = [_busy(results, record, cores.phase) for record in records if record["series"]]
-    known = [value for value in busy if value is not None]
-    return statistics.median(known) if known else Missing(f"no series has {SAMPLES} samples of the phase {cores.phase}")
+    loads = [value for value in busy if value is not None]
+    return statistics.median(loads) if loads else Missing(f"no series has {SAMPLES} samples of the phase {cores.phase}")
 
 
 def _busy(results: Results, record: dict, phase: str) -> float | None:
@@ -248,20 +248,22 @@ def _failures(failing: Failing, results: Results) -> Decided:
     """Returns true if no level of a curve of the catalogue fails, and its first failure."""
     (row,) = [row for row in stability.rows(results) if row.name == failing.row] or [None]
     wanted = failing.cells.items()
-    curves = [curve for curve in (row.curves if row else []) if all(has(curve.points[0].cell, *one) for one in wanted)]
-    if len(curves) != 1 or not curves[0].known:
+    curves = [
+        curve for curve in (row.curves if row else []) if all(has(curve.points[0].cell, *item) for item in wanted)
+    ]
+    if len(curves) != 1 or not curves[0].answered:
         return Decided("unavailable", f"unavailable: the run has {len(curves)} such curves")
     (curve,) = curves
     stress = row.facts["stress"]
     if curve.broken:
         point = curve.broken
-        count = f"{point.told['failures']} of {point.told['count']}"
+        count = f"{point.answers['failures']} of {point.answers['count']}"
         return Decided("false", f"{count} fail at {quantity.plain(point.level)} ({stress})")
-    ends = " to ".join(quantity.plain(curve.known[end].level) for end in (0, -1))
+    ends = " to ".join(quantity.plain(curve.answered[end].level) for end in (0, -1))
     return Decided("true", f"no failure from {ends} ({stress})")
 
 
 def _agreement(wanted: dict, results: Results) -> tuple[int, int] | Missing:
     """Returns how many pictures agree with their references, and how many were judged."""
-    known = [cell.agrees for cell in cells(results, wanted) if not isinstance(cell.agrees, Missing)]
-    return (sum(known), len(known)) if known else Missing("no such picture was judged")
+    verdicts = [cell.agrees for cell in cells(results, wanted) if not isinstance(cell.agrees, Missing)]
+    return (sum(verdicts), len(verdicts)) if verdicts else Missing("no such picture was judged")

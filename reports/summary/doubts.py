@@ -16,48 +16,48 @@ SHORTEST = 0.2  # s of a process; of a shorter one starting is a large part
 
 def write(results: Results, _: Path | None = None) -> str:
     """Returns the section of the report."""
-    doubtful = found(results)
+    doubtful = kinds(results)
     return f"## Doubtful\n\n{markdown.bullets(doubtful) if doubtful else 'No scene and no repetition has a warning.'}"
 
 
-def found(results: Results) -> list[str]:
+def kinds(results: Results) -> list[str]:
     """Returns the doubts as Markdown, one for each variant and kind."""
     return [*map(markdown.escape, results.facts.get("warnings", [])), *_warnings(results)]
 
 
 def _warnings(results: Results) -> list[str]:
     """Returns an item for each variant and kind of doubt, with its places."""
-    found: dict[tuple[str, str], list[tuple[str, tuple]]] = {}
+    by_kind: dict[tuple[str, str], list[tuple[str, tuple]]] = {}
     for cell in results.cells:
         for kind, text in _doubts(results, cell):
-            found.setdefault((cell.variant, kind), []).append((text, cell.place))
+            by_kind.setdefault((cell.variant, kind), []).append((text, cell.place))
     pairs = grouped((row for row in results.records if row.get("pass") == "pair"), lambda row: row["cell"])
-    for mine in pairs.values():
-        for kind, text in _of_rows(mine, "a second process of the A/A pair"):
-            found.setdefault((mine[0]["variant"], kind), []).append((text, place(mine[0])))
+    for records in pairs.values():
+        for kind, text in _of_rows(records, "a second process of the A/A pair"):
+            by_kind.setdefault((records[0]["variant"], kind), []).append((text, place(records[0])))
     return [
         f"{markdown.escape(variant)}: {markdown.escape(doubts[0][0])}"
         + (f", and {len(doubts) - 1} more like it" if len({text for text, _ in doubts}) > 1 else "")
         + f" ({where(results, [at for _, at in doubts])})"
-        for (variant, _), doubts in found.items()
+        for (variant, _), doubts in by_kind.items()
     ]
 
 
 def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
     """Returns the doubts about a cell, each with its kind: its text without numbers."""
-    found = [(_kind(cell.lost), f"ok{cell.lost}")] if cell.lost and cell.status == "ok" else []
-    found += _of_rows([results.records[row] for row in cell.timed])
+    doubts = [(_kind(cell.lost), f"ok{cell.lost}")] if cell.lost and cell.status == "ok" else []
+    doubts += _of_rows([results.records[row] for row in cell.timed])
     loaded = [results.records[row] for row in cell.loaded]
-    found += _of_rows(loaded, "" if cell.as_meant else "a repetition of its load pass")
+    doubts += _of_rows(loaded, "" if cell.as_meant else "a repetition of its load pass")
     if not cell.apart and _are_unchecked([results.records[row] for row in cell.counting]):
         text = f"{UNCHECKED}none of its repetitions had its turn before the run ended"
-        found.append((text, text))
+        doubts.append((text, text))
     share = _share_of_a_core(cell)
     if share is not None and share < STARVED and not cell.gpu:
-        found.append(
+        doubts.append(
             ("starved", f"used {share:.0%} of one core over its life: it waited, or other programs took the cores")
         )
-    return found
+    return doubts
 
 
 def _are_unchecked(records: list[dict]) -> bool:
@@ -85,6 +85,6 @@ def _kind(text: str) -> str:
 
 def _share_of_a_core(cell: Cell) -> float | None:
     """Returns CPU time over wall time of its repetitions that are long enough; None if there are none."""
-    cpu, wall = cell.known("cpu_s"), cell.known("wall_s")
+    cpu, wall = cell.by_row("cpu_s"), cell.by_row("wall_s")
     long = [row for row in cpu if wall[row] > SHORTEST]
     return sum(cpu[row] for row in long) / sum(wall[row] for row in long) if long else None

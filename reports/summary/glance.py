@@ -31,78 +31,78 @@ PICTURES, LONGEST, SMALL = 18, 340, 120  # pictures, and pixels of a side: of on
 
 def write(results: Results, _: Path | None = None) -> str:
     """Returns the section of report.md."""
-    found = headline.of(results)
-    told = " ".join(sentences(results, found))
-    parts = [f"## {TITLE}", markdown.escape(told), markdown.escape(f"{raced(results, found)}.")]
-    if found.bars:
-        parts.append(_table(results, found))
+    outcome = headline.of(results)
+    lead = " ".join(sentences(results, outcome))
+    parts = [f"## {TITLE}", markdown.escape(lead), markdown.escape(f"{raced(results, outcome)}.")]
+    if outcome.bars:
+        parts.append(_table(results, outcome))
     if kinds := stress(results):
         shares = [[kind["name"], *(_survived(kind[what]) for what in ("naive", "robust"))] for kind in kinds]
         parts += [markdown.table(["kind of failure", "naive methods", "robust methods"], shares), SURVIVED]
-    return "\n\n".join([*parts, markdown.bullets([markdown.escape(text) for text, _ in remarks(results, found)])])
+    return "\n\n".join([*parts, markdown.bullets([markdown.escape(text) for text, _ in remarks(results, outcome)])])
 
 
 def stress(results: Results) -> list[dict]:
     """Returns for each kind of failure how much stress methods survive, the least robust first; [] of other runs."""
     if not results.facts.get("stability"):
         return []
-    found = [
+    kinds = [
         {"name": row.label, "naive": row.survived(True), "robust": row.survived(False)}
         for row in stability.rows(results)
     ]
-    return sorted(found, key=lambda kind: 1.0 if kind["robust"] is None else kind["robust"])
+    return sorted(kinds, key=lambda kind: 1.0 if kind["robust"] is None else kind["robust"])
 
 
 def _survived(share: float | None) -> str:
     return "no such method" if share is None else quantity.percent(share)
 
 
-def sentences(results: Results, found: Headline) -> list[str]:
+def sentences(results: Results, outcome: Headline) -> list[str]:
     """Returns the sentences of the headline, and one of each section that has a result of its own."""
-    return [*found.sentences, *(text for gist in GISTS if (text := gist(results)))]
+    return [*outcome.sentences, *(text for gist in GISTS if (text := gist(results)))]
 
 
-def _table(results: Results, found: Headline) -> str:
-    header = ["variant", found.clock, f"÷ {_base(found).name}", "RMSE", "agrees", "the study, 2020"]
+def _table(results: Results, outcome: Headline) -> str:
+    header = ["variant", outcome.clock, f"÷ {_base(outcome).name}", "RMSE", "agrees", "the study, 2020"]
     rows = []
-    bars = few(found.bars, LISTED)
+    bars = few(outcome.bars, LISTED)
     for bar in bars:
-        theirs = _study(found, bar)
+        study_time = _study(outcome, bar)
         rmse, *_, agrees = accuracy_columns.brief(bar.cell)
         ratio = "1" if bar.ratio is None else quantity.ratio(bar.ratio, results.floor.value)
-        rows.append([bar.name, quantity.seconds(bar.time), ratio, rmse, agrees, "none" if theirs is None else
-                     f"{study.show(theirs)} s"])  # fmt: skip
+        rows.append([bar.name, quantity.seconds(bar.time), ratio, rmse, agrees, "none" if study_time is None else
+                     f"{study.show(study_time)} s"])  # fmt: skip
     if all(row[-1] == "none" for row in rows):
         header, rows = header[:-1], [row[:-1] for row in rows]
-    note = f"Shown are {len(bars)} of {len(found.bars)} methods, the fastest; the tables' CSV files have all."
-    return "\n\n".join([markdown.table(header, rows), *[note] * (len(bars) < len(found.bars))])
+    note = f"Shown are {len(bars)} of {len(outcome.bars)} methods, the fastest; the tables' CSV files have all."
+    return "\n\n".join([markdown.table(header, rows), *[note] * (len(bars) < len(outcome.bars))])
 
 
-def _base(found: Headline) -> Bar:
+def _base(outcome: Headline) -> Bar:
     """Returns the bar that others are divided by."""
-    return next(bar for bar in found.bars if bar.ratio is None)
+    return next(bar for bar in outcome.bars if bar.ratio is None)
 
 
-def _study(found: Headline, bar: Bar) -> Estimate | None:
+def _study(outcome: Headline, bar: Bar) -> Estimate | None:
     """Returns the study's time for the case of a bar; None if it has none, or used another method."""
-    get, theirs = bar.cell.parameters.get, study.find(study.TIMES_S, bar.cell)
-    plain = found.clock == headline.STEADY and get("vector", "off") == "off" and get("sampler", "one") == "one"
-    return theirs if plain and isinstance(theirs, Estimate) else None
+    get, study_time = bar.cell.parameters.get, study.find(study.TIMES_S, bar.cell)
+    plain = outcome.clock == headline.STEADY and get("vector", "off") == "off" and get("sampler", "one") == "one"
+    return study_time if plain and isinstance(study_time, Estimate) else None
 
 
-def raced(results: Results, found: Headline) -> str:
+def raced(results: Results, outcome: Headline) -> str:
     """Returns what was raced: the place of the bars, its size, and what the scene consists of."""
-    if not found.bars:
+    if not outcome.bars:
         return f"{len(results.cells)} cells of {len(results.variants)} variants"
-    cell = found.bars[0].cell
-    if found.clock == headline.FIRST and len(results.places) > 1:
-        return found.where
+    cell = outcome.bars[0].cell
+    if outcome.clock == headline.FIRST and len(results.places) > 1:
+        return outcome.where
     record, parameters = results.record(cell) or {}, cell.parameters
     counts = [_counted(count, name) for name, count in (record.get("shapes") or {}).items() if count]
     counts += [_counted(record["lights"], "light")] if record.get("lights") else []
     light = "shadows" if parameters.get("shadows") else "no shadows"
     size = f"{cell.size[1]} × {cell.size[0]}"
-    words = [*found.where.split(", "), size, f"depth {parameters.get('depth')}", light, *counts, *found.shared]
+    words = [*outcome.where.split(", "), size, f"depth {parameters.get('depth')}", light, *counts, *outcome.shared]
     return ", ".join(dict.fromkeys(words))
 
 
@@ -113,39 +113,39 @@ def _counted(count: int, name: str) -> str:
 
 def machine(results: Results) -> str:
     """Returns the machine in one line."""
-    told = results.facts["environment"]
-    cores = told["cores"]["usable"]
-    words = [told["cpu"], f"{cores} core{'s' * (cores != 1)}", f"{told['memory_bytes'] / 1e9:.0f} GB", told["os"]]
-    if isinstance(told["gpu"], dict):
-        words.insert(3, told["gpu"]["name"])
-    return ", ".join(words + ["a virtual machine"] * (told["virtual_machine"] == "yes"))
+    facts = results.facts["environment"]
+    cores = facts["cores"]["usable"]
+    words = [facts["cpu"], f"{cores} core{'s' * (cores != 1)}", f"{facts['memory_bytes'] / 1e9:.0f} GB", facts["os"]]
+    if isinstance(facts["gpu"], dict):
+        words.insert(3, facts["gpu"]["name"])
+    return ", ".join(words + ["a virtual machine"] * (facts["virtual_machine"] == "yes"))
 
 
-def remarks(results: Results, found: Headline) -> list[tuple[str, str]]:
+def remarks(results: Results, outcome: Headline) -> list[tuple[str, str]]:
     """Returns what limits the result, each (sentence, name of the section that has more)."""
-    told = []
+    notes = []
     if not results.facts.get("stability"):
         floor = results.floor
-        known = (
+        noise = (
             f"Noise floor {quantity.percent(floor.value)}: smaller differences are not resolved." if floor.value else ""
         )
-        told.append((known or f"Noise floor: unavailable: {floor.reason}.", "summary"))
+        notes.append((noise or f"Noise floor: unavailable: {floor.reason}.", "summary"))
     reasons: dict[str, list[str]] = {}
-    for variant, why in found.lacking:
+    for variant, why in outcome.lacking:
         reasons.setdefault(why, []).append(variant)
-    told += [(f"{', '.join(names)}: {why}.", "summary") for why, names in reasons.items()]
+    notes += [(f"{', '.join(names)}: {why}.", "summary") for why, names in reasons.items()]
     bad = Counter(cell.status for cell in results.cells if cell.status != "ok" and not cell.as_meant)
     wrong = [f"{count} {status}" for status, count in bad.items() if status not in ("unavailable", "unsupported")]
     if wrong:
-        told.append((f"Cells without a result: {', '.join(wrong)}.", "summary"))
-    if count := len(doubts.found(results)):
-        told.append(
+        notes.append((f"Cells without a result: {', '.join(wrong)}.", "summary"))
+    if count := len(doubts.kinds(results)):
+        notes.append(
             (
                 f"{count} kind{'s' * (count != 1)} of doubt about its repetitions.",
                 "summary" if results.facts.get("stability") else "doubts",
             )
         )
-    return told
+    return notes
 
 
 # --- For the page ---
@@ -204,27 +204,27 @@ def scale(times: list[Estimate]) -> Scale:
 
 def data(results: Results, pictures: Embedded) -> dict:
     """Returns what the first screen shows. Adds pictures to `pictures`."""
-    found = headline.of(results)
-    bars = few(found.bars, LISTED)
-    theirs = [time for bar in bars if (time := _study(found, bar))]
-    axis = scale([*(bar.time for bar in bars), *theirs]) if bars else None
+    outcome = headline.of(results)
+    bars = few(outcome.bars, LISTED)
+    study_times = [time for bar in bars if (time := _study(outcome, bar))]
+    axis = scale([*(bar.time for bar in bars), *study_times]) if bars else None
     shown = {id(bar) for bar in few(bars, MOST)}
-    rows = [{"late": id(bar) not in shown, **_row(results, found, bar, axis)} for bar in bars]
+    rows = [{"late": id(bar) not in shown, **_row(results, outcome, bar, axis)} for bar in bars]
     return {
-        "sentences": sentences(results, found),
-        "count": f"{len(bars)} of {len(found.bars)}" if len(bars) < len(found.bars) else f"all {len(bars)}",
-        "raced": raced(results, found),
+        "sentences": sentences(results, outcome),
+        "count": f"{len(bars)} of {len(outcome.bars)}" if len(bars) < len(outcome.bars) else f"all {len(bars)}",
+        "raced": raced(results, outcome),
         "machine": machine(results),
-        "pictures": pictures_of(results, found, pictures),
+        "pictures": pictures_of(results, outcome, pictures),
         "rows": rows,
         "late": len(rows) - len(shown),
-        "clock": found.clock,
-        "base": _base(found).name if found.bars else "",
+        "clock": outcome.clock,
+        "base": _base(outcome).name if outcome.bars else "",
         "axis": axis,
-        "study": bool(theirs),
+        "study": bool(study_times),
         "unsure": any(row["unresolved"] for row in rows),
-        "against": all_against(bar.cell.against for bar in found.bars),
-        "remarks": remarks(results, found),
+        "against": all_against(bar.cell.against for bar in outcome.bars),
+        "remarks": remarks(results, outcome),
         "stress": stress(results),
         "survived": SURVIVED,
     }
@@ -241,8 +241,8 @@ def few(bars: list[Bar], most: int) -> list[Bar]:
     return [bar for bar in bars if bar in chosen]
 
 
-def _row(results: Results, found: Headline, bar: Bar, axis: Scale) -> dict:
-    theirs, time = _study(found, bar), bar.time
+def _row(results: Results, outcome: Headline, bar: Bar, axis: Scale) -> dict:
+    study_time, time = _study(outcome, bar), bar.time
     rmse, *_, agrees = accuracy_columns.brief(bar.cell)
     unresolved = bar.ratio is not None and not bar.resolved
     return {
@@ -251,7 +251,7 @@ def _row(results: Results, found: Headline, bar: Bar, axis: Scale) -> dict:
         "dark": style.dark(style.colour(bar.cell.variant, results.variants)),
         "end": axis.at(time.value),
         "whisker": None if time.low is None else (axis.at(time.low), axis.at(time.high)),
-        "study": None if theirs is None else (axis.at(theirs.value), f"{study.show(theirs)} s"),
+        "study": None if study_time is None else (axis.at(study_time.value), f"{study.show(study_time)} s"),
         "time": quantity.seconds(time),
         "median": quantity.seconds(time.value),
         "ratio": "1" if bar.ratio is None else f"{quantity.plain(bar.ratio.value, 2)} ×",
@@ -261,13 +261,13 @@ def _row(results: Results, found: Headline, bar: Bar, axis: Scale) -> dict:
     }
 
 
-def pictures_of(results: Results, found: Headline, pictures: Embedded, most: int = PICTURES) -> list[tuple[str, str]]:
+def pictures_of(results: Results, outcome: Headline, pictures: Embedded, most: int = PICTURES) -> list[tuple[str, str]]:
     """Returns pictures of what was raced, (key, name): one of each scene and case, that of the bars first.
 
     Adds them to `pictures`. most: how many there may be.
     """
     places: dict[tuple, list[Cell]] = {}
-    for cell in [*(bar.cell for bar in found.bars), *results.cells]:
+    for cell in [*(bar.cell for bar in outcome.bars), *results.cells]:
         if cell.pixels > 1 and not cell.apart and cell.parameters.get("kind") != "rays":
             places.setdefault((cell.scene, cell.swept.get("case")), []).append(cell)
     longest = LONGEST if min(most, len(places)) == 1 else SMALL
@@ -277,7 +277,7 @@ def pictures_of(results: Results, found: Headline, pictures: Embedded, most: int
     for (scene, case), cells in places.items():
         if len(made) == most:
             break
-        picture = next((one for cell in cells if not isinstance(one := stored.picture(results, cell), Missing)), None)
+        picture = next((seen for cell in cells if not isinstance(seen := stored.picture(results, cell), Missing)), None)
         if picture is None or picture.ndim != 3:
             continue
         pixels = smaller(stored.displayed(picture, cells[0]), longest)

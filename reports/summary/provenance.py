@@ -29,7 +29,7 @@ def write(results: Results, _: Path | None = None) -> str:
         ["measurer's audit", _audit(results)],
         *([["device", _devices(results)]] if any(cell.gpu for cell in results.cells) else []),
         ["repetitions", f"{len(results.records)}, {_order(facts)}"],
-        *([f"left out: {one['constraint']}", f"{one['cells']} cells"] for one in facts.get("left_out", [])),
+        *([f"left out: {entry['constraint']}", f"{entry['cells']} cells"] for entry in facts.get("left_out", [])),
         ["ended", _ended(facts)],
     ]
     doubts = disturbances(environment) + changes(environment, facts.get("ended", {}))
@@ -75,8 +75,8 @@ def _renderers(results: Results) -> list[list[str]]:
     """Returns a row for each variant, from its first record with versions or methods."""
     rows = []
     for variant in results.variants:
-        mine = [record for record in results.records if record["variant"] == variant]
-        record = next((record for record in mine if record["versions"] or record["used"]), None)
+        records = [record for record in results.records if record["variant"] == variant]
+        record = next((record for record in records if record["versions"] or record["used"]), None)
         if record is None:
             rows.append([variant, *["unavailable: no process reported it"] * 5])
             continue
@@ -104,16 +104,16 @@ def _pairs(values) -> str:
 
 def _devices(results: Results) -> str:
     """Returns the devices that renderers reported, each once."""
-    found = [record.get("device") for record in results.records]
-    names = (_device(device) for device in filter(None, found))
+    devices = [record.get("device") for record in results.records]
+    names = (_device(device) for device in filter(None, devices))
     return "; ".join(dict.fromkeys(names)) or "unavailable: no renderer reported it"
 
 
 def _device(device: dict) -> str:
     capability = device.get("compute_capability")
-    told = [device["name"], *([f"compute capability {'.'.join(map(str, capability))}"] if capability else [])]
-    told += [f"driver {device.get('driver') or 'unknown'}", *(["a processor"] if device.get("type") == "cpu" else [])]
-    return ", ".join(told)
+    words = [device["name"], *([f"compute capability {'.'.join(map(str, capability))}"] if capability else [])]
+    words += [f"driver {device.get('driver') or 'unknown'}", *(["a processor"] if device.get("type") == "cpu" else [])]
+    return ", ".join(words)
 
 
 def _audit(results: Results) -> str:
@@ -129,26 +129,26 @@ def _audit(results: Results) -> str:
 
 def disturbances(environment: dict) -> list[str]:
     """Lists the states of the machine that disturb timings or could not be read."""
-    found = []
+    states = []
     cores = environment["cores"]["usable"]
     load, pressure = environment["load"], environment["pressure"]
     if environment["virtual_machine"] == "yes":
-        found.append("a virtual machine: cores may vanish for seconds; trust interleaved ratios, not single times")
+        states.append("a virtual machine: cores may vanish for seconds; trust interleaved ratios, not single times")
     if isinstance(load, str):
-        found.append(f"load {load}")
+        states.append(f"load {load}")
     elif load[0] > 0.1 * cores:
-        found.append(f"load {load[0]:.2f} on {cores} cores when the run began: other programs were running")
+        states.append(f"load {load[0]:.2f} on {cores} cores when the run began: other programs were running")
     if pressure.startswith("unavailable"):
-        found.append(f"waiting for a core: {pressure}")
+        states.append(f"waiting for a core: {pressure}")
     elif not (share := re.search(r"\bavg10=(\d+(?:\.\d+)?)(?!\S)", pressure)):
-        found.append("waiting for a core: unavailable: the file of the system has no avg10")
+        states.append("waiting for a core: unavailable: the file of the system has no avg10")
     elif float(share[1]) >= 1:
-        found.append(f"programs waited for a core when the run began: {pressure.splitlines()[0]}")
+        states.append(f"programs waited for a core when the run began: {pressure.splitlines()[0]}")
     governor, turbo = environment["governor"], environment["turbo"]
     if governor != "performance":
-        found.append(f"frequency governor: {governor}")
+        states.append(f"frequency governor: {governor}")
     if turbo != "off":
-        found.append(f"turbo: {turbo}")
+        states.append(f"turbo: {turbo}")
     if environment["swap_bytes"]:
-        found.append(f"swap of {environment['swap_bytes'] / 1e6:.0f} MB is on")
-    return found
+        states.append(f"swap of {environment['swap_bytes'] / 1e6:.0f} MB is on")
+    return states

@@ -31,12 +31,12 @@ def write(results: Results, _: Path | None = None) -> str:
 def _floor(results: Results) -> str:
     """Says which differences the run cannot resolve: its A/A pair and the noise floor."""
     floor = results.floor
-    known = floor.value is not None
-    text = f"Noise floor: {100 * floor.value:.2g} %." if known else f"Noise floor: unavailable: {floor.reason}."
+    has_floor = floor.value is not None
+    text = f"Noise floor: {100 * floor.value:.2g} %." if has_floor else f"Noise floor: unavailable: {floor.reason}."
     if floor.ratio is not None:
         twice = f"{results.pair} was run twice in every round (an A/A pair); the ratio of the two is"
         text += f" {twice} {quantity.text(floor.ratio)}."
-    end = "No smaller difference is resolved." if known else "What is resolved is decided by the intervals alone."
+    end = "No smaller difference is resolved." if has_floor else "What is resolved is decided by the intervals alone."
     return markdown.escape(f"{text} {end}")
 
 
@@ -52,14 +52,14 @@ def _enough(results: Results) -> list[str]:
 
 def _against(results: Results) -> list[str]:
     """Says what errors are held against, in a paragraph, where that is not the truth of the scene."""
-    found = all_against((cell.against for cell in results.cells), " or ")
-    return [markdown.escape(f"Errors are {found}.")] if found else []
+    against = all_against((cell.against for cell in results.cells), " or ")
+    return [markdown.escape(f"Errors are {against}.")] if against else []
 
 
 def _masks(results: Results) -> list[str]:
     """Names the places of which much is ill-conditioned, in a paragraph; none if there are none."""
-    known = [(cell.mask, cell.place) for cell in results.cells]
-    large = [(share, place) for share, place in known if not isinstance(share, Missing) and share > LARGE_MASK]
+    masks = [(cell.mask, cell.place) for cell in results.cells]
+    large = [(share, place) for share, place in masks if not isinstance(share, Missing) and share > LARGE_MASK]
     if not large:
         return []
     return [
@@ -71,7 +71,7 @@ def _masks(results: Results) -> list[str]:
 
 def _rankings(results: Results) -> list[str]:
     """A sentence a place, but for places of exhibits alone; one for all that differ only in a launch; of many a few."""
-    places = [told for told in launch.places(results) if not all(cell.exhibit for cell in results.at(told[0]))]
+    places = [pair for pair in launch.places(results) if not all(cell.exhibit for cell in results.at(pair[0]))]
     few = thinning.few(places, MOST)
     counted = [_counts(results, [place for place, _ in places])] if len(few) < len(places) else []
     return counted + [
@@ -81,8 +81,8 @@ def _rankings(results: Results) -> list[str]:
 
 def _counts(results: Results, places: list[tuple[str, str]]) -> str:
     """Counts how often each variant is the fastest."""
-    found = Counter(_winner(results, place) for place in places)
-    said = ", ".join(f"{markdown.escape(what)} in {count}" for what, count in found.most_common())
+    winners = Counter(_winner(results, place) for place in places)
+    said = ", ".join(f"{markdown.escape(what)} in {count}" for what, count in winners.most_common())
     return f"Of {len(places)} places: {said}. The times of all are in the tables' CSV files; of {MOST}, evenly spread:"
 
 
@@ -131,10 +131,10 @@ def _errors(cell: Cell) -> str:
 
 def _reasons(results: Results, cells: list[Cell]) -> list[str]:
     """Returns an item for each variant and reason, with its places."""
-    found = grouped(cells, lambda cell: (cell.name, _reason(cell)))
+    groups = grouped(cells, lambda cell: (cell.name, _reason(cell)))
     return [
         f"{markdown.escape(variant)}: {markdown.escape(why)} ({where(results, [cell.place for cell in cells])})"
-        for (variant, why), cells in found.items()
+        for (variant, why), cells in groups.items()
     ]
 
 

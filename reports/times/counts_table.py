@@ -35,7 +35,7 @@ def _columns(results: Results) -> list[Column]:
 
         return Column(title, name, unit, of, **more)
 
-    found = [
+    columns = [
         column("a ray", "instructions_per_ray", _per_ray, show=_whole),
         column(
             "a pixel", "instructions_per_pixel", lambda c: c["instructions"] / (c["width"] * c["height"]), show=_whole
@@ -44,12 +44,12 @@ def _columns(results: Results) -> list[Column]:
         column("spread (%)", "spread", _spread, "1", scale=100),
     ]
     if any((record.get("counts") or {}).get("tool") == "perf" for record in results.counted.values()):
-        found += [
+        columns += [
             column("instructions a cycle", "instructions_per_cycle", _share("instructions", "cycles")),
             column("mispredicted branches (%)", "branch_misses", _share("branch_misses", "branches"), "1", scale=100),
             column("cache misses a frame", "cache_misses", _share("cache_misses"), show=_whole),
         ]
-    return [*found, column("counted by", "counted_by", _by)]
+    return [*columns, column("counted by", "counted_by", _by)]
 
 
 def _per_ray(counts: dict):

@@ -19,7 +19,7 @@ NO_AUDIT = "the measurer reported nothing, or sampled the process less than twic
 
 def _share(cell: Cell):
     """Returns the measured share of wait4's CPU time over all repetitions that have both."""
-    measured, waited = cell.known("measured_cpu_s"), cell.known("cpu_s")
+    measured, waited = cell.by_row("measured_cpu_s"), cell.by_row("cpu_s")
     total = sum(waited[row] for row in measured)
     if not total:
         return Missing("no series was stored" if cell.status == "ok" else cell.verdict)
@@ -29,7 +29,7 @@ def _share(cell: Cell):
 def _flagged(cell: Cell):
     if not cell.counting:
         return Missing(cell.verdict)
-    count = sum(cell.known("cpu_off").values())
+    count = sum(cell.by_row("cpu_off").values())
     return f"{count} of {len(cell.counting)}" if count else "none"
 
 

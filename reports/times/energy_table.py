@@ -23,9 +23,9 @@ def write(results: Results, out: Path) -> str:
     """
     if not any("energy" in record for record in results.records):
         return ""
-    found = {cell: observed(results, cell, "energy_j") for cell in results.cells if cell.timed}
-    if not any(isinstance(value, Estimate) for value in found.values()):
-        reasons = dict.fromkeys(value.reason for cell, value in found.items() if cell.status == "ok")
+    energies = {cell: observed(results, cell, "energy_j") for cell in results.cells if cell.timed}
+    if not any(isinstance(value, Estimate) for value in energies.values()):
+        reasons = dict.fromkeys(value.reason for cell, value in energies.items() if cell.status == "ok")
         return markdown.unavailable(TITLE, "; ".join(reasons)) if reasons else ""
     tables = [(scene, results.of(scene), _columns(results)) for scene in results.scenes]
     return table.section(out, "energy", TITLE, tables, CAPTION)
@@ -46,11 +46,11 @@ def _columns(results: Results) -> list[Column]:
 
 def observed(results: Results, cell: Cell, name: str) -> Estimate | Missing:
     """Returns the median over processes of a value of `energy` (store.py), or why there is none."""
-    told = [results.records[row].get("energy") for row in cell.counting]
-    numbers = [found[name] for found in told if isinstance((found or {}).get(name), (int, float))]
+    readings = [results.records[row].get("energy") for row in cell.counting]
+    numbers = [reading[name] for reading in readings if isinstance((reading or {}).get(name), (int, float))]
     if numbers:
         return statistics.median(numbers)
-    if not told:
+    if not readings:
         return Missing(cell.verdict)
-    values = [found.get(name, found) for found in told if found]
+    values = [reading.get(name, reading) for reading in readings if reading]
     return Missing(next((value["unavailable"] for value in values), "nothing ran"))

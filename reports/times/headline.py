@@ -89,18 +89,18 @@ def _race(results: Results, cells: list[Cell], ranked: list[Cell]) -> Headline:
     budget = _budget(results, cells)
     if budget is not None:
         return budget
-    names, mine = Names(cells, silent=("threads",)), _of_one_method(cells)  # labels have the threads
+    names, comparable = Names(cells, silent=("threads",)), _of_one_method(cells)  # labels have the threads
     words, shared = naming.varying(names, cells)
-    bars = _with_ratios(results, [_bar(cell, words, cell in mine) for cell in cells])
-    own, alike = naming.varying(names, mine)
-    compared = _with_ratios(results, _fastest_by_variant([_bar(cell, own) for cell in mine]))
-    told = [sentence.of_bars(compared, results.floor.value)]
+    bars = _with_ratios(results, [_bar(cell, words, cell in comparable) for cell in cells])
+    own, alike = naming.varying(names, comparable)
+    compared = _with_ratios(results, _fastest_by_variant([_bar(cell, own) for cell in comparable]))
+    sentences = [sentence.of_bars(compared, results.floor.value)]
     if more := [word for word in alike if word not in shared]:
-        told = [f"With {', '.join(more)}: {told[0]}"]
-    told += [_fastest_of_all(results, bars, compared), _others_at_their_best(bars), *_more_threads(results, bars)]
-    told.append(_over_places(compared, ranked, results.floor.value))
+        sentences = [f"With {', '.join(more)}: {sentences[0]}"]
+    sentences += [_fastest_of_all(results, bars, compared), _others_at_their_best(bars), *_more_threads(results, bars)]
+    sentences.append(_over_places(compared, ranked, results.floor.value))
     where = naming.place(cells[0], results.of(cells[0].scene))
-    return Headline([text for text in told if text], bars, where, STEADY, shared, _lacking(results, bars))
+    return Headline([text for text in sentences if text], bars, where, STEADY, shared, _lacking(results, bars))
 
 
 def _bar(cell: Cell, words: dict[Cell, tuple[str, ...]], compared: bool = True) -> Bar:
@@ -115,8 +115,8 @@ def _task(cells: list[Cell]) -> list[Cell]:
     cells = [cell for cell in cells if not reduced.without(cell)] or cells
     tasks = grouped(cells, lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, naming.METHOD))).values()
 
-    def worth(mine: list[Cell]) -> tuple:
-        return len({cell.variant for cell in mine}), len(mine), min(cell.steady.value for cell in mine)
+    def worth(task: list[Cell]) -> tuple:
+        return len({cell.variant for cell in task}), len(task), min(cell.steady.value for cell in task)
 
     return max(tasks, key=worth)
 
@@ -132,8 +132,8 @@ def _of_one_method(cells: list[Cell]) -> list[Cell]:
     groups = grouped(cells, lambda cell: json.dumps([str(cell.parameters.get(name)) for name in free])).values()
     names = Names(cells)
 
-    def worth(mine: list[Cell]) -> tuple:
-        return len({cell.variant for cell in mine}), -min(len(names.words(cell)) for cell in mine)
+    def worth(group: list[Cell]) -> tuple:
+        return len({cell.variant for cell in group}), -min(len(names.words(cell)) for cell in group)
 
     return max(groups, key=worth)
 
@@ -152,7 +152,7 @@ def _with_ratios(results: Results, bars: list[Bar]) -> list[Bar]:
 def _fastest_by_variant(bars: list[Bar]) -> list[Bar]:
     """Returns the fastest bar of each variant; all bars of a single variant."""
     groups = grouped(bars, lambda bar: bar.cell.variant).values()
-    return bars if len(groups) == 1 else [min(mine, key=lambda bar: bar.time.value) for mine in groups]
+    return bars if len(groups) == 1 else [min(group, key=lambda bar: bar.time.value) for group in groups]
 
 
 def _fastest_of_all(results: Results, bars: list[Bar], compared: list[Bar]) -> str:
@@ -179,13 +179,13 @@ def _others_at_their_best(bars: list[Bar]) -> str:
 
 def _more_threads(results: Results, bars: list[Bar]) -> list[str]:
     """Says for each variant what the most threads gain over the fewest, of those that the first sentence compares."""
-    told = []
-    for mine in grouped([bar for bar in bars if bar.compared], lambda bar: bar.cell.variant).values():
-        few, most = (end(mine, key=lambda bar: bar.cell.parameters.get("threads", 1)) for end in (min, max))
+    sentences = []
+    for group in grouped([bar for bar in bars if bar.compared], lambda bar: bar.cell.variant).values():
+        few, most = (end(group, key=lambda bar: bar.cell.parameters.get("threads", 1)) for end in (min, max))
         if "threads" in most.cell.swept and most.cell.parameters["threads"] > few.cell.parameters["threads"]:
             ratio = ranking.ratio_of_rounds(few.rounds, most.rounds)
-            told.append(sentence.of_threads(most.cell, few.cell, ratio, ranking.resolved(results, ratio)))
-    return told
+            sentences.append(sentence.of_threads(most.cell, few.cell, ratio, ranking.resolved(results, ratio)))
+    return sentences
 
 
 def _over_places(compared: list[Bar], ranked: list[Cell], floor: float | None) -> str:
@@ -195,28 +195,28 @@ def _over_places(compared: list[Bar], ranked: list[Cell], floor: float | None) -
     def key(cell: Cell) -> tuple:
         return cell.variant, json.dumps([str(cell.parameters.get(name)) for name in names])
 
-    mine = {key(bar.cell): bar for bar in compared}
+    bars = {key(bar.cell): bar for bar in compared}
     tasks = grouped(
-        (cell for cell in ranked if key(cell) in mine),
+        (cell for cell in ranked if key(cell) in bars),
         lambda cell: (cell.scene, launch.counts(cell), launch.rest(cell, naming.METHOD)),
     )
     whole = [{key(cell): cell for cell in cells} for cells in tasks.values() if len(cells) == len(compared)]
     if len(compared) < 2 or len(whole) < FEW:
         return ""
-    first, *others = mine
+    first, *others = bars
     pairs = {other: [(place[other], place[first]) for place in whole] for other in others}
-    means = [(mine[other].spoken, ranking.mean_ratio(pairs[other])) for other in others]
-    return sentence.of_means(mine[first].spoken, means, len(whole), floor)
+    means = [(bars[other].spoken, ranking.mean_ratio(pairs[other])) for other in others]
+    return sentence.of_means(bars[first].spoken, means, len(whole), floor)
 
 
 def _lacking(results: Results, bars: list[Bar]) -> list[tuple[str, str]]:
     """Returns the variants without a bar, each with the reason."""
     there = {bar.cell.variant for bar in bars}
-    found = {}
+    reasons = {}
     for cell in results.cells:
         if cell.variant not in there and not cell.as_meant:
-            found.setdefault(cell.variant, cell.unranked or "took part in other pictures")
-    return list(found.items())
+            reasons.setdefault(cell.variant, cell.unranked or "took part in other pictures")
+    return list(reasons.items())
 
 
 # --- Methods that trade speed for accuracy ---
@@ -232,31 +232,31 @@ def _budget(results: Results, cells: list[Cell]) -> Headline | None:
     if not turned or any(isinstance(error, Missing) for error in errors):
         return None
     charts = [chart for chart in pareto.charts(results) if chart.points]
-    mine = next((chart for chart in charts if any(point.cell is cells[0] for point in chart.points)), None)
-    if mine is None or max(errors) <= APART * max(min(errors), mine.resolution):
+    own_chart = next((chart for chart in charts if any(point.cell is cells[0] for point in chart.points)), None)
+    if own_chart is None or max(errors) <= APART * max(min(errors), own_chart.resolution):
         return None
     budgets = [budget for budget in sorted(BUDGETS) if budget >= VISIBLE]
-    budget = next((one for one in budgets if not isinstance(mine.cheapest(results, one), Missing)), None)
+    budget = next((limit for limit in budgets if not isinstance(own_chart.cheapest(results, limit), Missing)), None)
     if budget is None:
         return None
-    able = [point for point in mine.points if point.error <= budget]
+    able = [point for point in own_chart.points if point.error <= budget]
     groups = grouped(able, lambda point: point.cell.variant).values()
     best = [min(group, key=lambda point: point.time.value).cell for group in groups]
-    words, shared = naming.varying(mine.names, best)
+    words, shared = naming.varying(own_chart.names, best)
     bars = _with_ratios(results, [_bar(cell, words) for cell in best])
-    others = [(chart.view.title, _cheapest(results, chart, budget)) for chart in charts if chart is not mine]
-    told = sentence.of_budget(budget, bars, shared, results.floor.value, others)
+    others = [(chart.view.title, _cheapest(results, chart, budget)) for chart in charts if chart is not own_chart]
+    sentences = sentence.of_budget(budget, bars, shared, results.floor.value, others)
     lacking = [
-        (name, why if why != "" else sentence.too_far(budget, _nearest(mine, name)))
+        (name, why if why != "" else sentence.too_far(budget, _nearest(own_chart, name)))
         for name, why in _lacking_of(results, bars)
     ]
-    return Headline(told, bars, mine.view.title, STEADY, shared, lacking)
+    return Headline(sentences, bars, own_chart.view.title, STEADY, shared, lacking)
 
 
 def _cheapest(results: Results, chart: Chart, budget: float) -> tuple[str, float] | None:
     """Returns name and time of the fastest point within an error; None if there is none."""
-    found = chart.cheapest(results, budget)
-    return None if isinstance(found, Missing) else (found[0].name, found[0].time.value)
+    cheapest = chart.cheapest(results, budget)
+    return None if isinstance(cheapest, Missing) else (cheapest[0].name, cheapest[0].time.value)
 
 
 def _nearest(chart: Chart, variant: str) -> float | None:
@@ -276,7 +276,7 @@ def _starts(results: Results) -> Headline | None:
     """Returns the time from the start of a process to the end of its first frame; None without a cold pass."""
     from reports.times import startup_figure  # which draws: the terminal needs no matplotlib for other runs
 
-    by_place = startup_figure.found(results)
+    by_place = startup_figure.starts_by_place(results)
     place = next((place for place, starts in by_place.items() if starts), None)
     if place is None:
         return None
@@ -287,8 +287,10 @@ def _starts(results: Results) -> Headline | None:
     bars = _with_ratios(results, entries)
     warm = [replace(bar, words=()) for bar in entries if bar.compared]
     cold = [bar for bar in bars if not bar.compared]
-    told = sentence.of_starts(_with_ratios(results, warm) if warm else [], cold, results.floor.value)
-    return Headline(told, bars, naming.place(bars[0].cell, results.of(place[0])), START, [], _lacking(results, bars))
+    sentences = sentence.of_starts(_with_ratios(results, warm) if warm else [], cold, results.floor.value)
+    return Headline(
+        sentences, bars, naming.place(bars[0].cell, results.of(place[0])), START, [], _lacking(results, bars)
+    )
 
 
 def _start(cell: Cell, start: "Start") -> Bar:
@@ -305,22 +307,22 @@ def _first_frames(results: Results) -> Headline | None:
     if not by_variant:
         return None
     places = [
-        place for place in results.places if all(any(c.place == place for c in mine) for mine in by_variant.values())
+        place for place in results.places if all(any(c.place == place for c in group) for group in by_variant.values())
     ]
     if not places:
         return None
     entries = []
-    for mine in by_variant.values():
-        rounds = [cell.rounds("first_s") for cell in mine if cell.place in places]
+    for group in by_variant.values():
+        rounds = [cell.rounds("first_s") for cell in group if cell.place in places]
         both = sorted(set.intersection(*map(set, rounds)))
         if both:
             sums = {number: sum(times[number] for times in rounds) for number in both}
-            entries.append(Bar(mine[0], (), sums, statistics.median([*sums.values()])))
+            entries.append(Bar(group[0], (), sums, statistics.median([*sums.values()])))
     if not entries:
         return None
     bars = _with_ratios(results, entries)
-    one = naming.place(bars[0].cell, results.of(bars[0].cell.scene))
-    where = one if len(places) == 1 else f"all {len(places)} pictures"
+    first_place = naming.place(bars[0].cell, results.of(bars[0].cell.scene))
+    where = first_place if len(places) == 1 else f"all {len(places)} pictures"
     text = sentence.of_first_frames(bars, len(places), results.floor.value)
     return Headline([text], bars, where, FIRST, [], _lacking(results, bars))
 
@@ -337,7 +339,7 @@ def _stress(results: Results) -> Headline:
     rows = stability.rows(results)
     counts = {}
     for naive in (True, False):
-        mine = [row for row in rows if any(curve.known and curve.way.naive == naive for curve in row.curves)]
-        broken = [row for row in mine if any(curve.broken and curve.way.naive == naive for curve in row.curves)]
-        counts[naive] = len(broken), len(mine)
+        answered = [row for row in rows if any(curve.answered and curve.way.naive == naive for curve in row.curves)]
+        broken = [row for row in answered if any(curve.broken and curve.way.naive == naive for curve in row.curves)]
+        counts[naive] = len(broken), len(answered)
     return Headline([sentence.of_stress(len(rows), counts[True], counts[False])], [], "", "", [], [])

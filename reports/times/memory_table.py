@@ -24,7 +24,7 @@ def _column(title: str, name: str, reason: str) -> Column:
 
 
 def _method(cell: Cell):
-    methods = sorted(set(cell.known("memory_method").values()))
+    methods = sorted(set(cell.by_row("memory_method").values()))
     if not methods:
         return Missing("not reported" if cell.status == "ok" else cell.verdict)
     floors = cell.values("floor_bytes")

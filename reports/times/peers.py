@@ -44,13 +44,13 @@ def columns(results: Results, scene: str) -> list[Column]:
 
 
 def technology(cell: Cell) -> str | Missing:
-    return next(iter(cell.known("technology", cell.timed).values()), Missing(cell.verdict))
+    return next(iter(cell.by_row("technology", cell.timed).values()), Missing(cell.verdict))
 
 
 def lines(results: Results, cell: Cell) -> float | Missing:
     """Returns the number of lines of the renderer's sources, as stored in the run."""
-    found = (results.record(cell) or {}).get("lines")
-    return Missing("the run did not store it") if found is None else float(found)
+    count = (results.record(cell) or {}).get("lines")
+    return Missing("the run did not store it") if count is None else float(count)
 
 
 def _whole(value) -> str:

@@ -61,8 +61,10 @@ def _share(difference: float) -> str:
 
 def _more(bars: list[Bar]) -> str:
     """Says how much longer bars take than the first; "" for none."""
-    told = [f"{bar.spoken}{' takes' * (not n)} {_longer(bar.ratio, first=not n)}" for n, bar in enumerate(bars[:MOST])]
-    return listed(told + [f"{len(bars) - MOST} more are slower"] * (len(bars) > MOST))
+    phrases = [
+        f"{bar.spoken}{' takes' * (not n)} {_longer(bar.ratio, first=not n)}" for n, bar in enumerate(bars[:MOST])
+    ]
+    return listed(phrases + [f"{len(bars) - MOST} more are slower"] * (len(bars) > MOST))
 
 
 def _longer(ratio: Estimate, first: bool) -> str:
@@ -85,19 +87,19 @@ def of_others(bars: list[Bar]) -> str:
 
 def of_threads(most: Cell, few: Cell, ratio: Estimate, resolved: bool) -> str:
     """Says what more threads gain. ratio: the time of the cell with few over that of the one with most."""
-    many, one = most.parameters["threads"], few.parameters["threads"]
-    gain = f"{quantity.plain(ratio.value, 2)} times as fast as with {one}" + " (not resolved)" * (not resolved)
+    many, fewest = most.parameters["threads"], few.parameters["threads"]
+    gain = f"{quantity.plain(ratio.value, 2)} times as fast as with {fewest}" + " (not resolved)" * (not resolved)
     return f"With {many} threads {most.variant} is {gain}."
 
 
 def of_means(first: str, means: list[tuple[str, Estimate]], places: int, floor: float | None) -> str:
     """Says the geometric means over places of ratios to `first`, each with a name."""
-    told = [
+    phrases = [
         f"{name} {quantity.plain(mean.value, 2)} times"
         + f" ({statistics.NOT_RESOLVED})" * (statistics.verdict(mean, floor) == statistics.NOT_RESOLVED)
         for name, mean in means
     ]
-    return f"Over {places} places, geometric means: {listed(told)} the time of {first}."
+    return f"Over {places} places, geometric means: {listed(phrases)} the time of {first}."
 
 
 def of_budget(
@@ -114,14 +116,14 @@ def of_budget(
     """
     within = ", with ".join(filter(None, [f"Within {error(budget)} of the truth (RMSE)", ", ".join(shared)]))
     alone = f"only {bars[0].spoken}, {quantity.seconds(bars[0].time.value)} a frame."
-    told = [f"{within}: {of_bars(bars, floor) if len(bars) > 1 else alone}"]
-    found = [f"{label}: {best[0]} ({quantity.seconds(best[1])})" for label, best in others if best]
+    sentences = [f"{within}: {of_bars(bars, floor) if len(bars) > 1 else alone}"]
+    elsewhere = [f"{label}: {best[0]} ({quantity.seconds(best[1])})" for label, best in others if best]
     none = [label for label, best in others if not best]
-    if found:
-        told.append(f"The fastest elsewhere: {'; '.join(found)}.")
+    if elsewhere:
+        sentences.append(f"The fastest elsewhere: {'; '.join(elsewhere)}.")
     if none:
-        told.append(f"No method is so near to the truth in {listed(none)}.")
-    return told
+        sentences.append(f"No method is so near to the truth in {listed(none)}.")
+    return sentences
 
 
 def too_far(budget: float, nearest: float | None) -> str:
@@ -140,11 +142,11 @@ def of_starts(warm: list[Bar], cold: list[Bar], floor: float | None) -> list[str
 
     Both are sorted, the fastest first.
     """
-    told = [f"To the first frame, warm: {of_bars(warm, floor, 'from the start of the process')}"] if warm else []
+    sentences = [f"To the first frame, warm: {of_bars(warm, floor, 'from the start of the process')}"] if warm else []
     slow = ", ".join(f"{bar.cell.variant} {quantity.seconds(bar.time.value)}" for bar in cold)
     if cold:
-        told.append(f"With nothing compiled yet, the build of a program included: {slow}.")
-    return told
+        sentences.append(f"With nothing compiled yet, the build of a program included: {slow}.")
+    return sentences
 
 
 def of_first_frames(bars: list[Bar], places: int, floor: float | None) -> str:
@@ -157,12 +159,12 @@ def of_first_frames(bars: list[Bar], places: int, floor: float | None) -> str:
 
 def of_stress(rows: int, naive: tuple[int, int], robust: tuple[int, int]) -> str:
     """Says in how many rows methods break. naive, robust: rows with a failure, and rows with an answer."""
-    told = [
+    phrases = [
         f"{kind} {broken} of {there}"
         for kind, (broken, there) in (("naive methods give wrong answers in", naive), ("robust methods in", robust))
         if there
     ]
-    return f"Of {rows} kind{'s' * (rows != 1)} of failure, {listed(told)}." if told else "No cell has an answer."
+    return f"Of {rows} kind{'s' * (rows != 1)} of failure, {listed(phrases)}." if phrases else "No cell has an answer."
 
 
 def listed(items: list[str]) -> str:

@@ -47,7 +47,7 @@ class Start:
         return self.build is not None or "compile" in self.phases
 
 
-def found(results: Results) -> dict[tuple[str, str], list[Start]]:
+def starts_by_place(results: Results) -> dict[tuple[str, str], list[Start]]:
     """Returns starts by place; {} for a run without a cold pass."""
     if not any(record.get("pass") == "cold" for record in results.records):
         return {}
@@ -83,11 +83,11 @@ def state(record: dict) -> str:
 
 def _start(variant: str, which: str, records: list[dict]) -> Start:
     spent = [phases(record) for record in records]
-    names = dict.fromkeys(name for one in spent for name in one)
-    medians = {name: statistics.median([one.get(name, 0.0) for one in spent]).value for name in names}
+    names = dict.fromkeys(name for times in spent for name in times)
+    medians = {name: statistics.median([times.get(name, 0.0) for times in spent]).value for name in names}
     builds = [record["build"]["seconds"] for record in records if record["build"]] if which == "cold" else []
     names = [(record["repetition"], record.get("pass") or "timed") for record in records]
-    rounds = {name: sum(one.values()) for name, one in zip(names, spent, strict=True)}
+    rounds = {name: sum(times.values()) for name, times in zip(names, spent, strict=True)}
     total = statistics.median([*rounds.values()])
     return Start(variant, which, medians, rounds, total, builds[0] if builds else None)
 
@@ -104,7 +104,7 @@ def phases(record: dict) -> dict[str, float]:
 
 def write(results: Results, out: Path) -> str:
     """Writes start.csv, start-NUMBER-PLACE.png and .svg; returns the section, "" for a run without a cold pass."""
-    by_place = found(results)
+    by_place = starts_by_place(results)
     if not by_place:
         return ""
     parts = [f"## {TITLE}"]

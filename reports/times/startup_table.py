@@ -40,8 +40,8 @@ def compile_s(cell: Cell, warm: bool):
         return Missing(cell.verdict)
     if not cell.values("compile_s"):
         return "none"
-    cache = cell.known("compile_cache")
-    values = [value for row, value in cell.known("compile_s").items() if (cache.get(row) == "warm") == warm]
+    cache = cell.by_row("compile_cache")
+    values = [value for row, value in cell.by_row("compile_s").items() if (cache.get(row) == "warm") == warm]
     return statistics.median(values) if values else Missing(f"no process had a {'warm' if warm else 'cold'} cache")
 
 
@@ -80,11 +80,11 @@ def break_even(results: Results, cell: Cell, warm: bool):
         return Missing(f"not ranked: {cell.unranked}")
     if other is cell:
         return "the others are compared with this"
-    mine, its = start_s(cell, warm), start_s(other, warm)
-    if mine is None or its is None:
+    start, its = start_s(cell, warm), start_s(other, warm)
+    if start is None or its is None:
         return Missing(f"no process had a {'warm' if warm else 'cold'} cache")
     steady, its_steady = cell.steady.value, other.steady.value
-    span = lead(mine, steady, its, its_steady)
+    span = lead(start, steady, its, its_steady)
     if span is None:
         return f"never ahead of {other.name}"
     end = f" to {span[1]}" if span[1] else ""

@@ -77,8 +77,8 @@ def draw(results: Results, scene: str):
     for place, axes in zip(places, panels[:, 0], strict=True):
         _panel(results, place, letters, axes)
     if any(study.case(cell) for cell in results.of(scene)):
-        ours, theirs = (Line2D([], [], ls="", marker=marker, mfc=fill, mec="black") for marker, fill in MARKS)
-        figure.legend([ours, theirs], ["here", "the study, on its machine"], loc="outside lower center", ncols=2)
+        ours, published = (Line2D([], [], ls="", marker=marker, mfc=fill, mec="black") for marker, fill in MARKS)
+        figure.legend([ours, published], ["here", "the study, on its machine"], loc="outside lower center", ncols=2)
     return figure
 
 
@@ -91,9 +91,9 @@ def _panel(results: Results, place: tuple[str, str], letters: int, axes) -> None
             axes.plot([time.low, time.high], [row, row], color=colour, lw=1.5)
         axes.plot(values, [row] * len(values), ".", color=colour, ms=2.5, alpha=0.6)
         axes.plot(time.value, row, "o", color=colour, ms=5)
-        theirs = study.find(study.TIMES_S, cell)
-        if not isinstance(theirs, Missing):
-            axes.plot(theirs.value, row, "D", mfc="white", mec=colour, ms=5)
+        published = study.find(study.TIMES_S, cell)
+        if not isinstance(published, Missing):
+            axes.plot(published.value, row, "D", mfc="white", mec=colour, ms=5)
         _beside(axes, (1, row), axes.get_yaxis_transform(), accuracy_columns.brief(cell))
     _beside(axes, (1, 1), axes.transAxes, HEADER, up=4)
     against = all_against(cell.against for cell in cells)

@@ -22,7 +22,7 @@ def write(path: Path, rows: list[dict], rmse: float) -> None:
     """Writes the figure to `path`, whose suffix matplotlib knows. rows: records of the leave-outs, the largest error
     first; those without a picture are left out. rmse: of the full model."""
     with style.styled():
-        figure = draw([one for one in rows if "unavailable" not in one], rmse)
+        figure = draw([row for row in rows if "unavailable" not in row], rmse)
         style.save_as(figure, path)
         plt.close(figure)
 
@@ -33,19 +33,19 @@ def draw(rows: list[dict], rmse: float) -> Figure:
     size = 8, max(LEAST, 1.4 + ROW * len(rows))
     figure, (errors, times) = plt.subplots(1, 2, sharey=True, figsize=size, layout="constrained")
     places, kinds = range(len(rows)), list(map(_kind, rows))
-    errors.barh(places, [one["error"]["rmse"] for one in rows], color=[KINDS[kind] for kind in kinds])
-    for place, one in enumerate(rows):
-        middle, half = one["error"]["rmse"], SURE * one["error"].get("rmse_standard_error", 0.0)
+    errors.barh(places, [row["error"]["rmse"] for row in rows], color=[KINDS[kind] for kind in kinds])
+    for place, row in enumerate(rows):
+        middle, half = row["error"]["rmse"], SURE * row["error"].get("rmse_standard_error", 0.0)
         errors.plot([max(0.0, middle - half), middle + half], [place, place], color="black", linewidth=1)
     errors.axvline(rmse, color="black", linewidth=1)
     errors.set_xlabel(f"RMSE, ± {SURE} standard errors\nline: full model")
-    names = [textwrap.fill(one["left_out"], LETTERS, max_lines=2, placeholder=" ..") for one in rows]
+    names = [textwrap.fill(row["left_out"], LETTERS, max_lines=2, placeholder=" ..") for row in rows]
     errors.set_yticks(places, names, fontsize=6.5)
     errors.set_ylim(len(rows) - 0.5, -0.5)
-    for place, one in enumerate(rows):
-        if "ratio" not in one["time"]:
+    for place, row in enumerate(rows):
+        if "ratio" not in row["time"]:
             continue
-        ratio = one["time"]
+        ratio = row["time"]
         times.barh(place, ratio["ratio"], color=PALE if ratio["verdict"] == NOT_RESOLVED else BAR)
         if ratio["low"] is not None:
             times.plot([ratio["low"], ratio["high"]], [place, place], color="black", linewidth=1)

@@ -20,21 +20,21 @@ ABOVE, BELOW = 0.34, 0.62  # inches: for the words above a pair, and for the bar
 SCALE = (1e-4, 1.0)  # of differences, linear RGB
 
 
-def write(path: Path, full: np.ndarray, found: list[tuple[str, str, np.ndarray]]) -> None:
+def write(path: Path, full: np.ndarray, pictures: list[tuple[str, str, np.ndarray]]) -> None:
     """Writes the sheet to `path`, whose suffix matplotlib knows.
 
-    full, and the pictures of `found`: linear RGB (height, width, 3). found: what is left out, the RMSE from the truth
+    full, and those of `pictures`: linear RGB (height, width, 3). pictures: what is left out, the RMSE from the truth
     without it as text, and the picture, in the order in which they are shown.
     """
     with style.styled():
-        figure = draw(full, found)
+        figure = draw(full, pictures)
         style.save_as(figure, path)
         plt.close(figure)
 
 
-def draw(full: np.ndarray, found: list[tuple[str, str, np.ndarray]]) -> Figure:
+def draw(full: np.ndarray, pictures: list[tuple[str, str, np.ndarray]]) -> Figure:
     """Draws the first MOST, and says of how many."""
-    shown = found[:MOST]
+    shown = pictures[:MOST]
     rows = -(-(1 + len(shown)) // PAIRS)
     wide = WIDTH / (2 * PAIRS)  # inches of a panel, at most
     shape = full.shape[0] / full.shape[1]
@@ -52,7 +52,7 @@ def draw(full: np.ndarray, found: list[tuple[str, str, np.ndarray]]) -> Figure:
 
     axes = panel(0, 0)
     axes.imshow(encode_8bit(full), interpolation="nearest")
-    _say(axes, "full model", f"first {MOST} of {len(found)}" if len(found) > MOST else "")
+    _say(axes, "full model", f"first {MOST} of {len(pictures)}" if len(pictures) > MOST else "")
     for number, (name, rmse, picture) in enumerate(shown, 1):
         axes = panel(number, 0)
         axes.imshow(encode_8bit(picture), interpolation="nearest")

@@ -81,20 +81,20 @@ def _known(value: float | Missing) -> float:
 def rows(results: Results, whole: Cell, cells: list[Cell]) -> list[Row]:
     """Returns a row for each cell that is without something of `whole`, the largest error first."""
     full = stored.picture(results, whole)
-    found = [_row(results, whole, full, cell) for cell in cells]
-    return sorted(found, key=lambda row: (isinstance(row.change, Missing), -_known(row.cell.error())))
+    all_rows = [_row(results, whole, full, cell) for cell in cells]
+    return sorted(all_rows, key=lambda row: (isinstance(row.change, Missing), -_known(row.cell.error())))
 
 
 def _row(results: Results, whole: Cell, full: np.ndarray | Missing, cell: Cell) -> Row:
-    told = (results.record(cell) or {}).get("without") or {}
+    left_out = (results.record(cell) or {}).get("without") or {}
     time = ranking.ratio_to_cell(cell, whole, "the whole scene is not ranked here")
     faster = statistics.verdict(time, results.floor.value) if isinstance(time, Estimate) else NOT_RESOLVED
-    peaks = [one.median("peak_bytes", "the system does not tell the peak") for one in (cell, whole)]
+    peaks = [side.median("peak_bytes", "the system does not tell the peak") for side in (cell, whole)]
     lacking = next((peak for peak in peaks if isinstance(peak, Missing)), None)
     memory = lacking or peaks[0].value / peaks[1].value
     picture = stored.picture(results, cell)
-    found = _change(results, whole, full, cell, picture)
-    return Row(cell, told.get("kind", ""), told.get("proof", ""), found, time, faster, memory, picture)
+    difference = _change(results, whole, full, cell, picture)
+    return Row(cell, left_out.get("kind", ""), left_out.get("proof", ""), difference, time, faster, memory, picture)
 
 
 def _change(results: Results, whole: Cell, full, cell: Cell, picture) -> Change | Missing:
@@ -104,7 +104,7 @@ def _change(results: Results, whole: Cell, full, cell: Cell, picture) -> Change 
     noise = None
     if error.get("standard_error_file"):
         noise = stored.array(results, error["standard_error_file"])
-    missing = next((one for one in (picture, full, truth, noise, cell.error()) if isinstance(one, Missing)), None)
+    missing = next((value for value in (picture, full, truth, noise, cell.error()) if isinstance(value, Missing)), None)
     return missing or change.between(picture, full, truth, noise, record.doubt(error))
 
 
@@ -116,54 +116,54 @@ def write(results: Results, out: Path) -> str:
     wholes = reduced.wholes(results)
     if not wholes:
         return ""
-    found = {
+    rows_by_whole = {
         whole: rows(results, whole, cells)
         for whole, cells in grouped(wholes, lambda cell: wholes[cell]).items()
     }  # fmt: skip
-    lines = (_fields(row) for mine in found.values() for row in mine)
+    lines = (_fields(row) for group in rows_by_whole.values() for row in group)
     table.write_lines(out / "what-the-scene-needs.csv", CSV_HEADER, lines)
-    shown, parts = thinning.few(list(found), MOST), [f"## {TITLE}"]
+    shown, parts = thinning.few(list(rows_by_whole), MOST), [f"## {TITLE}"]
     for number, whole in enumerate(shown):
-        parts += _part(results, whole, found[whole], out / f"what-the-scene-needs-{number}")
-    parts.append(thinning.note(len(shown), len(found), "scenes and renderers", "the CSV file has all"))
+        parts += _part(results, whole, rows_by_whole[whole], out / f"what-the-scene-needs-{number}")
+    parts.append(thinning.note(len(shown), len(rows_by_whole), "scenes and renderers", "the CSV file has all"))
     parts += ["Every row: [what-the-scene-needs.csv](what-the-scene-needs.csv)", markdown.escape(CAPTION)]
     return "\n\n".join(filter(None, parts))
 
 
-def _part(results: Results, whole: Cell, mine: list[Row], stem: Path) -> list[str]:
+def _part(results: Results, whole: Cell, group: list[Row], stem: Path) -> list[str]:
     title = f"{naming.place(whole, results.of(whole.scene))}: {whole.label}"
-    known = [row for row in mine if isinstance(row.change, Change)]
-    parts = [f"### {markdown.escape(title)}", _sentence(mine)]
-    if known:
+    measured = [row for row in group if isinstance(row.change, Change)]
+    parts = [f"### {markdown.escape(title)}", _sentence(group)]
+    if measured:
         error = whole.error()
-        told = [row.record() for row in known]
+        records = [row.record() for row in measured]
         if not isinstance(error, Missing):
-            parts.append(style.figure(stem, f"{TITLE}: {title}", figure.draw, told, error))
+            parts.append(style.figure(stem, f"{TITLE}: {title}", figure.draw, records, error))
         changed = [
-            (row.name, accuracy_columns.shown_rmse(row.cell), row.picture) for row in known if row.change.pixels > 0
+            (row.name, accuracy_columns.shown_rmse(row.cell), row.picture) for row in measured if row.change.pixels > 0
         ]
         full = stored.picture(results, whole)
         if changed:
             parts.append(style.figure(Path(f"{stem}-sheet"), f"{TITLE}, pictures: {title}", sheet.draw, full, changed))
-    parts.append(markdown.table(HEADER, [_texts(row, results.floor.value) for row in mine]))
+    parts.append(markdown.table(HEADER, [_texts(row, results.floor.value) for row in group]))
     return parts
 
 
-def _sentence(mine: list[Row]) -> str:
+def _sentence(group: list[Row]) -> str:
     """Counts what the picture needs and what it does not, with the greatest saving."""
-    known = [row for row in mine if isinstance(row.change, Change)]
-    proved = sum(bool(row.proof) for row in known)
-    idle = sum(not row.proof and row.change.pixels == 0 for row in known)
-    told = [f"{len(known)} thing{'s were' if len(known) != 1 else ' was'} left out, one at a time"]
-    told += [f"{proved} of them contribute{'s' * (proved == 1)} nothing (proved)"] * bool(proved)
-    told += [f"without {idle} no pixel changes (measured)"] * bool(idle)
-    lacking = len(mine) - len(known)
-    told += [f"{lacking} {'is' if lacking == 1 else 'are'} unavailable"] * bool(lacking)
-    quick = [row for row in known if row.faster == "faster"]
+    measured = [row for row in group if isinstance(row.change, Change)]
+    proved = sum(bool(row.proof) for row in measured)
+    idle = sum(not row.proof and row.change.pixels == 0 for row in measured)
+    phrases = [f"{len(measured)} thing{'s were' if len(measured) != 1 else ' was'} left out, one at a time"]
+    phrases += [f"{proved} of them contribute{'s' * (proved == 1)} nothing (proved)"] * bool(proved)
+    phrases += [f"without {idle} no pixel changes (measured)"] * bool(idle)
+    lacking = len(group) - len(measured)
+    phrases += [f"{lacking} {'is' if lacking == 1 else 'are'} unavailable"] * bool(lacking)
+    quick = [row for row in measured if row.faster == "faster"]
     if quick:
         best = min(quick, key=lambda row: row.time.value)
-        told.append(f"the most time is saved without {best.name}: {quantity.times(best.time)} that of the whole")
-    return markdown.escape("; ".join(told) + ".")
+        phrases.append(f"the most time is saved without {best.name}: {quantity.times(best.time)} that of the whole")
+    return markdown.escape("; ".join(phrases) + ".")
 
 
 def _texts(row: Row, floor: float | None) -> list[str]:
@@ -178,11 +178,11 @@ def _texts(row: Row, floor: float | None) -> list[str]:
 
 
 def _fields(row: Row) -> list:
-    cell, told = row.cell, row.change
-    changed = [None] * 2 if isinstance(told, Missing) else [told.pixels, told.largest]
-    added = [None] * 2 if isinstance(told, Missing) else [told.added, told.doubt]
+    cell, difference = row.cell, row.change
+    changed = [None] * 2 if isinstance(difference, Missing) else [difference.pixels, difference.largest]
+    added = [None] * 2 if isinstance(difference, Missing) else [difference.added, difference.doubt]
     time = [row.time.value, row.time.low, row.time.high, row.faster] if isinstance(row.time, Estimate) else [None] * 4
-    notes = [str(one) for one in (told, row.time, row.memory) if isinstance(one, Missing)]
+    notes = [str(value) for value in (difference, row.time, row.memory) if isinstance(value, Missing)]
     fields = [
         cell.scene, cell.point, cell.variant, row.name, row.kind, row.proof, cell.status, *changed, cell.error(),
         cell.error("error_rmse_standard_error"), *added, cell.error("error_flip"), *time, row.memory, row.verdict,

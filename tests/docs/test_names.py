@@ -1,4 +1,4 @@
-"""A file that a comment names is there."""
+"""A file that a comment names is there, and a binding is the noun of what it holds."""
 
 import ast
 import io
@@ -14,6 +14,10 @@ NAME = re.compile(r"(?<![\w/.{}*-])((?:[\w-]+/)*[\w-]+\.(?:py|hpp|h|cpp|toml))\b
 # Files of others, and examples.
 OTHERS = {"nvml.h", "earlier.py", "file.py", "csv.py"}
 SOURCES = "harness", "rayrace", "renderers", "reports"
+# Bindings that say how a value came, not what it is.
+NO_NOUNS = {"told", "found", "mine", "theirs", "known", "asked", "held", "heard", "one"}
+WITH_NOUNS = "harness/", "rayrace/", "reports/"
+NOT_YET = "harness/stress/"
 
 
 def listed():
@@ -58,3 +62,63 @@ def test_what_is_missing_is_found():
     files = ["harness/judge/cache.py", "renderers/cpp/shapes/box.hpp"]
     texts = [("a", "see cache.py, judge/cache.py and shapes/box.hpp"), ("b", "see kept.py"), ("c", "lanes/box.hpp")]
     assert missing(texts, files) == ["b: kept.py", "c: lanes/box.hpp"]
+
+
+def bindings(tree):
+    """Yields line and name of each binding: variables, parameters, attributes, fields, functions, classes, aliases."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()) | ast.arg(arg=name):
+                yield node.lineno, name
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+                yield node.lineno, name
+            case ast.alias(asname=str(name)) | ast.ExceptHandler(name=str(name)):
+                yield node.lineno, name
+            case ast.MatchAs(name=str(name)) | ast.MatchStar(name=str(name)) | ast.MatchMapping(rest=str(name)):
+                yield node.lineno, name
+
+
+def without_noun(sources):
+    """The bindings in sources, (place, text), whose name is one of NO_NOUNS."""
+    return [
+        f"{place}:{line}: {name}"
+        for place, text in sources
+        for line, name in sorted(bindings(ast.parse(text)))
+        if name in NO_NOUNS
+    ]
+
+
+def test_a_binding_is_the_noun_of_what_it_holds():
+    names = [
+        name
+        for name in listed()
+        if name.startswith(WITH_NOUNS) and name.endswith(".py") and not name.startswith(NOT_YET)
+    ]
+    sources = [(name, (ROOT / name).read_text("utf-8")) for name in names]
+    assert len(sources) > 100
+    assert without_noun(sources) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("found = []", "found"),
+        ("for told in rows: pass", "told"),
+        ("rows = [one for one in cells]", "one"),
+        ("if held := rows: pass", "held"),
+        ("def take(entry, *, known=None): pass", "known"),
+        ("key = lambda mine: mine[0]", "mine"),
+        ("def heard(): pass", "heard"),
+        ("self.asked = job", "asked"),
+        ("class Row:\n    theirs: int = 0", "theirs"),
+        ("import rows as known", "known"),
+        ("try: pass\nexcept OSError as told: pass", "told"),
+    ],
+)
+def test_a_binding_that_is_no_noun_is_listed(text, name):
+    assert without_noun([("a.py", text)]) == [f"a.py:{text.count(chr(10)) + 1}: {name}"]
+
+
+def test_what_is_only_read_or_named_otherwise_is_not_listed():
+    text = 'rows = found(known.held, one=1, **{"told": 2})\nis_known = founds = rows.mine  # asked\n'
+    assert without_noun([("a.py", text)]) == []

@@ -241,7 +241,7 @@ renderers = ["cpp", "nunpy"]
 def test_every_mistake_of_a_kind_at_once(mistakes, said, write):
     file = write("e.toml", mistakes)
     with pytest.raises(UserError) as fault:
-        experiment.load(file, known=registry.entries())
+        experiment.load(file, renderers=registry.entries())
     wanted = [f"{file}:{line}" for line in said.format(folder=file.parent).splitlines()]
     assert sorted(fault.value.message.splitlines()) == sorted(wanted)
 

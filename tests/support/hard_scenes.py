@@ -3,15 +3,17 @@
 import numpy as np
 from random_scenes import words
 
-KINDS = "guide", "corridor", "dim", "glint", "needle"
+SMALL = "glint", "needle"  # than a pixel
 OPAQUE = "(0,0,0) 1e30 1"  # reflects all that its k_s says
 
 
-def draw(number: int, seed: str) -> tuple[str, str]:
-    """The kind and the text of a scene."""
-    rng = np.random.default_rng([number, *seed.encode()])
-    kind = KINDS[number % len(KINDS)]
-    return kind, SCENES[kind](rng)
+def kind(number: int) -> str:
+    return list(SCENES)[number % len(SCENES)]
+
+
+def draw(number: int, seed: str) -> str:
+    """The text of a scene."""
+    return SCENES[kind(number)](np.random.default_rng([number, *seed.encode()]))
 
 
 def _camera(rng, distance=3.0):

@@ -48,7 +48,7 @@ from harness.statistics import steady  # noqa: E402
 LIMITS = ("1/32", "1/64", "1/128", "1/255", "1/512")
 SIZES = ((64, 64), (80, 60), (104, 80), (128, 96))
 SIDE, PICTURES = 12, 4  # as many samples as 24 x 24, in pictures whose spread tells their noise
-HARD_SIDE, DEEP = 48, (400, 2.0**-26)  # of hard scenes; and depth and cut-off of their truth
+SMALL_SIDE, DEEP = 48, (400, 2.0**-26)  # of scenes of small things; depth and cut-off of the truth of hard scenes
 FIRST_SEED = 0x5EED0000  # of the independent truth
 SIDES = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)
 PATHS = ((1, 2.0**-6), (2, 2.0**-6), (4, 2.0**-8))  # depth and cut-off; and those of the truth
@@ -138,14 +138,17 @@ def _size(number: int) -> tuple[int, int]:
 
 def hard_subject(number: int, seed: str, folder: Path, known: dict, run) -> tuple[Path, Subject]:
     """A hard scene, in a file of the folder."""
-    _, source = hard_scenes.draw(number, seed)
+    source = hard_scenes.draw(number, seed)
     file = folder / "scene.txt"
     file.write_text(source)
     return file, Subject(text.read(source), {"shadows": True}, _size(number), known, run)
 
 
-def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only: bool, hard: bool) -> dict:
-    """One scene: what was promised, what was kept, and, unless `kept_only`, what the best would have taken."""
+def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only: bool, kind: str) -> dict:
+    """One scene: what was promised, what was kept, and, unless `kept_only`, what the best would have taken.
+
+    kind: of a hard scene, else "".
+    """
     known = subject.known
     row = {"limit": limit, "size": f"{subject.job.width} x {subject.job.height}"}
     with tempfile.TemporaryDirectory() as folder:
@@ -162,8 +165,9 @@ def examine(file: Path, subject: Subject, limit: str, seconds: float, kept_only:
             return {**row, "told": done.stderr.strip().splitlines()[-1].removeprefix("error: ")}
         told, array = json.loads(done.stdout), np.load(out)
     depth = told["error"]["depth"]
-    deep, cutoff = DEEP if hard else (depth + 8, 2.0**-18)
-    right = subject.truth("numba-parallel", depth and deep, cutoff if depth else 0.0, HARD_SIDE if hard else SIDE)
+    deep, cutoff = DEEP if kind else (depth + 8, 2.0**-18)
+    side = SMALL_SIDE if kind in hard_scenes.SMALL else SIDE
+    right = subject.truth("numba-parallel", depth and deep, cutoff if depth else 0.0, side)
     got, most = judge.errors(array, *right, None), 1 / int(limit[2:])
     row |= {"method": told["method"], "expected": told["expected"]["rmse"], "rmse": got["rmse"] / most,
             "doubt": got["rmse_standard_error"] / most, "pictures": len(told["pictures"])}  # fmt: skip
@@ -233,10 +237,9 @@ def main() -> None:
             else:
                 drawn = hard_subject if told.hard else random_subject
                 file, subject = drawn(number, told.seed, Path(folder), known, sessions.run)
-            kind = f" {hard_scenes.KINDS[number % len(hard_scenes.KINDS)]}" if told.hard else ""
-            name = file.name if told.files else f"{number}{kind}"
-            kept_only = told.kept or told.hard
-            rows.append({"scene": name, **examine(file, subject, limit, told.seconds, kept_only, told.hard)})
+            kind = hard_scenes.kind(number) if told.hard else ""
+            name = file.name if told.files else f"{number} {kind}".strip()
+            rows.append({"scene": name, **examine(file, subject, limit, told.seconds, told.kept or told.hard, kind)})
         print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
     print(table(rows))
 

@@ -156,7 +156,7 @@ def found(bench: Bench, count: int) -> Iterator[dict]:
 
 def _held(folder: Path) -> dict:
     run = results.load(folder)
-    (held,) = versions.held(run)
+    (held,) = versions.comparisons(run)
     rounds = max(len(cell.rounds("steady_s")) for cell in run.cells)
     told = {"verdict": held.verdict, "why": held.reason, "ratio": interval(held.ratio)}
     return {**told, "rounds": rounds, "floor": run.floor.value}

@@ -30,8 +30,8 @@ TEXTS = {
 }
 
 
-def written(name, file=None, **asked):
-    """The text of a scene or mesh. file: where it will be written, or None; asked: options, None for the default.
+def written(name, file=None, **values):
+    """The text of a scene or mesh. file: where it will be written, or None; values: options, None for the default.
 
     UserError for an unknown generator or option, or if the file has another suffix.
     """
@@ -40,11 +40,11 @@ def written(name, file=None, **asked):
     make, suffix, options = TEXTS[name]
     if file is not None and file.suffix.lower() != suffix:
         raise UserError(f"{file}: {name} is written as {suffix}; give the file that suffix")
-    asked = {option: value for option, value in asked.items() if value is not None}
-    for option in asked:
+    values = {option: value for option, value in values.items() if value is not None}
+    for option in values:
         if option not in options:
             raise UserError(f"--{option} is not an option of {name}")
-    return make(**asked)
+    return make(**values)
 
 
 def generated(name, **counts):

@@ -49,7 +49,7 @@ def triangles(vertices: np.ndarray, faces: Faces) -> np.ndarray:
     _check(vertices, faces)
     three = np.flatnonzero(faces.counts == 3)
     starts = np.cumsum(faces.counts) - faces.counts
-    found = [faces.corners[starts[three][:, None] + np.arange(3)]]
+    parts = [faces.corners[starts[three][:, None] + np.arange(3)]]
     owners = [three]
     for count in np.unique(faces.counts[faces.counts > 3]):
         group = np.flatnonzero(faces.counts == count)
@@ -59,15 +59,15 @@ def triangles(vertices: np.ndarray, faces: Faces) -> np.ndarray:
         if repeated := np.flatnonzero(again.any(axis=1)).tolist():
             for i in repeated:
                 cut = _ring(vertices, rings[i][~again[i]], faces.place(group[i]))
-                found.append(cut)
+                parts.append(cut)
                 owners.append(np.full(len(cut), group[i]))
             kept = ~again.any(axis=1)
             group, rings, points = group[kept], rings[kept], points[kept]
         cut, of = _polygons(points, rings, lambda i, group=group: faces.place(group[i]))
-        found.append(cut)
+        parts.append(cut)
         owners.append(group[of])
     order = np.argsort(np.concatenate(owners), kind="stable")
-    return np.concatenate(found)[order]
+    return np.concatenate(parts)[order]
 
 
 def _check(vertices, faces: Faces) -> None:

@@ -72,8 +72,8 @@ def rotate(degrees):
 def _load(path, file):
     """Vertices (V, 3) and triangles (T, 3) of a file, all its parts in one frame."""
     if file.suffix.lower() not in SUFFIXES:
-        known = "supported: " + ", ".join(SUFFIXES)
-        raise UserError(f'unknown kind of mesh file "{path}"', remedy=known)
+        suffixes = "supported: " + ", ".join(SUFFIXES)
+        raise UserError(f'unknown kind of mesh file "{path}"', remedy=suffixes)
     if not _is_file(file):
         raise UserError(f'no such file: "{file}"', remedy="the path is taken from the folder of the scene file")
     remedy = "open it in a modelling program and save it again"

@@ -58,19 +58,19 @@ def _statements(content: bytes) -> tuple[list[bytes], list[int] | range]:
 
 def _continued(lines: list[bytes]) -> tuple[list[bytes], list[int]]:
     """As `_statements`, for lines that may go on in the next."""
-    found, numbers, goes_on = [], [], False
+    statements, numbers, goes_on = [], [], False
     for number, line in enumerate(lines, 1):
         # A name may end in a backslash, such as that of a folder of Windows: a keyword does not continue it.
-        if goes_on and not (_keyword(found[-1][0]) in NAMES and _keyword(line) in KEYWORDS):
-            found[-1].append(line)
+        if goes_on and not (_keyword(statements[-1][0]) in NAMES and _keyword(line) in KEYWORDS):
+            statements[-1].append(line)
         else:
-            found.append([line])
+            statements.append([line])
             numbers.append(number)
         bare = line.rstrip()
         goes_on = bare.endswith(b"\\")
         if goes_on:
-            found[-1][-1] = bare[:-1]
-    return [b" ".join(parts) for parts in found], numbers
+            statements[-1][-1] = bare[:-1]
+    return [b" ".join(parts) for parts in statements], numbers
 
 
 def _keyword(line: bytes) -> bytes:
@@ -90,8 +90,10 @@ def _plain(line: bytes, number: int) -> bytes:
         raise Fault("free-form surfaces are not read", place, "turn them into polygons in a modelling program")
     if keyword in COMMANDS:
         raise Fault("commands (call, csh) are not carried out", place, "put what they add into the file")
-    known = "statements are v, f, and others of OBJ such as vn, vt, o, g, usemtl, which are ignored; # begins a comment"
-    raise Fault("the line does not begin with a keyword of OBJ", place, known)
+    remedy = (
+        "statements are v, f, and others of OBJ such as vn, vt, o, g, usemtl, which are ignored; # begins a comment"
+    )
+    raise Fault("the line does not begin with a keyword of OBJ", place, remedy)
 
 
 def _vertices(rows: list[bytes], at: np.ndarray) -> np.ndarray:
@@ -127,15 +129,15 @@ def _faces(rows: list[bytes], at: np.ndarray, before: np.ndarray) -> Faces:
     words = np.fromstring(text.replace(b"f", _MARK), np.int64, sep=" ")
     marks = np.flatnonzero(words == int(_MARK))
     counts = np.diff(marks, append=len(words)) - 1
-    found = np.delete(words, marks)
+    corners = np.delete(words, marks)
     from_here = np.repeat(before, counts)
-    faces = Faces(np.where(found > 0, found - 1, found + from_here), counts, at)
-    if not found.all():
-        place = faces.place_of_corner(int((found == 0).argmax()))
+    faces = Faces(np.where(corners > 0, corners - 1, corners + from_here), counts, at)
+    if not corners.all():
+        place = faces.place_of_corner(int((corners == 0).argmax()))
         raise Fault("a face refers to vertex 0; OBJ counts from 1", place, "add 1 to the numbers of all faces")
-    early = (found < 0) & (faces.corners < 0)
+    early = (corners < 0) & (faces.corners < 0)
     if early.any():
         corner = int(early.argmax())
-        why = f"a face counts back to vertex {found[corner]}; only {from_here[corner]} come before it"
+        why = f"a face counts back to vertex {corners[corner]}; only {from_here[corner]} come before it"
         raise Fault(why, faces.place_of_corner(corner), "move the face behind its vertices, or count from 1")
     return faces

@@ -57,9 +57,9 @@ def _numbers(words: list[bytes], count: int, kind: type, line: int) -> list:
     """The words as numbers. Fault unless there are so many."""
     try:
         if len(words) == count and not any(b"_" in word or len(word) > 300 for word in words):
-            found = [kind(word) for word in words]
-            if kind is float or all(0 <= number < 2**62 for number in found):
-                return found
+            numbers = [kind(word) for word in words]
+            if kind is float or all(0 <= number < 2**62 for number in numbers):
+                return numbers
     except ValueError:
         pass
     what = f"expected {count} numbers" if kind is float else "expected the corners of a face: how many, and then each"

@@ -41,17 +41,17 @@ class Element:
 
     def find(self, *names: str) -> Property:
         """The first property of one of these names. Fault if there is none."""
-        found = next((each for each in self.properties if each.name in names), None)
-        if found is None:
+        match = next((each for each in self.properties if each.name in names), None)
+        if match is None:
             raise Fault(f"the element {self.name} has no property {names[-1]}", "", AGAIN)
-        return found
+        return match
 
 
 def read(content: bytes) -> tuple[np.ndarray, Faces]:
     """Vertices (V, 3) and faces of a PLY file. Fault, with its line or element, for what cannot be read right."""
     order, elements, first, start = _header(content)
     body = _Binary(content, start, ORDERS[order]) if ORDERS[order] else _Text(content[start:], first)
-    vertices, found = np.empty((0, 3)), []
+    vertices, groups = np.empty((0, 3)), []
     for element in elements:
         if element.name == "vertex":
             axes = [element.find(axis) for axis in "xyz"]
@@ -67,14 +67,14 @@ def read(content: bytes) -> tuple[np.ndarray, Faces]:
             ((values, counts),), places = body.read(element, [corners])
             kind = "line" if ORDERS[order] == "" else element.name
             faces = Faces(np.asarray(values, np.int64), np.asarray(counts, np.int64), places, kind)
-            found.append(faces if element.name == "face" else _strips(faces))
+            groups.append(faces if element.name == "face" else _strips(faces))
         else:
             body.read(element, [])
     body.end()
-    if not found:
+    if not groups:
         return vertices, Faces(*(np.empty(0, np.int64) for _ in range(3)))
-    parts = ([getattr(faces, name) for faces in found] for name in ("corners", "counts", "places"))
-    return vertices, Faces(*map(np.concatenate, parts), found[0].kind)
+    parts = ([getattr(faces, name) for faces in groups] for name in ("corners", "counts", "places"))
+    return vertices, Faces(*map(np.concatenate, parts), groups[0].kind)
 
 
 def _header(content: bytes) -> tuple[str, list[Element], int, int]:
@@ -157,10 +157,10 @@ class _Text:
     def numbers(each: Property, rows, counts, places) -> np.ndarray:
         number = float if each.kind[0] == "f" else int
         try:
-            found = list(map(number, chain.from_iterable(rows)))
+            values = list(map(number, chain.from_iterable(rows)))
             if any(b"_" in word for row in rows for word in row):  # Python takes 1_000
                 raise ValueError
-            return np.array(found, np.float64 if number is float else np.int64)
+            return np.array(values, np.float64 if number is float else np.int64)
         except (ValueError, OverflowError):
             kind = "a number" if number is float else "a whole number"
             for row, place in zip(rows, places, strict=True):

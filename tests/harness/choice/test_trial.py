@@ -31,12 +31,12 @@ def test_a_small_picture_is_one_tile(bounds):
 def test_the_truth_is_known_to_a_quarter_of_the_limit(limit):
     laws = Laws(0.1)
     asked = trial(laws, limit, seed=truth.FAMILY)
-    found, side = asked.truth([asked.asked.bounds()], 4, 1)
+    found, side = asked.truth([asked.parameters.bounds()], 4, 1)
     assert found.uncertainty <= limit / 4
     off = np.sqrt(np.mean((found.picture - 0.5) ** 2))
     assert off == pytest.approx(found.uncertainty, rel=0.1) and len(set(found.seeds)) == len(found.seeds)
-    assert asked.asked.seed not in found.seeds and found.samples == side**2 * len(found.seeds)
-    other, _ = asked.truth([asked.asked.bounds()], 4, 2**16)
+    assert asked.parameters.seed not in found.seeds and found.samples == side**2 * len(found.seeds)
+    other, _ = asked.truth([asked.parameters.bounds()], 4, 2**16)
     assert not set(found.seeds) & set(other.seeds)
 
 
@@ -45,9 +45,9 @@ def test_a_clear_verdict_takes_a_truth_of_half_the_limit(share, is_clear):
     """Of a picture that is as far off as the limit the truth is known to a quarter of it, as before."""
     limit, seed = 0.01, 5
     asked = trial(Laws(0.1), limit)
-    noise = np.random.default_rng(seed).normal(0, share * limit, asked.asked.shape())
+    noise = np.random.default_rng(seed).normal(0, share * limit, asked.parameters.shape())
     picture = 0.5 + noise * share * limit / np.sqrt(np.mean(noise**2))
-    found, _ = asked.truth([asked.asked.bounds()], 4, 1, of=picture)
+    found, _ = asked.truth([asked.parameters.bounds()], 4, 1, of=picture)
     assert found.uncertainty <= (limit / 2 if is_clear else limit / 4)
     assert asked.is_clear(picture, found)
     told = judge.errors(picture, found.picture, found.standard_error, None)
@@ -59,7 +59,7 @@ def test_a_clear_verdict_takes_a_truth_of_half_the_limit(share, is_clear):
 def test_a_truth_that_cannot_be_known_in_time():
     with pytest.raises(CannotTell, match=r"no truth from samples can tell in this time: it is known to 0\.0"):
         asked = trial(Laws(0.1), 1e-9, seconds=20)
-        asked.truth([asked.asked.bounds()], 4, 1)
+        asked.truth([asked.parameters.bounds()], 4, 1)
 
 
 def test_depths_that_never_end_are_told():
@@ -67,13 +67,13 @@ def test_depths_that_never_end_are_told():
     laws.picture = lambda job: np.full(job.shape(), 0.5 + 0.01 * job.depth)
     asked = trial(laws, 0.01)
     with pytest.raises(CannotTell, match=r"rays deeper than 64 and of weights below 6e-08 could add an RMS of 0\.24"):
-        asked.truth([asked.asked.bounds()], 4, 1)
+        asked.truth([asked.parameters.bounds()], 4, 1)
 
 
 def test_time_is_up():
     asked = trial(Laws(), 0.01, seconds=0)
     with pytest.raises(TimeUp):
-        asked.shoot(asked.known["cpp-threads"], asked.asked, [asked.asked.bounds()])
+        asked.shoot(asked.entries["cpp-threads"], asked.parameters, [asked.parameters.bounds()])
 
 
 @pytest.mark.parametrize("known", [False, True], ids=["spread", "ratio"])
@@ -86,7 +86,7 @@ def test_the_error_of_the_whole_lies_within_that_of_tiles(known):
         hard = (1 + np.sin(x / 9 + seed) * np.cos(y / 7))[..., None] ** 2
         array = 0.5 + hard * rng.normal(0, 0.1, (height, width, 3))
         asked = trial(Laws(), 0.01, width, height)
-        places = tiles(asked.asked.bounds(), seed)
+        places = tiles(asked.parameters.bounds(), seed)
         cut = np.concatenate([array[y0:y1, x0:x1] for x0, y0, x1, y1 in places])
         right = Truth("t", np.full(cut.shape, 0.5), 1, (0,), None, 0, 0.0, 0.0)
         proxy = (hard * rng.normal(0, 0.3, (height, width, 3))) ** 2 if known else None

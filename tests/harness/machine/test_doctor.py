@@ -59,9 +59,9 @@ def test_the_tightest_group_counts(machine, files, version, peak):
     assert (cgroup.version(root), cgroup.quota(root), cgroup.held_back(root)) == (version, 1.5, (3, 2.5))
     assert (cgroup.memory_limit(root), cgroup.memory_peak(root)) == (4_000_000_000, peak)
     found = fitness_cores.quota(root)
-    assert found.verdict == "doubtful" and found.found.startswith("1.5 cores") and "3 times for 2.5 s" in found.found
+    assert found.verdict == "doubtful" and found.value.startswith("1.5 cores") and "3 times for 2.5 s" in found.value
     assert "at most 1 thread" in found.remedy
-    assert doctor.memory_limit(root).found.startswith("4 GB of")
+    assert doctor.memory_limit(root).value.startswith("4 GB of")
 
 
 def test_a_container_that_does_not_see_its_own_path(machine):
@@ -94,8 +94,8 @@ def test_a_system_that_tells_nothing(machine):
         *(fitness_cores.throttled(root), fitness_cores.siblings("no", root), fitness_cores.governor("unavailable: x")),
     ]
     assert {finding.verdict for finding in findings} == {"unknown"}
-    assert all(finding.found.startswith("unavailable: ") for finding in findings)
-    assert "source unknown" in fitness_cores.clock(root).found
+    assert all(finding.value.startswith("unavailable: ") for finding in findings)
+    assert "source unknown" in fitness_cores.clock(root).value
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_clock(machine, source, available, verdict, remedy, monkeypatch):
     found = fitness_cores.clock(
         machine({f"{place}current_clocksource": source, f"{place}available_clocksource": available})
     )
-    assert found.verdict == verdict and source in found.found and remedy in found.remedy
+    assert found.verdict == verdict and source in found.value and remedy in found.remedy
     monkeypatch.setattr(fitness_cores, "SLOW_READ", 0)
     assert fitness_cores.clock().verdict == "doubtful"
 
@@ -140,7 +140,7 @@ def test_pinning_is_tried_elsewhere(monkeypatch):
     assert fitness_cores.pinning().verdict == "good" and os.sched_getaffinity(0) == before
     monkeypatch.setattr(fitness_cores, "PIN", "raise PermissionError")
     found = fitness_cores.pinning()
-    assert found.verdict == "doubtful" and found.found.startswith("refused") and "seccomp" in found.remedy
+    assert found.verdict == "doubtful" and found.value.startswith("refused") and "seccomp" in found.remedy
 
 
 @pytest.mark.parametrize(
@@ -206,13 +206,13 @@ def test_gpu(gpu):
         "GPU clocks": "good",
         "other programs on the GPU": "good",
     }
-    assert found["GPU clocks"]["found"] == "1980 of 1980 MHz now, held back by: none"
+    assert found["GPU clocks"]["value"] == "1980 of 1980 MHz now, held back by: none"
 
 
 def test_gpu_that_is_used_and_held_back(gpu):
     row = json.loads((NVML / "trace.json").read_text())["rows"][0]
     found = gpu(rows=[[*row[:-1], 0x40]], process=os.getpid())
-    assert "hardware thermal slowdown" in found["GPU clocks"]["found"]
+    assert "hardware thermal slowdown" in found["GPU clocks"]["value"]
     assert {name for name in found if found[name]["verdict"] == "doubtful"} == {
         "GPU clocks",
         "other programs on the GPU",
@@ -222,7 +222,7 @@ def test_gpu_that_is_used_and_held_back(gpu):
 
 def test_gpu_that_does_not_tell(gpu):
     found = gpu(errors={"nvmlDeviceGetComputeRunningProcesses": "NoPermission"})["other programs on the GPU"]
-    assert found["verdict"] == "unknown" and "no permission" in found["found"]
+    assert found["verdict"] == "unknown" and "no permission" in found["value"]
     assert [*gpu(errors={"nvmlInit": "LibraryNotFound"})] == ["GPU"]
 
 

@@ -40,7 +40,7 @@ def found(known, tmp_path):
         assert result.status == "ok", result.reason
         # Other programs may run meanwhile: honest renderers wait for a core, and those that lie do so all the same.
         disturbed = trouble.between(before, trouble.look()) if variant in liars.HONEST else None
-        told = contradiction.found(
+        told = contradiction.reason(
             result,
             series,
             entry,

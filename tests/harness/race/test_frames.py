@@ -98,7 +98,7 @@ def test_work_outside_of_frames_is_found(cheat, tmp_path):
     job = entry, flatten(scene), parameters, needs(scene, parameters)
     result = repetition.run(*job, series=series)
     assert result.status == "ok", result.reason
-    told = contradiction.found(result, series, entry, parameters, None, pytest.fail)
+    told = contradiction.reason(result, series, entry, parameters, None, pytest.fail)
     assert told.startswith(f"{CONTRADICTED}its phases: it"), told
 
 

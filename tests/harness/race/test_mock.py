@@ -178,10 +178,10 @@ def test_one_false_frame_takes_the_rank_of_a_cell(mock_run):
 def test_a_run_that_ends_early_says_whose_frames_are_unchecked(mock_run, monkeypatch):
     """A finished one has looked at a frame of each cell."""
     _, loaded = mock_run(Mock({"a": Behaviour(0.1), "b": Behaviour(0.2)}))
-    assert not [text for text in doubts.found(loaded) if UNCHECKED in text]
+    assert not [text for text in doubts.kinds(loaded) if UNCHECKED in text]
     monkeypatch.setattr(frames.Turns, "is_due", lambda *_: False)
     _, loaded = mock_run(Mock({"a": Behaviour(0.1), "b": Behaviour(0.2)}), name="early")
-    assert len([text for text in doubts.found(loaded) if UNCHECKED in text]) == 2
+    assert len([text for text in doubts.kinds(loaded) if UNCHECKED in text]) == 2
 
 
 def test_the_noise_floor_is_not_made_of_false_times(mock_run):

@@ -135,7 +135,7 @@ def test_a_holder_who_does_not_say_who_it_is(monkeypatch):
             heard.append(host._who(holder))
             other.close()
 
-        with machine_lock.held(busy):
+        with machine_lock.locked(busy):
             pass
     assert heard == ["a process whose number the system does not tell"]
 
@@ -148,7 +148,7 @@ def test_a_process_that_may_have_no_socket(monkeypatch, tmp_path):
 
     monkeypatch.setattr(machine_lock.socket, "socket", refuse)
     monkeypatch.setattr(machine_lock, "FILE", tmp_path / "lock")
-    with machine_lock.held():
+    with machine_lock.locked():
         assert (tmp_path / "lock").read_text() == f"{os.getpid()} {os.getuid()}\n"
-    with machine_lock.held():  # the file that is left blocks nobody
+    with machine_lock.locked():  # the file that is left blocks nobody
         pass

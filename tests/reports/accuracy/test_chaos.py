@@ -62,7 +62,7 @@ def growths(make_run):
     numbers = itertools.count()
 
     def find(made):
-        (one,) = chaos.found(results.load(make_run(made[0], f"run-{next(numbers)}", made[1])))
+        (one,) = chaos.mirror_views(results.load(make_run(made[0], f"run-{next(numbers)}", made[1])))
         for growth in one.growths:
             print(growth.label, growth.growth, growth.useful, growth.passes)
         return one.growths

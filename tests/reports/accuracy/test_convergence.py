@@ -57,7 +57,7 @@ def lines(make_run):
         told, files = made
         experiment = {"processes": 1, "frames": 2, "theory": theory}
         folder = make_run(told, f"run-{next(numbers)}", files, experiment=experiment)
-        ((_, found),) = convergence.found(results.load(folder))
+        ((_, found),) = convergence.lines_by_view(results.load(folder))
         for line in found:
             print(line.variants, line.label, line.slope)
         return found

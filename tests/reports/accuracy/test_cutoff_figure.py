@@ -55,7 +55,7 @@ def points(make_run):
     """A function that gives the points of the only sweep."""
 
     def find(made, name="run"):
-        ((_, (one,)),) = cutoff_figure.found(results.load(make_run(made[0], name, made[1])))
+        ((_, (one,)),) = cutoff_figure.sweeps_by_view(results.load(make_run(made[0], name, made[1])))
         return one.points
 
     return find

@@ -50,10 +50,10 @@ def sweep(record):
 
 def test_numbers_by_hand(make_run, sweep):
     told, files = sweep()
-    ((_, methods),) = precision.found(results.load(make_run(told, files=files)))
+    ((_, methods),) = precision.methods_by_view(results.load(make_run(told, files=files)))
     strict, single = methods
-    assert [(one.bad, one.largest, one.median) for one in strict.found] == [(0, 0, 0), (0, 0, 0)]
-    local, deep = single.found
+    assert [(one.bad, one.largest, one.median) for one in strict.pictures] == [(0, 0, 0), (0, 0, 0)]
+    local, deep = single.pictures
     assert local.bad == 0 and local.largest == local.median == pytest.approx(1e-8)
     assert deep.bad == 0.03 and deep.largest == 0.5 and deep.median == pytest.approx(1e-8)
 
@@ -112,15 +112,15 @@ def test_float32_is_wrong_rarely_and_by_much(bench, make_run, record):
                 parameters=record("")["parameters"] | wanted, picture={"file": name},
                 agreement=agreement,
             ))  # fmt: skip
-        ((_, (_, single)),) = precision.found(results.load(make_run(told, files=files, name=sphere)))
-        for one in single.found:
+        ((_, (_, single)),) = precision.methods_by_view(results.load(make_run(told, files=files, name=sphere)))
+        for one in single.pictures:
             print(sphere, one)
-        shares[sphere] = [one.bad for one in single.found]
+        shares[sphere] = [one.bad for one in single.pictures]
         assert shares[sphere] == sorted(shares[sphere])
         if sphere == "robust":
-            medians = [one.median for one in single.found]
+            medians = [one.median for one in single.pictures]
             assert all(2.0**-25 < median < 16 * 2.0**-24 for median in medians)  # some u, whatever the depth
-            assert max(medians[1:]) < 1.2 * min(medians[1:]) and all(one.largest > 0.05 for one in single.found[2:])
+            assert max(medians[1:]) < 1.2 * min(medians[1:]) and all(one.largest > 0.05 for one in single.pictures[2:])
     asked, stable = shares["robust"], shares["stable"]
     assert asked[0] == 0 and asked[2] > 2e-4 and 5e-4 < asked[-1] < 0.02
     assert stable[0] > 0 and all(a < b for a, b in zip(asked, stable, strict=True))

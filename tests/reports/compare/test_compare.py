@@ -228,7 +228,7 @@ def test_a_cell_that_did_not_change_is_neither_faster_nor_slower(make_run, cell)
     a, b = make_run(cell("cpp"), "a"), make_run(cell("cpp", factor=1.2), "b")
     found = compare.compare(a, b)
     assert verdicts(found) == {"cpp": "not resolved"} and found.rows[0].ratio.low > 1.1
-    assert found.drift.value > 0.2 and found.drift.told.endswith("by 1 cell that did not change")
+    assert found.drift.value > 0.2 and found.drift.source.endswith("by 1 cell that did not change")
     assert not command_line.rayrace("compare", a, b, "--fail-slower", "0", code=0).stderr
 
 
@@ -258,7 +258,7 @@ def test_another_machine_has_no_drift(make_run, cell):
     b = make_run(cell("cpp", factor=2.0), "b", environment=environment | {"packages": {"numpy": "3"}})
     found = compare.compare(b.parent / "a", b)
     assert verdicts(found) == {"cpp": "not resolved"} and not found.rows[0].unchanged
-    assert found.drift.told == "unknown: machine or software changed (packages.numpy: 2 -> 3)"
+    assert found.drift.source == "unknown: machine or software changed (packages.numpy: 2 -> 3)"
 
 
 @pytest.mark.parametrize("count, told", [(drift.LEAST_RUNS - 2, None), (drift.LEAST_RUNS - 1, 0.1)])

@@ -32,12 +32,12 @@ def rounds(seed, count, share=0.2):
 
 def test_what_a_round_has_in_common_cancels(held):
     times = rounds(1, 9)
-    (found,) = versions.held(held(np.linspace(1.04, 1.06, 9) * times, times))
+    (found,) = versions.comparisons(held(np.linspace(1.04, 1.06, 9) * times, times))
     assert (found.name, found.other) == ("cpp, comparison", "cpp@old")
     assert found.ratio.value == pytest.approx(1.05) and found.ratio.low == pytest.approx(1.0425)
     assert found.verdict == "slower" and found.slower_by(4.2) and not found.slower_by(4.3)
     assert versions.verdict([found]) == "cpp, comparison: slower: 1.050 [1.042, 1.058] × the time of cpp@old"
-    (found,) = versions.held(held(times, 1.05 * times))
+    (found,) = versions.comparisons(held(times, 1.05 * times))
     assert found.verdict == "faster" and not versions.failures([found], 0)
 
 
@@ -59,14 +59,14 @@ def test_more_cells_take_more_processes(held):
     assert statistics.processes_for(statistics.LEVEL) == statistics.LEAST
     assert [statistics.processes_for(1 - 0.05 / cells) for cells in (2, 10)] == [7, 9]
     assert statistics.median([1.0] * 6, 0.975).note == "no interval from 6 processes, it takes 7"
-    (found,) = versions.held(held([1.0] * 4, [1.0] * 4))
+    (found,) = versions.comparisons(held([1.0] * 4, [1.0] * 4))
     assert found.verdict == versions.INCOMPARABLE and "no interval from 4 processes" in found.text
     with pytest.raises(UserError, match="no cell could be compared"):
         versions.failures([found], 5)
 
 
 def test_a_version_that_fails_is_no_verdict_and_no_pass(held):
-    (found,) = versions.held(held([1.0] * 6, [1.0] * 6, status="wrong picture", reason="it is off"))
+    (found,) = versions.comparisons(held([1.0] * 6, [1.0] * 6, status="wrong picture", reason="it is off"))
     assert found.broken and found.verdict == versions.INCOMPARABLE
     assert versions.failures([found], 5) == [f"no longer ok: {found.text}"]
 

@@ -44,7 +44,7 @@ def told(record):
 
 
 def the(loaded):
-    (line,) = hierarchy.found(loaded)
+    (line,) = hierarchy.lines_of(loaded)
     return line
 
 
@@ -126,7 +126,7 @@ def test_lines_are_kept_apart(load, told):
         for row in told("cpp", none=NONE if accel == "none" else {}, bvh=BVH if accel == "bvh" else {}):
             row |= {"cell": row["cell"] + "-on", "point": {**row["point"], "vector": "on"}}
             rows.append(row | {"parameters": {**on, "accel": accel}})
-    found = hierarchy.found(load(rows))
+    found = hierarchy.lines_of(load(rows))
     assert [(line.scene, line.label) for line in found] == [
         (SCENE, "cpp"), (SCENE, "cpp, vector = on"), (SCENE, "numba"), ("generated/icosphere.txt", "cpp"),
     ]  # fmt: skip

@@ -52,7 +52,7 @@ def told(record):
 
 
 def the(loaded):
-    (group,) = limits.found(loaded)
+    (group,) = limits.pictures(loaded)
     found = {(cell.variant, cell.parameters["precision"], group.vector(cell)): cell for cell in group.cells}
     return group, found
 
@@ -199,7 +199,7 @@ def test_a_part_of_the_picture_is_left_out(load, told):
     rows = told()
     for row in rows:
         row["parameters"] = {**row["parameters"], "region": "0,0,1,1"}
-    assert limits.found(load(rows)) == []
+    assert limits.pictures(load(rows)) == []
 
 
 def test_section(section, told):

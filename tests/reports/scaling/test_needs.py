@@ -40,7 +40,7 @@ def told(record):
 
 
 def the(loaded):
-    (group,) = needs.found(loaded)
+    (group,) = needs.kernels(loaded)
     return group, {needs.carries(cell): cell for cell in group.cells}
 
 
@@ -94,7 +94,7 @@ def test_a_cell_that_failed_has_its_reason(load, told, bad):
 
 def test_registers_of_a_gpu(load, told, gpu_record):
     loaded = load([*told(), *told("numba-cuda", made=gpu_record, told={"registers": 77})])
-    first, second = needs.found(loaded)
+    first, second = needs.kernels(loaded)
     columns = {
         column.name: column for column in needs.columns(loaded, {id(c): c for g in (first, second) for c in g.cells})
     }
@@ -104,7 +104,7 @@ def test_registers_of_a_gpu(load, told, gpu_record):
 
 def test_nothing_without_a_varied_kernel(make_run, record, told, tmp_path):
     assert needs.write(results.load(make_run([record("cpp")])), tmp_path) == ""
-    assert needs.found(results.load(make_run(told(kernels=("general",)), name="one"))) == []
+    assert needs.kernels(results.load(make_run(told(kernels=("general",)), name="one"))) == []
 
 
 def test_in_the_report(section, told, tmp_path):
@@ -128,4 +128,4 @@ def test_sizes_of_a_scene_with_one_kernel_are_no_needs(load, told):
         for row in told(kernels=("needed",)):
             rows.append(row | {"cell": f"size-{size}", "point": {"size": size}, "scene": "generated/balls.txt"})
     loaded = load(rows)
-    assert len(loaded.cells) == 2 and needs.found(loaded) == []
+    assert len(loaded.cells) == 2 and needs.kernels(loaded) == []

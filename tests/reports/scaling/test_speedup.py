@@ -52,7 +52,7 @@ def weak(counts=COUNTS):
 
 def test_amdahl_gives_its_share_back(load, threaded, cores):
     rows = threaded("cpp-threads", strong(), lambda n, _: 0.4 / speedup.amdahl(0.93, n))
-    (line,) = speedup.found(load(rows, **cores(8)))
+    (line,) = speedup.lines_of(load(rows, **cores(8)))
     assert line.law is AMDAHL and line.share.value == pytest.approx(0.93, abs=1e-9)
     assert (line.share.low, line.share.high) == pytest.approx((0.93, 0.93), abs=1e-9)
     assert [gain.value for gain in line.gains] == pytest.approx([1 / (0.07 + 0.93 / n) for n in COUNTS])
@@ -62,7 +62,7 @@ def test_amdahl_gives_its_share_back(load, threaded, cores):
 @pytest.mark.parametrize("seed", range(4))
 def test_the_interval_holds_the_share_though_times_are_noisy(load, threaded, cores, seed):
     rows = threaded("cpp-threads", strong(), lambda n, _: 0.4 / speedup.amdahl(0.93, n), noise=0.02, seed=seed)
-    (line,) = speedup.found(load(rows, **cores(8)))
+    (line,) = speedup.lines_of(load(rows, **cores(8)))
     assert line.share.low < 0.93 < line.share.high and 0 < line.share.high - line.share.low < 0.06
     assert line.share.low < line.share.value < line.share.high
 
@@ -70,7 +70,7 @@ def test_the_interval_holds_the_share_though_times_are_noisy(load, threaded, cor
 def test_gustafson_gives_its_share_back_where_the_work_grows(load, threaded, cores):
     """Whole sides make the work of a thread differ by up to 1 %, which the times here follow."""
     seconds = lambda n, side: side**2 / 64**2 / speedup.gustafson(0.1, n)  # noqa: E731
-    (line,) = speedup.found(load(threaded("cpp-threads", weak(), seconds), **cores(8)))
+    (line,) = speedup.lines_of(load(threaded("cpp-threads", weak(), seconds), **cores(8)))
     assert line.law is GUSTAFSON and line.share.value == pytest.approx(0.1, abs=1e-9)
     assert [gain.value for gain in line.gains] == pytest.approx([n - 0.1 * (n - 1) for n in COUNTS])
     assert line.label == "cpp-threads, 4096 pixels a thread"
@@ -78,7 +78,7 @@ def test_gustafson_gives_its_share_back_where_the_work_grows(load, threaded, cor
 
 def test_every_pair_of_threads_and_sides_has_both_laws(load, threaded, cores):
     points = [(count, side) for count in (1, 4) for side in (64, 128)]
-    lines = speedup.found(load(threaded("cpp-threads", points, lambda n, side: side**2 / n), **cores(4)))
+    lines = speedup.lines_of(load(threaded("cpp-threads", points, lambda n, side: side**2 / n), **cores(4)))
     told = [(line.law.title, line.label, [cell.pixels for cell in line.cells]) for line in lines]
     assert told == [
         ("Amdahl", "cpp-threads, side = 64", [64**2] * 2), ("Amdahl", "cpp-threads, side = 128", [128**2] * 2),
@@ -91,25 +91,25 @@ def test_more_threads_than_cores_are_shown_and_not_fitted(load, threaded, cores)
     def seconds(n, _):
         return 0.4 / speedup.amdahl(0.9, min(n, 2))
 
-    (line,) = speedup.found(load(threaded("cpp-threads", strong(), seconds), **cores(2)))
+    (line,) = speedup.lines_of(load(threaded("cpp-threads", strong(), seconds), **cores(2)))
     assert (line.fitted, len(line.gains)) == (2, 4) and line.share.value == pytest.approx(0.9)
-    (line,) = speedup.found(load(threaded("cpp-threads", strong(), seconds), **cores(1), name="one"))
+    (line,) = speedup.lines_of(load(threaded("cpp-threads", strong(), seconds), **cores(1), name="one"))
     assert line.share == Missing("no more than one thread within the 1 usable cores")
 
 
 def test_a_machine_that_does_not_say_its_cores_has_all_fitted(load, threaded, cores):
-    (line,) = speedup.found(load(threaded("a", strong(), lambda n, _: 1 / n), **cores("unavailable: none")))
+    (line,) = speedup.lines_of(load(threaded("a", strong(), lambda n, _: 1 / n), **cores("unavailable: none")))
     assert line.fitted == 4
 
 
 def test_few_processes_have_no_interval(load, threaded, cores):
     rows = threaded("cpp-threads", strong(), lambda n, _: 0.4 / speedup.amdahl(0.5, n), processes=4)
-    (line,) = speedup.found(load(rows, **cores(8)))
+    (line,) = speedup.lines_of(load(rows, **cores(8)))
     assert line.share.low is None and line.share.value == pytest.approx(0.5) and "no interval" in line.share.note
 
 
 def test_threads_that_slow_it_down_have_a_share_of_0(load, threaded, cores):
-    (line,) = speedup.found(load(threaded("cpp-threads", strong(), lambda n, _: float(n)), **cores(8)))
+    (line,) = speedup.lines_of(load(threaded("cpp-threads", strong(), lambda n, _: float(n)), **cores(8)))
     assert line.share.value == 0 and line.off > 1
 
 

@@ -102,7 +102,7 @@ def test_what_has_no_answer_has_a_reason_and_is_no_failure(rows, curve):
     why = "unsupported: has no precision float32"
     (row,) = rows(curve((0, 0, 0, 0)) + curve((why,) * 4, precision="float32"))
     lacking = row.curves[1]
-    assert isinstance(row.survival(lacking), Missing) and lacking.broken is None and not lacking.known
+    assert isinstance(row.survival(lacking), Missing) and lacking.broken is None and not lacking.answered
     assert lacking.missing == {f"unavailable: {why}": lacking.points}
     assert row.survival(row.curves[0]).whole
 
@@ -110,7 +110,7 @@ def test_what_has_no_answer_has_a_reason_and_is_no_failure(rows, curve):
 def test_of_repetitions_the_worst_counts(rows, curve):
     again = [told | {"repetition": 1} for told in curve((0, 7, 0, 0))]
     (row,) = rows(curve((0, 0, 0, 0)) + again)
-    assert row.curves[0].broken.level == 100 and row.curves[0].broken.told["failures"] == 7
+    assert row.curves[0].broken.level == 100 and row.curves[0].broken.answers["failures"] == 7
 
 
 def test_ways_are_told_apart_and_naive_ones_known(rows, curve):

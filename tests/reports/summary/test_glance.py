@@ -61,7 +61,7 @@ def test_what_limits_the_result_is_said_with_the_section_that_has_more(load, tol
         "Cells without a result: 2 failed.": "summary",
         "1 kind of doubt about its repetitions.": "doubts",
     }
-    assert len(doubts.found(results)) == 1
+    assert len(doubts.kinds(results)) == 1
 
 
 def test_the_axis_is_linear_from_0_and_logarithmic_for_long_spans():

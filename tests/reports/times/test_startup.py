@@ -42,7 +42,7 @@ def told(record):
 
 
 def the(loaded):
-    (starts,) = startup_figure.found(loaded).values()
+    (starts,) = startup_figure.starts_by_place(loaded).values()
     return {(start.variant, start.state): start for start in starts}
 
 
