@@ -227,7 +227,7 @@ def export(
     ] = "-",
     pictures: Annotated[
         bool,
-        typer.Option(help="Of a packed run: with its pictures, which take most of the room, or with errors alone."),
+        typer.Option(help="Of a packed run: with pictures and what renderers printed, or with rows and errors alone."),
     ] = True,
     truths: Annotated[
         bool,

@@ -10,7 +10,7 @@ MODULES = (
     "geometry.spheres", "geometry.huge", "geometry.ellipsoids", "geometry.scales", "light.acne", "light.leak",
     "execution.drift", "geometry.cracks", "geometry.slivers", "geometry.slabs", "geometry.coincident",
     "geometry.stepping", "geometry.polygons", "light.refraction", "light.media", "light.furnace", "light.highlight",
-    "light.codes", "light.nan", "execution.table", "execution.threads", "pictures",
+    "light.samples", "light.codes", "light.nan", "execution.table", "execution.threads", "pictures",
 )  # fmt: skip
 
 

@@ -48,7 +48,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the catalogue. name: in files and experiments. code: in the catalogue of docs/, S1 to S25.
+    """A row of the catalogue. name: in files and experiments. code: in the catalogue of docs/, S1 to S28.
 
     stress, failure, error: say in words what the level is, what counts as a failure, and the unit of errors ("" if the
     row has no errors). levels: from mild to extreme. logarithmic: whether charts have a logarithmic axis of levels.

@@ -118,7 +118,7 @@ Picture<Real> render(const Job& job, Picture<Real> room, const Paint& paint)
     };
     const auto at = painted({job.sample});
     say_frame(0, at, 1, checksums(pictures, 1));
-    const Picture<Real> first = pictures[0];
+    Picture<Real> first = pictures[0];
     long long renders = 1;
     const double took = at.second - at.first;
     if (took < cold * job.least_frame) {

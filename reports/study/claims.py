@@ -47,7 +47,7 @@ QUANTITIES = {
     "error": Quantity(("ratio",), _same("error_rmse")),
     "growth of the error": Quantity(("ratio",), _same("error_rmse"), exponent=True),
     "memory": Quantity(("ratio",), _same("peak_bytes")),
-    "kinds of memory": Quantity(("ratio",), (("peak_virtual_bytes", "peak_bytes"),), own=True),
+    "kinds of memory": Quantity(("ratio",), (("peak_virtual_bytes", "render_peak_bytes"),), own=True),
     "cores in a phase": Quantity(("cores",)),
     "rows of the table of rays": Quantity(("value",), _same("walk_rows")),
     "growth of the number of rays": Quantity(("ratio",), _same("reflected"), exponent=True),

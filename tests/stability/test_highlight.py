@@ -1,8 +1,9 @@
-"""S18: Phong's power of a cosine."""
+"""S18: Phong's power of a cosine, and the sign of another."""
 
 import numpy as np
 import pytest
 
+from harness import stress
 from harness.stress.row import ROUNDOFF
 
 SEED = 20201107
@@ -34,3 +35,20 @@ def test_an_even_exponent_lights_it_and_a_broken_one_kills_it(strain, serial, pr
     finding = strain(serial, "highlight-behind", 0.999, precision, SEED, phong="unclamped")
     assert finding.failures == finding.count
     assert np.median(finding.errors) == pytest.approx(0.999**50, rel=1e-2)
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("roundings", [10.0, 1e3, float(10 ** np.random.default_rng(SEED).uniform(1, 6))])
+def test_a_light_above_the_plane_lights_all_pixels(strain, serial, roundings, precision):
+    level = min(0.1, roundings * stress.rows()["in-plane"].limit(ROUNDOFF[precision], {}))
+    finding = strain(serial, "in-plane", level, precision, SEED)
+    assert finding.failures == 0 and finding.errors.size == finding.count
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_a_light_in_the_plane_is_switched_by_rounding(strain, serial, precision):
+    """Some pixels are lit and others not, whatever the side that the light is on."""
+    level = 0.01 * ROUNDOFF[precision]
+    found = [strain(serial, "in-plane", level, precision, seed) for seed in range(4)]
+    assert sum(finding.failures > 0 for finding in found) >= 2
+    assert sum(finding.failures < finding.count for finding in found) >= 2

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from harness.stress.row import ROUNDOFF
+
 SEED = 20201107
 PRECISIONS = ("float32", "float64")
 DRAWN = int(np.random.default_rng(SEED).integers(6, 12))
@@ -29,6 +31,21 @@ def test_a_pane_in_slices_is_a_pane(strain, serial, level, precision):
 def test_face_by_face_the_medium_is_lost(strain, serial, precision):
     finding = strain(serial, "media-cut", 2, precision, SEED, merge="none")
     assert finding.failures > 0.5 * finding.count
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("level", [1.0, 30.0, 1e4])
+def test_a_floor_is_seen_through_glass_that_stands_on_it(strain, serial, level, precision):
+    for seed in (SEED, SEED + 1):
+        finding = strain(serial, "glass-on-floor", level, precision, seed, merge="tolerant")
+        assert finding.failures == 0 and finding.count > 0
+        assert finding.errors.max() < 100 * level * ROUNDOFF[precision]
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_face_by_face_the_floor_is_lost(strain, serial, precision):
+    found = [strain(serial, "glass-on-floor", 30.0, precision, seed, merge="none") for seed in (SEED, SEED + 1)]
+    assert sum(finding.failures for finding in found) > 0.2 * sum(finding.count for finding in found)
 
 
 def bent(way, normal, inside_of, outside, inside):

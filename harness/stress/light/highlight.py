@@ -1,4 +1,7 @@
-"""S18: Phong's highlight: an exponent magnifies the error of a cosine, and makes light of a cosine below 0."""
+"""S18: Phong's highlight.
+
+An exponent magnifies the error of a cosine, and makes light of one below 0. The sign of n·l switches it on and off.
+"""
 
 import math
 from functools import cache
@@ -14,6 +17,8 @@ from harness.stress.view import BLACK, DIGITS, OPAQUE, WHITE, camera, cross, exa
 SIDE = 16  # pixels
 DISTANCE = 3.0  # of the eye from the point that it looks at
 EVEN, BROKEN = 50.0, 2.5
+GRAZED = 10.0  # exponent of the face whose plane the light is in
+LOW = 0.3  # the sine of the eye's elevation above it
 
 
 def shiny(exponent):
@@ -94,6 +99,55 @@ def behind(level, precision, rng):
     return Trial(scene, judge, parameters={"width": SIDE, "height": SIDE, "depth": 0})
 
 
+def in_plane(sine, precision, rng):
+    """A shiny triangle, a light so low above its plane that its elevation has this sine, and an eye on the other side,
+    LOW above the plane, where the highlight is some (1 - LOW²)^(GRAZED / 2) of the light.
+
+    Of the numbers as rounded the light is above the plane, and lights all pixels, or below it, and lights none.
+    """
+    turn, origin = in_general_position(rng), rng.uniform(-1, 1, 3)
+
+    def place(*where):
+        return rounded(origin + turn @ where, precision)
+
+    corners = [triple(place(5 * math.cos(a), 5 * math.sin(a), 0)) for a in (0.3, 2.4, 4.5)]
+    cosine, aside = math.sqrt(1 - LOW**2), rng.uniform(-0.2, 0.2)
+    half = 0.1 * DISTANCE
+    seen = camera(
+        place(DISTANCE * cosine, 0, DISTANCE * LOW),
+        place(0, 0, 0),
+        half * turn[:, 1],
+        half * turn @ [-LOW, 0, cosine],
+        precision,
+    )
+    across = math.sqrt(1 - sine**2)
+    light = rng.uniform(3, 6) * np.array([-across * math.cos(aside), -across * math.sin(aside), sine])
+    triangle = Polygon(shiny(GRAZED), tuple(corners))
+    scene = Scene(seen, (triangle,), (Light(triple(place(*light)), WHITE, 0.0),))
+    truth = cache(lambda: (above(scene), powers(scene, GRAZED)))
+
+    def judge(result):
+        value = result.array.astype(float)[..., 0]
+        side, highlight = truth()
+        off = np.abs(value / highlight - 1)
+        lit, dark = off <= 16 * (GRAZED + 1) * ROUNDOFF[precision], value == 0
+        right = {1: lit, 0: lit | dark, -1: dark}[side]
+        return Finding(off.size, (~right).sum(), off[np.isfinite(off) & ~dark])
+
+    return Trial(scene, judge, parameters={"width": SIDE, "height": SIDE, "depth": 0})
+
+
+@mp.workdps(DIGITS)
+def above(scene):
+    """1 if the light is on the same side of the triangle's plane as the eye, -1 on the other, 0 in the plane."""
+    (triangle,), (light,), seen = scene.objects, scene.lights, scene.camera
+    a, b, c = map(exactly, triangle.vertices)
+    normal = cross(minus(b, a), minus(c, a))
+    eye = [x + y for x, y in zip(exactly(seen.centre), exactly(seen.e), strict=True)]
+    of_light, of_eye = (mp.fdot(minus(place, a), normal) for place in (exactly(light.position), eye))
+    return int(mp.sign(of_light) * mp.sign(of_eye))
+
+
 ROWS = (
     Row(
         name="highlight",
@@ -121,5 +175,19 @@ ROWS = (
         method="phong",
         make=behind,
         expected=lambda level, u, methods: level**EVEN if methods["phong"] == "unclamped" else 0.0,
+    ),
+    Row(
+        name="in-plane",
+        code="S18",
+        title="Highlights of a light in the plane of the face",
+        stress="sine of the light's elevation",
+        failure="pixels that are dark though the light is above the plane, lit though it is below, or off by more than "
+        "rounding explains",
+        error="|Δ highlight| / highlight",
+        levels=(1e-1, 1e-3, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12, 1e-14, 1e-15, 1e-16, 1e-18),
+        make=in_plane,
+        expected=lambda level, u, methods: (GRAZED + 1) * u,
+        # n·l is a sum of three rounded products of rounded vectors.
+        limit=lambda u, methods: 4 * u,
     ),
 )

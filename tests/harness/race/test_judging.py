@@ -126,12 +126,13 @@ def test_all_pictures_of_a_scene_share_its_truth(run, tmp_path):
     errors = {(row["parameters"]["samples"], row["parameters"]["depth"]): row["error"] for row in rows}
     assert len({error["truth_file"] for error in errors.values()}) == 1
     told = errors[4, 1]  # of the experiment: depth 1
-    assert told["against"] == "scene" and told["samples"] >= 64 * 16 and told["change"] <= 1e-4 and told["depth"] >= 16
+    assert told["against"] == "scene" and told["samples"] >= 64 * 16 and told["change"] <= 1e-3 and told["depth"] >= 16
     jittered = {r["parameters"]["samples"]: r["error"]["rmse"] for r in rows if r["parameters"]["sampler"] != "one"}
     assert jittered[1] > jittered[2] > jittered[4] > 4 * told["uncertainty"] > 0
     assert errors[1, 0]["rmse"] > 2 * errors[1, 5]["rmse"]
     file = np.load(tmp_path / "run" / told["standard_error_file"])
-    assert np.hypot(np.sqrt(np.mean(file**2)), told["change"]) == pytest.approx(told["uncertainty"])
+    lacking = told["change"] + told["unseen"]
+    assert np.hypot(np.sqrt(np.mean(file**2)), lacking) == pytest.approx(told["uncertainty"])
     seeds = {parameters.seed for _, parameters in host.jobs if parameters.samples > 4}
     assert len(seeds) == 4 and rows[0]["parameters"]["seed"] not in seeds
 
