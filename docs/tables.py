@@ -193,7 +193,7 @@ RACED = "python", "numpy", "numba", "numba-parallel", "cpp", "cpp-threads"
 
 
 def _comparison() -> Results:
-    return _run("cascade-lake-2x", "comparison")
+    return _run("epyc-2x", "comparison")
 
 
 def times() -> str:
@@ -255,7 +255,7 @@ ONE = {
 def equation() -> str:
     """Fits of the study's equation 4.1 to each renderer: exponents of its factors, and what it leaves."""
     rows = []
-    for series in complexity_points.series(_run("emerald-rapids-2x", "complexity")):
+    for series in complexity_points.series(_run("epyc-2x", "complexity")):
         found = complexity_models.fitted(series)
         powers = {
             one.factor: complexity_text.power(one) for one in found.powers if one.model == complexity_models.STUDY
@@ -675,7 +675,7 @@ def _of_all(run: Results) -> str:
 
 
 def _of_depth() -> str:
-    run = _run("emerald-rapids-2x", "complexity")
+    run = _run("epyc-2x", "complexity")
     base = {"variant": "cpp", "side": 128, "objects": 48, "lights": 3, "depth": 4}
 
     def grown(name: str, few: int, many: int) -> str:

@@ -55,7 +55,8 @@ def name(run: Path) -> str:
 def pack(folder: Path, file: Path, pictures: bool = True, truths: bool = True) -> None:
     """Writes the run in `folder` to `file`, the same bytes for the same run.
 
-    pictures: False leaves out all arrays, and the events that renderers printed, which the rows hold. truths: False leaves out truths and their noise, whose digits do not repeat.
+    pictures: False leaves out all arrays, and the events that renderers printed, which the rows hold. truths: False
+    leaves out truths and their noise, whose digits do not repeat.
     UserError if `folder` is no run.
     """
     store.read(folder, list(store.hosts(folder)))

@@ -17,5 +17,5 @@ MODULES = (
 @cache
 def rows() -> dict[str, Row]:
     """The rows of the catalogue by name, in order."""
-    found = [row for module in MODULES for row in import_module(f"harness.stress.{module}").ROWS]
-    return {row.name: row for row in found}
+    catalogue = [row for module in MODULES for row in import_module(f"harness.stress.{module}").ROWS]
+    return {row.name: row for row in catalogue}

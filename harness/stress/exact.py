@@ -33,11 +33,11 @@ def whole(*arrays) -> tuple[int, list[np.ndarray]]:
     """Returns the scale, and each array of floats as integers in units of 2^-scale."""
     parts = [np.frexp(np.asarray(array, dtype=np.float64)) for array in arrays]
     scale = max(int((53 - e)[m != 0].max(initial=0)) for m, e in parts)
-    found = []
+    integers = []
     for m, e in parts:
         shift = np.where(m == 0, 0, e - 53 + scale)
-        found.append((m * 2.0**53).astype(np.int64).astype(object) << shift.astype(object))
-    return scale, found
+        integers.append((m * 2.0**53).astype(np.int64).astype(object) << shift.astype(object))
+    return scale, integers
 
 
 def dot(a, b):
@@ -75,8 +75,8 @@ class Truth:
     def apart(self, t: np.ndarray, rays: np.ndarray) -> np.ndarray:
         """|t - truth| of the rays with these numbers, rounded once, to float64."""
 
-        def difference(found, true):
-            above, below = float(found).as_integer_ratio()
+        def difference(value, true):
+            above, below = float(value).as_integer_ratio()
             return abs((above << self.bits) - true * below) / (below << self.bits)
 
         return np.array([difference(*pair) for pair in zip(t, self.t[rays], strict=True)], dtype=np.float64)
@@ -90,10 +90,10 @@ class Truth:
 
         A failure is a wrong hit, a wrong miss, a hit that is not `are_proper` and one whose error is above `worst`.
         """
-        found, proper = hits[:, 7] >= 0, are_proper(hits)
-        (both,) = np.nonzero(found & proper & self.hit)
+        hit, proper = hits[:, 7] >= 0, are_proper(hits)
+        (both,) = np.nonzero(hit & proper & self.hit)
         errors = self.apart(hits[both, 0], both) / (self.values(both) if unit is None else unit)
-        failures = (found != self.hit) | (found & ~proper)
+        failures = (hit != self.hit) | (hit & ~proper)
         failures[both] |= errors > worst
         return Finding(len(hits), int(failures.sum()), errors)
 
@@ -146,8 +146,8 @@ def trial(
     rays: np.ndarray, truth: Callable[[], Truth], *objects, unit: float | None = None, worst: float = math.inf
 ) -> Trial:
     """Trial of rays (R, 6) on these objects. truth: called once, when a result is judged; unit, worst: of `compare`."""
-    known = cache(truth)
-    return Trial(scene(*objects), lambda result: known().compare(result.array, unit, worst), rays)
+    reference = cache(truth)
+    return Trial(scene(*objects), lambda result: reference().compare(result.array, unit, worst), rays)
 
 
 def must_hit(result) -> Finding:

@@ -43,11 +43,11 @@ class Stressed(Source):
 
     def record(self, result, parameters: Parameters) -> dict:
         """The verdict on a result as `stability` of a record (store.py)."""
-        told, u = parameters.values(), ROUNDOFF[parameters.precision]
+        methods, u = parameters.values(), ROUNDOFF[parameters.precision]
         return {
             "row": self.row.name,
             "level": self.level,
             **self.trial.judge(result).record(),
-            "expected": self.row.expected(self.level, u, told),
-            "limit": self.row.limit(u, told),
+            "expected": self.row.expected(self.level, u, methods),
+            "limit": self.row.limit(u, methods),
         }

@@ -28,8 +28,8 @@ class Finding:
         """For JSON; the errors are null if no answer has one."""
         errors = np.sort(self.errors)
         of = (lambda share: float(errors[int(share * (len(errors) - 1))])) if len(errors) else lambda _: None
-        told = {"count": int(self.count), "failures": int(self.failures)}
-        return {**told, "error_median": of(0.5), "error_p99": of(0.99), "error_max": of(1.0)}
+        counts = {"count": int(self.count), "failures": int(self.failures)}
+        return {**counts, "error_median": of(0.5), "error_p99": of(0.99), "error_max": of(1.0)}
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ class Row:
 
     def facts(self) -> dict:
         """For run.json: what a report says about the row."""
-        told = ("code", "title", "stress", "failure", "error", "logarithmic", "method", "aligned", "source")
-        return {name: getattr(self, name) for name in told}
+        names = ("code", "title", "stress", "failure", "error", "logarithmic", "method", "aligned", "source")
+        return {name: getattr(self, name) for name in names}
 
 
 def within(off: np.ndarray, allowed) -> Finding:
@@ -100,5 +100,5 @@ def in_general_position(rng: np.random.Generator) -> np.ndarray:
 
 def directions(rng: np.random.Generator, count: int) -> np.ndarray:
     """Unit vectors (count, 3), uniform on the sphere."""
-    found = rng.normal(size=(count, 3))
-    return found / np.linalg.norm(found, axis=1, keepdims=True)
+    vectors = rng.normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -19,6 +19,7 @@ from reports.paper import markdown
 LARGEST_DRAWING, LARGEST_WITH_PICTURES = 700_000, 220_000
 LONGEST = 1400  # pixels of such a figure
 POINT = 96 / 72  # pixels of a page
+LAST = "pictures_figure", "gallery_figure"  # modules whose figures get the room that all others leave
 
 
 @dataclass(frozen=True)
@@ -43,16 +44,18 @@ def of(parts: list[tuple[str, str]], folder: Path, figures: Embedded) -> list[Se
     reader.add_render_rule("image", lambda self, tokens, n, *_: _image(tokens[n], folder, figures))
     reader.add_render_rule("table_open", lambda *_: '<div class="wide" tabindex="0"><table>\n')
     reader.add_render_rule("table_close", lambda *_: "</table></div>\n")
+    pieces = [(name, title, body) for name, text in parts for title, body in _parts(text)]
+    order = sorted(range(len(pieces)), key=lambda number: pieces[number][0] in LAST)
+    rendered = {number: Markup(reader.render(pieces[number][2])) for number in order}
     sections: list[Section] = []
-    for name, text in parts:
-        for title, body in _parts(text):
-            html = Markup(reader.render(body))
-            if title is None and sections:
-                html, title = sections[-1].body + html, sections[-1].title
-                sections[-1] = Section(sections[-1].name, sections[-1].anchor, title, html)
-            else:
-                anchor = f"s{len(sections)}-{markdown.slug(title or name)}"
-                sections.append(Section(name, anchor, _plain(reader, title or name), html))
+    for number, (name, title, _) in enumerate(pieces):
+        html = rendered[number]
+        if title is None and sections:
+            html, title = sections[-1].body + html, sections[-1].title
+            sections[-1] = Section(sections[-1].name, sections[-1].anchor, title, html)
+        else:
+            anchor = f"s{len(sections)}-{markdown.slug(title or name)}"
+            sections.append(Section(name, anchor, _plain(reader, title or name), html))
     return sections
 
 

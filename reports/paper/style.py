@@ -81,6 +81,7 @@ def fonts() -> list[str]:
 RC = {
     "figure.dpi": DPI,
     "savefig.dpi": DPI,
+    "pdf.fonttype": 42,  # TrueType: publishers refuse fonts of Type 3
     "font.family": fonts(),
     "font.size": 8,
     "axes.titlesize": 8,

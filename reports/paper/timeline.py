@@ -1,5 +1,7 @@
 """Serves figures over the life of one process: chooses the place to draw and shades phases behind the curves."""
 
+from collections import Counter
+
 from matplotlib.patches import Patch
 
 from reports.paper import style
@@ -7,8 +9,9 @@ from reports.run.results import Cell
 
 
 def largest_place(cells: list[Cell]) -> tuple[str, str]:
-    """Returns the place with the most pixels, the last of several."""
-    return max(reversed(cells), key=lambda cell: cell.pixels).place
+    """Returns the place with the most pixels; of several the one with the most cells, the first of these."""
+    counts = Counter(cell.place for cell in cells)
+    return max(cells, key=lambda cell: (cell.pixels, counts[cell.place])).place
 
 
 def shade(axes, record: dict, named: bool = True) -> list[str]:

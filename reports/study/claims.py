@@ -119,7 +119,7 @@ class Cores(_Table):
 class Apart(_Table):
     """Two cells, of whose stored pictures pixels are compared."""
 
-    one: dict[str, Any]
+    first: dict[str, Any]
     other: dict[str, Any]
 
 
@@ -210,7 +210,7 @@ class Claim(_Table):
         if self.ratio:
             return self.ratio.sides
         if self.apart:
-            return [self.apart.one, self.apart.other]
+            return [self.apart.first, self.apart.other]
         return [(self.value or self.cores).cell] if self.value or self.cores else []
 
     @property

@@ -134,7 +134,7 @@ def _lowest(results: Results, wanted: dict, column: str) -> Cell | Missing:
 def _apart(apart: Apart, results: Results) -> Estimate | Missing:
     """Returns the share of pixels whose 8-bit colours differ by more than one step."""
     shown = []
-    for wanted in (apart.one, apart.other):
+    for wanted in (apart.first, apart.other):
         cell = _cell(results, wanted)
         picture = cell if isinstance(cell, Missing) else stored.picture(results, cell)
         if isinstance(picture, Missing):

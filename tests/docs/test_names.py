@@ -17,7 +17,6 @@ SOURCES = "harness", "rayrace", "renderers", "reports"
 # Bindings that say how a value came, not what it is.
 NO_NOUNS = {"told", "found", "mine", "theirs", "known", "asked", "held", "heard", "one"}
 WITH_NOUNS = "harness/", "rayrace/", "reports/"
-NOT_YET = "harness/stress/"
 
 
 def listed():
@@ -89,11 +88,7 @@ def without_noun(sources):
 
 
 def test_a_binding_is_the_noun_of_what_it_holds():
-    names = [
-        name
-        for name in listed()
-        if name.startswith(WITH_NOUNS) and name.endswith(".py") and not name.startswith(NOT_YET)
-    ]
+    names = [name for name in listed() if name.startswith(WITH_NOUNS) and name.endswith(".py")]
     sources = [(name, (ROOT / name).read_text("utf-8")) for name in names]
     assert len(sources) > 100
     assert without_noun(sources) == []

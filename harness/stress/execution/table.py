@@ -19,9 +19,9 @@ def ball(material, depth, precision, rng):
     scene = Scene(seen, (Sphere(material, triple(centre), 1.0),), background=WHITE)
 
     def judge(result):
-        told = result.said.used["methods"].get("walk_bytes")  # a chain has no rows
+        walk_bytes = result.said.used["methods"].get("walk_bytes")  # a chain has no rows
         bad = not np.isfinite(result.array).all()
-        return Finding(1, int(bad), np.zeros(0) if told is None else np.array([float(told)]))
+        return Finding(1, int(bad), np.zeros(0) if walk_bytes is None else np.array([float(walk_bytes)]))
 
     return Trial(scene, judge, parameters={"width": 1, "height": 1, "depth": depth})
 

@@ -36,8 +36,8 @@ def busy(threads, precision):
         differ = (picture.view(np.uint8) != standard.view(np.uint8)).sum() if picture is not standard else 0
         return Finding(picture.nbytes, differ)
 
-    asked = {"width": SIDE, "height": SIDE, "depth": 3, "shadows": True, "sampler": "jittered", "samples": 2}
-    return Trial(scene, judge, parameters={**asked, "feelers": 2, "glossy_rays": 2, "threads": threads})
+    parameters = {"width": SIDE, "height": SIDE, "depth": 3, "shadows": True, "sampler": "jittered", "samples": 2}
+    return Trial(scene, judge, parameters={**parameters, "feelers": 2, "glossy_rays": 2, "threads": threads})
 
 
 def who(result, precision):

@@ -45,13 +45,13 @@ def pairs(level, precision, rng) -> list[Pair]:
     return [Pair(middle + corner, precision, rng) for corner in corners]
 
 
-def make_trial(found, operator, origins, d, judge) -> Trial:
+def make_trial(pair_list, operator, origins, d, judge) -> Trial:
     """The trial of these pairs. origins, d: (R, 3) in the frame of a pair; ray i goes to pair i modulo their number."""
     rays = np.empty((len(origins), 6))
-    for number, pair in enumerate(found):
-        mine = slice(number, None, len(found))
-        rays[mine] = pair.rays(origins[mine], d[mine])
-    return Trial(exact.scene(*(Csg(exact.MATERIAL, (*pair.boxes, operator)) for pair in found)), judge, rays)
+    for number, pair in enumerate(pair_list):
+        stride = slice(number, None, len(pair_list))
+        rays[stride] = pair.rays(origins[stride], d[stride])
+    return Trial(exact.scene(*(Csg(exact.MATERIAL, (*pair.boxes, operator)) for pair in pair_list)), judge, rays)
 
 
 def passing(rng):

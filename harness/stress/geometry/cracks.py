@@ -41,13 +41,13 @@ def faces(size) -> tuple[np.ndarray, list[np.ndarray]]:
     """
     normals, triangles = icosphere(size)
     vertices = np.linalg.solve(normals[triangles], np.ones((len(triangles), 3, 1)))[..., 0]
-    found = []
+    loops = []
     for number, normal in enumerate(normals):
         (around,) = np.nonzero((triangles == number).any(axis=1))
         arms = vertices[around] - normal
         angles = np.arctan2(np.cross(arms[0], arms) @ normal, arms @ arms[0])
-        found.append(around[np.argsort(angles)])
-    return vertices, found
+        loops.append(around[np.argsort(angles)])
+    return vertices, loops
 
 
 def make_wall(level, precision, rng) -> Trial:

@@ -56,9 +56,9 @@ def compare(truth: Truth, hits: np.ndarray) -> Finding:
     """Failures are wrong hits and misses; errors are the angles between normals, in radians."""
     finding = truth.hits.compare(hits)
     (both,) = np.nonzero((hits[:, 7] >= 0) & exact.are_proper(hits) & truth.hits.hit)
-    true, found = truth.normals(both), hits[both, 4:7]
-    sine = np.linalg.norm(np.cross(true, found), axis=1)
-    return Finding(finding.count, finding.failures, np.arctan2(sine, (true * found).sum(axis=1)))
+    true, normals = truth.normals(both), hits[both, 4:7]
+    sine = np.linalg.norm(np.cross(true, normals), axis=1)
+    return Finding(finding.count, finding.failures, np.arctan2(sine, (true * normals).sum(axis=1)))
 
 
 def flat(level, precision, rng):

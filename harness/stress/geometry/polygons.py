@@ -31,8 +31,8 @@ def make_trial(vertices, rays) -> Trial:
     truth = cache(lambda: exact.outline(rays, vertices[None]))
 
     def judge(result):
-        found = result.array[:, 7] >= 0
-        wrong = (found != truth()) | (found & ~exact.are_proper(result.array))
+        hit = result.array[:, 7] >= 0
+        wrong = (hit != truth()) | (hit & ~exact.are_proper(result.array))
         return Finding(len(rays), int(wrong.sum()))
 
     return Trial(exact.scene(Polygon(exact.MATERIAL, tuple(map(exact.triple, vertices)))), judge, rays)

@@ -15,9 +15,9 @@ WORST = 1e-3  # a hit whose relative error of t is larger is a failure
 
 def truth(rays, low, high) -> exact.Truth:
     """The first hits of rays (R, 6) with the closed box from `low` to `high`."""
-    found = [_first([Fraction(float(x)) for x in ray], low, high) for ray in rays]
-    t = [0 if first is None else (first.numerator << BITS) // first.denominator for first in found]
-    return exact.Truth(np.array([first is not None for first in found]), np.array(t, dtype=object), BITS)
+    roots = [_first([Fraction(float(x)) for x in ray], low, high) for ray in rays]
+    t = [0 if first is None else (first.numerator << BITS) // first.denominator for first in roots]
+    return exact.Truth(np.array([first is not None for first in roots]), np.array(t, dtype=object), BITS)
 
 
 def _first(ray, low, high) -> Fraction | None:

@@ -32,8 +32,8 @@ def ball(radius, away, precision, rng, parameters=()):
         lit = must_be_lit(scene)
         return Finding(lit.sum(), (~(result.array > 0) & lit).sum())
 
-    asked = {"width": SIDE, "height": SIDE, "depth": 0, "shadows": True, **dict(parameters)}
-    return Trial(scene, judge, parameters=asked)
+    all_parameters = {"width": SIDE, "height": SIDE, "depth": 0, "shadows": True, **dict(parameters)}
+    return Trial(scene, judge, parameters=all_parameters)
 
 
 def must_be_lit(scene):

@@ -37,8 +37,8 @@ def edge(share, precision, rng):
         off = np.abs(colour.codes(result.array[:, 1], arithmetic).astype(int) - expected)
         return Finding(off.size, (off > 1).sum(), off.ravel())
 
-    asked = {"width": SIDE, "height": SIDE, "depth": 0, "sampler": "uniform", "samples": SAMPLES}
-    return Trial(scene, judge, parameters=asked)
+    parameters = {"width": SIDE, "height": SIDE, "depth": 0, "sampler": "uniform", "samples": SAMPLES}
+    return Trial(scene, judge, parameters=parameters)
 
 
 def flat(arithmetic):

@@ -22,10 +22,10 @@ GATE = {"float32": 1e-5, "float64": 1e-12}
 def trial(seen, ball, depth, width, height, precision):
     """Pixels must be 1 - (1 - R) R^(depth - 1): the last term is the light still in the ball when rays end."""
     scene = Scene(seen, (ball,), background=WHITE)
-    known = cache(lambda: truth(scene, depth, width, height))
+    reference = cache(lambda: truth(scene, depth, width, height))
 
     def judge(result):
-        white, clearance = known()
+        white, clearance = reference()
         off = np.abs(result.array.astype(float) - white[..., None]).max(axis=-1)
         allowed = GATE[precision] + 8 * sensitivity(clearance, ROUNDOFF[precision])
         return within(off, allowed)

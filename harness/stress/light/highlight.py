@@ -40,11 +40,11 @@ def lit(elevation, exponent, precision, rng):
     seen = camera(eye, centre, half * turn[:, 1], half * turn @ [-sine, 0, cosine], precision)
     light = Light(triple(place(-10 * cosine, 0, 10 * sine)), WHITE, 0.0)
     scene = Scene(seen, (Polygon(shiny(exponent), tuple(corners)),), (light,))
-    known = cache(lambda: powers(scene, exponent))
+    reference = cache(lambda: powers(scene, exponent))
 
     def judge(result):
         value = result.array.astype(float)[..., 0]
-        off = np.abs(value / known() - 1)
+        off = np.abs(value / reference() - 1)
         u = ROUNDOFF[precision]
         wrong = ~(off <= 16 * (exponent + 1) * u) | ~(value <= 1)  # no highlight is brighter than its light
         return Finding(off.size, wrong.sum(), off[np.isfinite(off)])
@@ -58,15 +58,15 @@ def powers(scene, exponent):
     (triangle,), (light,) = scene.objects, scene.lights
     a, b, c = map(exactly, triangle.vertices)
     normal = unit(cross(minus(b, a), minus(c, a)))
-    found = np.empty((SIDE, SIDE))
+    highlights = np.empty((SIDE, SIDE))
     for j, i, eye, way in exact_rays(scene.camera, SIDE, SIDE):
         t = mp.fdot(minus(a, eye), normal) / mp.fdot(way, normal)
         p = [x + t * d for x, d in zip(eye, way, strict=True)]
         to_light = unit(minus(exactly(light.position), p))
         height = mp.fdot(normal, to_light)
         mirrored = [2 * height * n - x for n, x in zip(normal, to_light, strict=True)]
-        found[j, i] = float((-mp.fdot(mirrored, way)) ** mp.mpf(exponent))
-    return found
+        highlights[j, i] = float((-mp.fdot(mirrored, way)) ** mp.mpf(exponent))
+    return highlights
 
 
 def behind(level, precision, rng):

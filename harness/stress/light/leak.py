@@ -38,8 +38,8 @@ def wedge(scale, precision, rng, parameters=()):
         lost = ~(result.array.max(axis=-1) == 0)  # NaN is no shadow either
         return Finding(lost.size, lost.sum(), lost.mean(axis=0))
 
-    asked = {"width": WIDTH, "height": HEIGHT, "depth": 0, "shadows": True, **dict(parameters)}
-    return Trial(Scene(seen, (floor, panel), (light,)), judge, parameters=asked)
+    all_parameters = {"width": WIDTH, "height": HEIGHT, "depth": 0, "shadows": True, **dict(parameters)}
+    return Trial(Scene(seen, (floor, panel), (light,)), judge, parameters=all_parameters)
 
 
 def lost(length):

@@ -217,8 +217,8 @@ def judged(scene, precision, truth, side, depth=DEPTH, gate=None):
     @cache
     @mp.workdps(DIGITS)
     def picture():
-        found = [float(truth(eye, way)) for _, _, eye, way in exact_rays(scene.camera, side, side)]
-        return np.reshape(found, (side, side, 1))
+        pixels = [float(truth(eye, way)) for _, _, eye, way in exact_rays(scene.camera, side, side)]
+        return np.reshape(pixels, (side, side, 1))
 
     def judge(result):
         off = np.abs(result.array.astype(float) - picture()).max(axis=-1)

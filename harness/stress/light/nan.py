@@ -31,8 +31,8 @@ def bubbles(radius, side, samples, precision, rng):
     half = PIXEL * side / 2
     seen = camera(centre + EYE * turn[:, 2], centre, half * turn[:, 0], half * turn[:, 1], precision)
     scene = Scene(seen, tuple(balls), background=WHITE, air=Air(2.25, 1.0))
-    asked = {"width": side, "height": side, "depth": 1, "sampler": "uniform", "samples": samples}
-    return scene, asked
+    parameters = {"width": side, "height": side, "depth": 1, "sampler": "uniform", "samples": samples}
+    return scene, parameters
 
 
 def past_critical(scene, side):
@@ -49,31 +49,31 @@ def past_critical(scene, side):
 def pixels(level, precision, rng):
     """The level is the number of samples a side of a pixel."""
     radius = PIXEL * math.sqrt(SHARE / (KILLS * math.pi))
-    scene, asked = bubbles(radius, SIDE, int(level), precision, rng)
+    scene, parameters = bubbles(radius, SIDE, int(level), precision, rng)
 
     def judge(result):
         lost = ~np.isfinite(result.array).all(axis=-1)
         return Finding(lost.size, lost.sum(), np.array([lost.mean()]))
 
-    return Trial(scene, judge, parameters=asked)
+    return Trial(scene, judge, parameters=parameters)
 
 
 def counted(level, precision, rng):
     """One sample a pixel, so the picture shows which samples are NaN; the level is their share by the geometry."""
     root = math.sqrt(level)
     radius = PIXEL * root / (math.sqrt(KILLS * math.pi) + 2 * APART * root)
-    scene, asked = bubbles(radius, MANY, 1, precision, rng)
+    scene, parameters = bubbles(radius, MANY, 1, precision, rng)
 
     def judge(result):
         seen = int((~np.isfinite(result.array).all(axis=-1)).sum())
         past, unsure = past_critical(scene, MANY)
         low, high = int((past & ~unsure).sum()), int((past | unsure).sum())
-        told = result.said.rays["non_finite"]
+        count = result.said.rays["non_finite"]
         # The renderer's count must equal the NaN pixels, and these must agree with the geometry.
-        missing = max(abs(told - seen), low - seen, seen - high, 0)
+        missing = max(abs(count - seen), low - seen, seen - high, 0)
         return Finding(MANY * MANY, missing)
 
-    return Trial(scene, judge, parameters={**asked, "fresnel": "unclamped"})
+    return Trial(scene, judge, parameters={**parameters, "fresnel": "unclamped"})
 
 
 def killed(level, u, methods):

@@ -36,39 +36,39 @@ def truth(scene):
     """For each ray its relative distance from the critical angle, and T: (2, RAYS)."""
     (box,) = scene.objects
     normal = unit(cross(*map(exactly, box.edges[:2])))
-    found = []
+    pairs = []
     for _, _, _, way in exact_rays(scene.camera, RAYS, 1):
         cosine = abs(mp.fdot(normal, way))
-        found.append((float(1 - INDEX * mp.sqrt(1 - cosine**2)), float(1 - reflectance(GLASS, AIR, cosine))))
-    return np.array(found).T
+        pairs.append((float(1 - INDEX * mp.sqrt(1 - cosine**2)), float(1 - reflectance(GLASS, AIR, cosine))))
+    return np.array(pairs).T
 
 
 def critical(before, precision, rng):
     """Rays about `before` from the critical angle; on either side of it where rounding is larger."""
     near = max(before, 32 * ROUNDOFF[precision])
-    scene, asked = block(-before, precision, rng, 0.5 * math.sqrt(near), 0.5 * near)
+    scene, parameters = block(-before, precision, rng, 0.5 * math.sqrt(near), 0.5 * near)
     u = ROUNDOFF[precision]
-    known = cache(lambda: truth(scene))
+    reference = cache(lambda: truth(scene))
 
     def judge(result):
-        distance, let_through = known()
+        distance, let_through = reference()
         off = np.abs(result.array[0].astype(float) - let_through[:, None]).max(axis=-1)
         allowed = 8 * sensitivity(np.maximum(np.abs(distance), u), u)
         return within(off, allowed)
 
-    return Trial(scene, judge, parameters=asked)
+    return Trial(scene, judge, parameters=parameters)
 
 
 def past(level, precision, rng):
     """Rays past the critical angle by `level`, relative: all light is reflected, so pixels are exactly 0."""
-    scene, asked = block(level, precision, rng, 0.3 * math.sqrt(level), 0.0)
-    known = cache(lambda: truth(scene))
+    scene, parameters = block(level, precision, rng, 0.3 * math.sqrt(level), 0.0)
+    reference = cache(lambda: truth(scene))
 
     def judge(result):
-        judged = known()[0] < -NOISE * ROUNDOFF[precision]
+        judged = reference()[0] < -NOISE * ROUNDOFF[precision]
         return Finding(judged.sum(), (~(result.array[0] == 0).all(axis=-1) & judged).sum())
 
-    return Trial(scene, judge, parameters=asked)
+    return Trial(scene, judge, parameters=parameters)
 
 
 def sensitivity(before, u):

@@ -53,14 +53,14 @@ def wires(level, precision, rng):
         way = x * np.array(seen.u) + y * np.array(seen.v) - seen.e
         return triple(rounded(eye + (seen.centre - eye) @ facing / (way @ facing) * way, precision))
 
-    found = []
+    polygons = []
     for number, shade in enumerate(COLOURS):
         middle = SIDE / 2 + ((number - 1) * APART + rng.uniform(-1, 1)) * aside
         end, edge = SIDE * along, aside / (2 * level)
         loop = [middle - end - edge, middle + end - edge, middle + end + edge, middle - end + edge]
-        found.append(Polygon(Material(shade, 0.0, 1.0, OPAQUE, 1.0, 1.0), tuple(map(lift, loop))))
-    scene = Scene(seen, tuple(found), ambient=WHITE, background=BLACK)
-    areas = np.array([area(clipped(places(seen, wire.vertices))) for wire in found])
+        polygons.append(Polygon(Material(shade, 0.0, 1.0, OPAQUE, 1.0, 1.0), tuple(map(lift, loop))))
+    scene = Scene(seen, tuple(polygons), ambient=WHITE, background=BLACK)
+    areas = np.array([area(clipped(places(seen, wire.vertices))) for wire in polygons])
 
     def judge(result):
         """Of N samples that each hit a wire with a probability of its own, m are expected to. That r m do has at most
@@ -75,12 +75,12 @@ def wires(level, precision, rng):
 
 def places(seen, points):
     """Where points (n, 3) are seen in the picture, in pixels from its top left (n, 2)."""
-    found = []
+    positions = []
     for point in points:
         way = np.subtract(point, np.add(seen.centre, seen.e))
         x, y, _ = np.linalg.solve(np.column_stack([seen.u, seen.v, -way]), seen.e)
-        found.append([(x + 1) / 2 * SIDE, (1 - y) / 2 * SIDE])
-    return np.array(found)
+        positions.append([(x + 1) / 2 * SIDE, (1 - y) / 2 * SIDE])
+    return np.array(positions)
 
 
 def clipped(loop):
@@ -239,8 +239,8 @@ def sums(n, precision, rng):
         off = np.abs(result.array.astype(float) / linear - 1).ravel()
         return within(off, (2 * n + OTHER_ROUNDINGS) * ROUNDOFF[precision] + n**2 * ROUNDOFF["float64"])
 
-    asked = {"width": FEW, "height": FEW, "depth": 0, "sampler": "uniform", "samples": n}
-    return Trial(scene, judge, parameters=asked)
+    parameters = {"width": FEW, "height": FEW, "depth": 0, "sampler": "uniform", "samples": n}
+    return Trial(scene, judge, parameters=parameters)
 
 
 ROWS = (

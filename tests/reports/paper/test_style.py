@@ -22,6 +22,8 @@ def test_letters_that_the_font_lacks(tmp_path):
     done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0 and done.stderr == "", done.stderr
     assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".svg", ".pdf", ".json"}
+    pdf = (tmp_path / "figure.pdf").read_bytes()
+    assert b"/Subtype /CIDFontType2" in pdf and b"/Type3" not in pdf  # TrueType
 
 
 def test_the_first_font_is_the_same_everywhere():

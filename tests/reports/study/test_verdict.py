@@ -112,7 +112,7 @@ def test_what_is_missing_has_a_reason(run):
 def test_pictures(load, cell, record):
     agreed = record("a")["agreement"]
     rows = [*cell("a", [1.0], 0.1), *cell("b", [1.0], 0.1)]
-    sides = {"one": {"variant": "a"}, "other": {"variant": "b"}}
+    sides = {"first": {"variant": "a"}, "other": {"variant": "b"}}
     found = load(rows)
     assert verdict.decide(claim(agree={}), found) == verdict.Decided("true", "2 of 2 pictures agree")
     assert verdict.decide(claim(differ={}), found).verdict == "false"

@@ -1,0 +1,24 @@
+"""Sections of the page: which figures get its room."""
+
+import numpy as np
+from PIL import Image
+
+from reports.chart.embedded import Embedded
+from reports.page import sections
+
+
+def test_charts_get_room_before_grids_of_pictures(tmp_path):
+    """Two figures of noise, of which one fits: the chart, though the grid of pictures comes first on the page."""
+    rng = np.random.default_rng(3)
+    for name in ("grid.png", "chart.png"):
+        Image.fromarray(rng.integers(0, 256, (120, 120, 3), np.uint8), "RGB").save(tmp_path / name)
+    parts = [
+        ("pictures_figure", "## Pictures\n\n![grid](grid.png)"),
+        ("times_figure", "## Times\n\n![chart](chart.png)"),
+    ]
+    alone = Embedded(10**6, inline=True)
+    sections.of(parts[:1], tmp_path, alone)
+    figures = Embedded(int(1.5 * (10**6 - alone.room)), inline=True)
+    pictures, times = sections.of(parts, tmp_path, figures)
+    assert (pictures.title, times.title) == ("Pictures", "Times") and figures.left_out == 1
+    assert "Too large for this page" in pictures.body and "<img" in times.body
