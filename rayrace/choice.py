@@ -18,7 +18,6 @@ from harness.race.host import ThisHost
 from harness.renderer import registry
 from harness.renderer.job import fingerprint
 from harness.renderer.parameters import NAMES
-from harness.scene import load, warnings
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs as needs_of
 from harness.single import single
@@ -30,7 +29,7 @@ SEEN = ("width", "height", "region", "shadows", "lens_radius", "focal_distance",
 
 
 def render(scene, variant, out, options, most, against, seconds, given, frames, timeout, folders, as_json) -> None:
-    """Render `scene` to `out` with the quickest method whose RMSE is `most` or less, and print what it promised and
+    """Render a Scene to `out` with the quickest method whose RMSE is `most` or less, and print what it promised and
     what the picture keeps.
 
     options: the Image of the command line; given: names of those that the user gave. against: "scene" or "centres".
@@ -44,10 +43,10 @@ def render(scene, variant, out, options, most, against, seconds, given, frames, 
     if against not in ("scene", "centres"):
         raise UserError(f"--against {against}: expected scene or centres")
     picture.check_suffix(out)
-    read, entries = load(scene), registry.entries(folders)
+    entries = registry.entries(folders)
     if variant:
         registry.find(variant, entries)
-    arrays, parameters = flatten(read, options.arithmetic), options.parameters(1, 0)
+    arrays, parameters = flatten(scene, options.arithmetic), options.parameters(1, 0)
     fixed = frozenset(given & {*NAMES} - {*SEEN, "seed", "frames", "threads"})
     if against == "centres":
         if "sampler" in fixed and parameters.sampler != "one":
@@ -66,7 +65,7 @@ def render(scene, variant, out, options, most, against, seconds, given, frames, 
     with host.exclusive(), Sessions() as sessions, scratch() as folder:
         began = time.monotonic()  # it may have waited for another measurement to end
         test = trial.Trial(
-            arrays, lambda job: needs_of(read, job), parameters, entries, limit, against, sessions.run,
+            arrays, lambda job: needs_of(scene, job), parameters, entries, limit, against, sessions.run,
             began + (seconds or timeout), None if options.threads == "default" else options.threads,
         )  # fmt: skip
         known_methods = advice.find(results_folder(), wanted)
@@ -74,9 +73,9 @@ def render(scene, variant, out, options, most, against, seconds, given, frames, 
         wrong = made.work()
         made.time()
         took = time.monotonic() - began
-    doubts = warnings(read, [parameters], {"feelers", "glossy_rays"} - fixed)
+    doubts = single.warned(scene, parameters, {"feelers", "glossy_rays"} - fixed)
     if made.best:
-        doubts += single.one_colour(read, parameters, made.best.result.array)
+        doubts += single.one_colour(scene, parameters, made.best.result.array)
     if as_json:
         print(json.dumps({**made.facts(wrong), "seconds": took, "warnings": facts.warn(doubts)}))
     else:

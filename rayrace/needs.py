@@ -40,8 +40,8 @@ FRAMES = 3  # steady frames of a process, of which the median counts
 def needs(
     scene: SceneArgument,
     variant: VariantOption = "",
-    width: WidthOption = 512,
-    height: HeightOption = 512,
+    width: WidthOption = None,
+    height: HeightOption = None,
     depth: DepthOption = 10,
     shadows: ShadowsOption = True,
     samples: SamplesOption = 1,
@@ -88,7 +88,7 @@ def needs(
     from harness.reduction import leave_out
     from harness.renderer import registry
     from harness.renderer.builder import cache_folder
-    from harness.scene import load, warnings
+    from harness.scene import load
     from harness.scene.needs import needs as needs_of
     from harness.single import single, smallest, worth
     from rayrace import bundled, facts, terminal
@@ -108,7 +108,7 @@ def needs(
     limit = error_limit("--within", within) if within else None
     read = load(bundled.scene(scene))
     image = single.image(
-        "", width=width, height=height, depth=depth, shadows=shadows, samples=samples,
+        "", **single.size(read, width, height), depth=depth, shadows=shadows, samples=samples,
         adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold,
         lens_radius=lens_radius, focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
         seed=seed, cutoff=cutoff, precision=precision, **chosen,
@@ -134,7 +134,7 @@ def needs(
             times += greedy.times
             if exhaustive:
                 best = _exhaustive(search, greedy, times)
-    warned = facts.warn(warnings(read, [job]))
+    warned = facts.warn(single.warned(read, job))
     worths = sorted(study.worths, key=lambda row: -row.error.get("rmse", -1.0))
     smallest_facts = {}
     if greedy:
@@ -287,7 +287,7 @@ def _cells(worth) -> list[str]:
     memory = "unavailable" if worth.memory is None else f"{worth.memory:.2f}"
     rmse = record.rmse_of(worth.error)
     return [
-        f"{worth.change.pixels:.2%}",
+        record.percentage(worth.change.pixels),
         f"{worth.change.largest:.2g}",
         rmse,
         f"{worth.flip:.2g}",

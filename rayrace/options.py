@@ -76,8 +76,10 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for a scrip
 VariantOption = Annotated[
     str, typer.Option("-r", "--variant", help="Who renders. Default: the first available of the fastest.")
 ]
-WidthOption = Annotated[int, typer.Option(min=1, max=65536)]
-HeightOption = Annotated[int, typer.Option(min=1, max=65536)]
+SIDE = "Pixels. Default: the longer side has {0}, and the picture the shape of the screen."
+ALONE = "Pixels. One side alone gives the other."
+WidthOption = Annotated[int | None, typer.Option(min=1, max=65536, help=SIDE.format(512))]
+HeightOption = Annotated[int | None, typer.Option(min=1, max=65536, help=ALONE)]
 DepthOption = Annotated[int, typer.Option(min=0, help="Largest order of a ray.")]
 ShadowsOption = Annotated[bool, typer.Option(help="Shadow feelers.")]
 SamplesOption = Annotated[int, typer.Option(min=1, help="n: n x n samples a pixel, uniform if no sampler is given.")]

@@ -44,8 +44,8 @@ def render(
             help="Picture: .png, .exr, .npy or .tif; or scene: .pov. Default: picture.png, or a new name if it exists.",
         ),
     ] = None,
-    width: WidthOption = 512,
-    height: HeightOption = 512,
+    width: WidthOption = None,
+    height: HeightOption = None,
     depth: DepthOption = 10,
     shadows: ShadowsOption = True,
     samples: SamplesOption = 1,
@@ -93,14 +93,16 @@ def render(
 ) -> None:
     """Render a scene to a picture."""
     from harness.errors import UserError
+    from harness.scene import load
     from harness.single import single
     from harness.store import record
     from rayrace import bundled, facts
 
-    scene = bundled.scene(scene)
+    read = load(bundled.scene(scene))
     image = single.image(
-        width=width, height=height, depth=depth, shadows=shadows, samples=samples, adaptive_depth=adaptive_depth,
-        adaptive_threshold=adaptive_threshold, lens_radius=lens_radius, focal_distance=focal_distance or None,
+        **single.size(read, width, height), depth=depth, shadows=shadows, samples=samples,
+        adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold, lens_radius=lens_radius,
+        focal_distance=focal_distance or None,
         feelers=feelers, glossy_rays=glossy_rays, seed=seed, epsilon=epsilon or None, kernel=kernel, cutoff=cutoff,
         sample_x=sample_x, sample_y=sample_y, region=region, precision=precision, threads=threads or "default",
         block_width=block_width, block_height=block_height, total_threads=total_threads, max_registers=max_registers,
@@ -112,11 +114,11 @@ def render(
 
             given = {name for name in context.params if context.get_parameter_source(name).name != "DEFAULT"}
             arguments = max_error, against, max_seconds, given, frames, timeout, tuple(renderer or ()), as_json
-            choice.render(scene, variant, path, image, *arguments)
+            choice.render(read, variant, path, image, *arguments)
             return
         if against != "scene" or max_seconds:
             raise UserError("--against and --max-seconds: only with --max-error")
-        made = single.render(scene, variant, path, image, frames, timeout, tuple(renderer or ()))
+        made = single.render(read, variant, path, image, frames, timeout, tuple(renderer or ()))
     facts.warn(made["warnings"])
     if as_json:
         print(json.dumps(made))

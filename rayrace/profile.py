@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from rayrace.options import (
+    SIDE,
     DepthOption,
     FeelersOption,
     GlossyRaysOption,
@@ -20,12 +21,12 @@ from rayrace.options import (
     SceneArgument,
     ShadowsOption,
     VariantOption,
-    WidthOption,
     choosing,
 )
 
 ROWS = 20
 PICTURES = ".png", ".svg", ".pdf"
+PROFILED = 256  # pixels of the longer side
 
 
 @choosing("sampler", "vector", "floating_point")
@@ -36,8 +37,8 @@ def profile(
         Path | None,
         typer.Option("-o", "--out", help="Flame graph: .json for speedscope, or a picture, .png, .svg, .pdf."),
     ] = None,
-    width: WidthOption = 256,
-    height: HeightOption = 256,
+    width: Annotated[int | None, typer.Option(min=1, max=65536, help=SIDE.format(PROFILED))] = None,
+    height: HeightOption = None,
     depth: DepthOption = 10,
     shadows: ShadowsOption = True,
     samples: SamplesOption = 1,
@@ -67,7 +68,7 @@ def profile(
         picture.check_folder(out)
     read = load(bundled.scene(scene))
     image = single.image(
-        "", width=width, height=height, depth=depth, shadows=shadows, samples=samples,
+        "", **single.size(read, width, height, PROFILED), depth=depth, shadows=shadows, samples=samples,
         feelers=feelers, glossy_rays=glossy_rays, precision=precision, **chosen,
     )  # fmt: skip
     job = image.parameters(1, 1)

@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from harness.race.row import is_as_meant
+from harness.store.record import percentage
 from harness.system import trouble
 
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
@@ -203,7 +204,7 @@ def show_row(row, as_json: bool) -> None:
 
 
 def _share(share: float) -> str:
-    return "0" if share == 0 else f"{share:.1%}" if share >= 0.001 else f"{share:.1e}"
+    return "0" if share == 0 else percentage(share)
 
 
 def show_status(status, as_json: bool) -> None:

@@ -24,7 +24,7 @@ from harness.scene import text
 from harness.scene.flatten import flatten
 from harness.scene.needs import SHAPES
 from harness.scene.needs import needs as needs_of
-from harness.store.record import UNCHECKED
+from harness.store.record import UNCHECKED, percentage
 from harness.system import trouble
 
 SIZE = 16
@@ -82,7 +82,7 @@ def _told(verdict: judge.Verdict) -> str:
     off = "every pixel is in the mask" if verdict.max_outside is None else f"{verdict.max_outside:.1e}"
     if verdict.mask_fraction <= judge.LARGE_MASK:
         return off
-    return f"{off}; {verdict.mask_fraction:.0%} of the picture is ill-conditioned, and judged as a whole"
+    return f"{off}; {percentage(verdict.mask_fraction)} of the picture is ill-conditioned, and judged as a whole"
 
 
 class Examination:
@@ -258,7 +258,7 @@ class Examination:
             return Check("phases cover its life", False, result.reason)
         phases = row.cover(result.said, result.outcome.spawned, result.outcome.exited)
         missing = 1 - sum(end - start for _, start, end in phases) / result.outcome.wall_s
-        detail = f"{missing:.2%} of the wall time is in no phase"
+        detail = f"{percentage(missing)} of the wall time is in no phase"
         return Check("phases cover its life", abs(missing) <= row.PHASE_TOLERANCE, detail)
 
     def _frames(self, what: str, result: repetition.Result, parameters: Parameters) -> Check:

@@ -13,7 +13,8 @@ from harness.toml import Strict
 BLOCK = 1024  # threads that a block of a GPU can have
 
 Count = Annotated[int, Field(ge=0, le=10**6)]
-Size = Annotated[int, Field(ge=1, le=2**16)]
+SIDE = 2**16  # pixels at most
+Size = Annotated[int, Field(ge=1, le=SIDE)]
 Precision = Annotated[str, Field(pattern=r"^[a-z]+[0-9]+$")]
 Region = Literal["all", "one pixel"] | tuple[Count, Count, Count, Count]
 Real = Annotated[float, Field(ge=0, allow_inf_nan=False)]

@@ -9,7 +9,7 @@ from harness.race.series import ticks
 from harness.renderer import events
 from harness.renderer.limits import amount
 from harness.renderer.registry import Entry
-from harness.store.record import MEASURED
+from harness.store.record import MEASURED, percentage
 
 BAD = ("failed", "timeout", "killed", "wrong picture")
 CPU_TOLERANCE = 0.10  # between wait4 and the measurer's series
@@ -77,7 +77,7 @@ def measured(result: repetition.Result, series: Path) -> dict:
         record["measurer"] = {**outcome.measurer, "integral_s": record["cpu"]["series_s"], "wait4_s": used}
     missing = 1 - sum(end - start for _, start, end in phases) / outcome.wall_s
     if result.status == "ok" and outcome.alone and abs(missing) > PHASE_TOLERANCE:
-        record["warnings"].append(f"its phases leave {missing:.1%} of the wall time uncovered")
+        record["warnings"].append(f"its phases leave {percentage(missing)} of the wall time uncovered")
     if record["series"] and outcome.measurer is None:
         record["warnings"].append("its measurer gave no account of itself: the series may not be whole")
     if outcome.alone:

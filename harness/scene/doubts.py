@@ -59,6 +59,17 @@ def of_methods(scene, jobs, free=()) -> list[tuple[str, str]]:
     return doubts
 
 
+def stretched(scene, width: int, height: int) -> list[str]:
+    """The warning that a picture has another shape than its screen, |u| : |v|; [] if it has that, to a pixel."""
+    camera = scene.camera
+    shape = check.length(camera.u) / check.length(camera.v)
+    down, across = round(width / shape), round(height * shape)
+    if abs(height - width / shape) <= 1 or abs(width - height * shape) <= 1:
+        return []
+    what = f"a picture of {width} x {height} stretches its screen, which is {shape:.3g} times as wide as it is high"
+    return [_text(scene, camera.line, what, f"take {width} x {max(down, 1)} or {max(across, 1)} x {height}")]
+
+
 def of_picture(scene, picture: np.ndarray) -> list[str]:
     """The warning that a whole picture (height, width, 3) has one colour, and why; [] if it has several."""
     what = one_colour(picture)

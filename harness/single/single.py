@@ -1,13 +1,14 @@
 """Runs one job from the command line: a picture of a scene, or the hits of a list of rays."""
 
 import io
+import math
 from dataclasses import replace
 
 import numpy as np
 from pydantic import ValidationError
 
 from harness.errors import Failure, UserError
-from harness.experiment.image import Image
+from harness.experiment.image import SIDE, Image
 from harness.judge import bound, judge, rays, reference, truth
 from harness.judge.cache import Kept
 from harness.picture import picture
@@ -60,8 +61,19 @@ def image(region: str, **values) -> Image:
         raise UserError(why) from None
 
 
+def size(scene, width: int | None, height: int | None, longest: int = 512) -> dict[str, int]:
+    """Returns the size of a picture of a Scene: what is given; else the shape of its screen, |u| : |v|, whose longer
+    side has `longest` pixels.
+    """
+    shape = math.dist((0, 0, 0), scene.camera.u) / math.dist((0, 0, 0), scene.camera.v)
+    if width is None and height is None:
+        width, height = (longest, None) if shape >= 1 else (None, longest)
+    across, down = width or round(height * shape), height or round(width / shape)
+    return {"width": min(max(across, 1), SIDE), "height": min(max(down, 1), SIDE)}
+
+
 def render(scene, variant, out, image, frames, timeout, folders) -> dict:
-    """Renders `scene` to the picture `out`. Returns its facts, for JSON. timeout: s. Failure if the renderer fails.
+    """Renders a Scene to the picture `out`. Returns its facts, for JSON. timeout: s. Failure if the renderer fails.
 
     If a renderer exports to files with the suffix of `out`, writes the scene in that format instead; the facts are then
     `scene` and `exporter`.
@@ -72,24 +84,27 @@ def render(scene, variant, out, image, frames, timeout, folders) -> dict:
             raise UserError(f"-r {variant}: {out.name} is a scene, so nothing is rendered; leave -r out")
         if frames:
             raise UserError(f"--frames: {out.name} is a scene, so nothing is rendered; leave --frames out")
-        read, parameters = load(scene), image.parameters(1, 0)
-        export.write(out, exporter, flatten(read, image.arithmetic), parameters, needs_of(read, parameters), timeout)
-        doubts = warnings(read, [parameters])
-        return {"scene": str(out), "exporter": exporter.manifest.name, "warnings": doubts}
+        parameters = image.parameters(1, 0)
+        export.write(out, exporter, flatten(scene, image.arithmetic), parameters, needs_of(scene, parameters), timeout)
+        return {"scene": str(out), "exporter": exporter.manifest.name, "warnings": warned(scene, parameters)}
     picture.check_suffix(out)
-    read = load(scene)
     parameters = image.parameters(1, frames)
-    needs = needs_of(read, parameters)
+    needs = needs_of(scene, parameters)
     entries = registry.entries(folders)
     entry = pick(variant, entries, parameters, needs)
     parameters = replace(parameters, threads=entry.threads() if image.threads == "default" else image.threads)
-    arrays = flatten(read, parameters.arithmetic)
+    arrays = flatten(scene, parameters.arithmetic)
     result = repetition.run(entry, arrays, parameters, needs, timeout, cache=kernels(entry))
     facts = save(entry, arrays, parameters, result, out)
-    facts["warnings"] = [*warnings(read, [parameters]), *one_colour(read, parameters, result.array)]
+    facts["warnings"] = [*warned(scene, parameters), *one_colour(scene, parameters, result.array)]
     facts["agreement"] = _agreement(entry, entries, arrays, parameters, result)
     facts["error"] = _error(entries, arrays, parameters, result)
     return facts
+
+
+def warned(scene, parameters: Parameters, free=()) -> list[str]:
+    """The warnings of a Scene and of the job of its picture. free: of doubts.warnings."""
+    return [*warnings(scene, [parameters], free), *doubts.stretched(scene, parameters.width, parameters.height)]
 
 
 def one_colour(scene, parameters: Parameters, array: np.ndarray) -> list[str]:

@@ -159,4 +159,9 @@ def agreement_of(agreement: dict | None) -> str:
 
 
 def percent(share: float) -> str:
-    return f"{float(f'{100 * share:.2g}'):g} %" if share else "none"
+    return percentage(share) if share else "none"
+
+
+def percentage(share: float) -> str:
+    """Formats a share in per cent, to two digits and without an exponent: "0.31 %", "110 %"."""
+    return f"{float(f'{100 * share:.2g}'):g} %"

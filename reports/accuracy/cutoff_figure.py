@@ -178,7 +178,7 @@ def _judgement(views: list[tuple[View, list[Sweep]]]) -> str:
     worst = max(point.ratio for _, _, point in points)
     return (
         f"The bound holds in every pixel of all {len(points)} pictures with a cut-off; what it changes is at "
-        f"most {100 * worst:.3g} % of it."
+        f"most {quantity.percentage(worst)} of it."
     )
 
 

@@ -308,11 +308,11 @@ def write(results: Results, out: Path) -> str:
         parts += [*pareto_table.left_out(chart), f"Every method: [{name}.csv]({name}.csv)"]
     parts.append(thinning.note(len(shown), len(drawn), "charts", "the CSV files have all"))
     parts.append(_equal([chart for chart in charts if chart.points and not chart.trades]))
-    return "\n\n".join(filter(None, [*parts, _never(charts), markdown.escape(CAPTION)]))
+    return "\n\n".join(filter(None, [*parts, _never(drawn), markdown.escape(CAPTION)]))
 
 
 def _never(charts: list[Chart]) -> str:
-    """Names the variants and methods that are dominated everywhere."""
+    """Names the variants and methods that are dominated in all charts where errors differ."""
     names = [
         f"{'; '.join(names[:MOST_NAMED])}{f'; and {len(names) - MOST_NAMED} more' * (len(names) > MOST_NAMED)} ({what})"
         for names, what in zip(pareto.never_pays(charts), ("by any method", "by any renderer"), strict=True)

@@ -9,6 +9,7 @@ from harness.errors import UserError
 from harness.statistics import statistics
 from harness.store import store
 from reports.compare import runs
+from reports.paper import quantity
 from reports.run import ranking, results
 from reports.run.results import Cell, Results
 
@@ -38,11 +39,13 @@ def between(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> Drift:
     bounded = [ratio for ratio in ratios if ratio.low is not None]
     if bounded:
         value = max(statistics.difference(end) for ratio in bounded for end in (ratio.low, ratio.high))
-        return Drift(value, f"{100 * value:.2g} %, by {_count(len(bounded), 'cell')} that did not change")
+        return Drift(value, f"{quantity.percentage(value)}, by {_count(len(bounded), 'cell')} that did not change")
     spreads = _spreads(a, b)
     if spreads:
         value = max(largest for largest, _ in spreads)
-        return Drift(value, f"{100 * value:.2g} %, by {max(count for _, count in spreads)} runs of equal cells")
+        return Drift(
+            value, f"{quantity.percentage(value)}, by {max(count for _, count in spreads)} runs of equal cells"
+        )
     return Drift(
         None, f"unknown: no cell is of the same renderer in both, nor in {LEAST_RUNS} runs beside them; {REMEDY}"
     )

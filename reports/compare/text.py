@@ -35,7 +35,9 @@ def heading(comparison: Comparison) -> list[str]:
     if comparison.others:
         lines += ["other differences:", *(f"  {line}" for line in comparison.others)]
     floors = [
-        f"{which} {100 * floor.value:.2g} %" if floor.value is not None else f"{which} unavailable: {floor.reason}"
+        f"{which} {quantity.percentage(floor.value)}"
+        if floor.value is not None
+        else f"{which} unavailable: {floor.reason}"
         for which, floor in zip("AB", comparison.floors, strict=True)
     ]
     rule = "the larger one is used" if comparison.floor is not None else "only the intervals decide"

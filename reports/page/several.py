@@ -18,7 +18,7 @@ from reports.compare import hosts, side_by_side
 from reports.compare.hosts import Member
 from reports.page import card, report, study_again
 from reports.page.card import Card
-from reports.paper import drawn, markdown
+from reports.paper import drawn, markdown, quantity
 from reports.run import results
 
 TITLE = "Several runs"
@@ -167,4 +167,4 @@ def _runs(members: list[Member]) -> str:
 
 
 def _floor(floor: Floor) -> str:
-    return f"unavailable: {floor.reason}" if floor.value is None else f"{100 * floor.value:.2g} %"
+    return f"unavailable: {floor.reason}" if floor.value is None else quantity.percentage(floor.value)

@@ -47,7 +47,12 @@ def times(value: Estimate | Missing | float | str) -> str:
 
 def percent(share: float) -> str:
     """Returns a share to two digits: "0.31 %"; "none" for 0, "all" for 1."""
-    return {0: "none", 1: "all"}.get(share) or f"{plain(100 * share, 2)} %"
+    return {0: "none", 1: "all"}.get(share) or percentage(share)
+
+
+def percentage(share: float) -> str:
+    """Returns a share to two digits: "0.31 %", "2.0 %", "110 %"."""
+    return f"{plain(100 * share, 2)} %"
 
 
 def unit(value: float, units: tuple = SECONDS) -> tuple[float, str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from reports.paper import markdown, style, thinning
+from reports.paper import markdown, quantity, style, thinning
 from reports.pictures.pictures_figure import panel, say
 from reports.run import gpu, launch, stored
 from reports.run.launch import Group
@@ -127,7 +127,7 @@ def _said(results: Results, cell: Cell) -> str:
         return "not judged"
     if cell.status == "ok":
         return "right here"
-    return f"{wrong:.1%} of pixels off\nby more than 1/255"
+    return f"{quantity.percentage(wrong)} of pixels off\nby more than 1/255"
 
 
 def _why(variant: str, apart: str) -> str:

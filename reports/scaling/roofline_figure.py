@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 
 from harness.statistics.statistics import Estimate
-from reports.paper import markdown, style, table
+from reports.paper import markdown, quantity, style, table
 from reports.paper.table import Column
 from reports.run import gpu, launch
 from reports.run.results import Cell, Missing, Results, point_label
@@ -67,7 +67,7 @@ def draw(results: Results, cells: list[Cell]):
         axes.plot(achieved.value / 1e12, row, "o", color=colour, ms=5)
         if not isinstance(most, Missing):
             axes.plot(most / 1e12, row, "|", color="black", ms=11, mew=1.5)
-        text = "peak unavailable" if isinstance(part, Missing) else f"{100 * part.value:.2g} % of the peak"
+        text = "peak unavailable" if isinstance(part, Missing) else f"{quantity.percentage(part.value)} of the peak"
         axes.text(1.01, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=7)
     axes.set_yticks(range(len(cells)), [_name(results, cell) for cell in cells], fontsize=7)
     axes.set(xscale="log", ylim=(len(cells) - 0.5, -0.5), xlabel="Tflop/s")

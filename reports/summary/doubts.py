@@ -6,7 +6,7 @@ from pathlib import Path
 
 from harness.store.record import UNCHECKED
 from harness.system import trouble
-from reports.paper import markdown
+from reports.paper import markdown, quantity
 from reports.run.results import Cell, Results, grouped, place
 from reports.summary.summary import where
 
@@ -54,9 +54,8 @@ def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
         doubts.append((text, text))
     share = _share_of_a_core(cell)
     if share is not None and share < STARVED and not cell.gpu:
-        doubts.append(
-            ("starved", f"used {share:.0%} of one core over its life: it waited, or other programs took the cores")
-        )
+        used = f"used {quantity.percentage(share)} of one core over its life"
+        doubts.append(("starved", f"{used}: it waited, or other programs took the cores"))
     return doubts
 
 

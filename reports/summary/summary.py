@@ -32,7 +32,8 @@ def _floor(results: Results) -> str:
     """Says which differences the run cannot resolve: its A/A pair and the noise floor."""
     floor = results.floor
     has_floor = floor.value is not None
-    text = f"Noise floor: {100 * floor.value:.2g} %." if has_floor else f"Noise floor: unavailable: {floor.reason}."
+    value = quantity.percentage(floor.value) if has_floor else f"unavailable: {floor.reason}"
+    text = f"Noise floor: {value}."
     if floor.ratio is not None:
         twice = f"{results.pair} was run twice in every round (an A/A pair); the ratio of the two is"
         text += f" {twice} {quantity.text(floor.ratio)}."

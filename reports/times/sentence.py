@@ -73,11 +73,16 @@ def _longer(ratio: Estimate, first: bool) -> str:
     return f"{quantity.plain(ratio.value, 2)} times{' as long' * first}"
 
 
-def of_best(best: Bar, ratio: Estimate, other: Bar) -> str:
-    """Says which of all methods is the fastest. ratio: the time of `other`, which does not use it, over its time."""
+def of_best(best: Bar, ratio: Estimate, other: Bar, alike: list[Bar]) -> str:
+    """Says which of all methods is the fastest. ratio: the time of `other`, which does not use it, over its time.
+
+    alike: bars that cannot be told apart from the best.
+    """
     faster = f"{quantity.plain(ratio.value, 2)} times as fast as {other.spoken}"
     rmse = "" if isinstance(best.cell.error(), Missing) else f", RMSE {accuracy_columns.brief(best.cell)[0]}"
-    return f"The fastest of all is {best.spoken}: {quantity.seconds(best.time.value)}, {faster}{rmse}."
+    names = listed([best.spoken, *(bar.spoken for bar in alike)])
+    which = f"are {names}, which cannot be told apart" if alike else f"is {names}"
+    return f"The fastest of all {which}: {quantity.seconds(best.time.value)}, {faster}{rmse}."
 
 
 def of_others(bars: list[Bar]) -> str:

@@ -15,6 +15,7 @@ from harness.choice import trial
 from harness.judge import judge, truth
 from harness.process.session import Sessions
 from harness.renderer.parameters import Parameters
+from harness.scene import load
 from harness.scene.flatten import flatten
 from harness.scene.needs import needs
 from harness.scene.text import read
@@ -221,7 +222,7 @@ def test_a_measurement_that_lies_is_found(rayrace, tmp_path, monkeypatch, capsys
     (tmp_path / "scene.txt").write_text(SCENE)
     image = single.image("", width=24, height=22, depth=10, shadows=True)
     told = "1/128", "scene", 0.0, frozenset({"precision", "vector"}), 0, 600.0, (), True
-    choice.render(tmp_path / "scene.txt", "cpp-threads", tmp_path / "p.npy", image, *told)
+    choice.render(load(tmp_path / "scene.txt"), "cpp-threads", tmp_path / "p.npy", image, *told)
     found = json.loads(capsys.readouterr().out)
     first, *others = (picture["error"]["rmse"] for picture in found["pictures"])
     assert first > 1 / 128 and others and others[-1] <= 1 / 128 and found["error"]["rmse"] == others[-1]

@@ -166,6 +166,6 @@ def test_a_large_mask_is_said():
     told = {share: check._told(Verdict(None, max_outside=2e-12, mask_fraction=share)) for share in (0.1, 0.125)}
     assert told == {
         0.1: "2.0e-12",
-        0.125: "2.0e-12; 12% of the picture is ill-conditioned, and judged as a whole",
+        0.125: "2.0e-12; 12 % of the picture is ill-conditioned, and judged as a whole",
     }
-    assert check._told(Verdict(None, mask_fraction=1.0)).startswith("every pixel is in the mask; 100% of the picture")
+    assert check._told(Verdict(None, mask_fraction=1.0)).startswith("every pixel is in the mask; 100 % of the picture")

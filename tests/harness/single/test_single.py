@@ -10,12 +10,15 @@ import pytest
 from PIL import Image
 
 from harness.picture import colour
+from harness.scene import text
+from harness.single import single
 
 SCENE = """CAMERA (0,0,0) (1,0,0) (0,1,0) (0,0,3)
 BACKGROUND (0.2,0.5,0.7)
 AMBIENT (1,1,1)
 SPHERE (0,0,0) 0.5 (1,0.5,0) 0 1 (0,0,0) 1e6 1
 """
+SIDES = "--width", "--height"
 PICTURE = ("-r", "python", "--width", 12, "--height", 8)
 
 
@@ -35,6 +38,36 @@ def test_render_to_each_kind_of_file(rayrace, scene, tmp_path):
     assert np.abs(png[4, 6] - np.array([255, 127.5, 0])).max() <= 0.5
     with OpenEXR.File(str(tmp_path / "a.exr")) as file:
         assert np.array_equal(file.channels()["RGB"].pixels, linear.astype(np.float32))
+
+
+@pytest.mark.parametrize(
+    ("sides", "size"),
+    [((), (40, 20)), (("--width", 12), (12, 6)), (("--height", 9), (18, 9)), (("--width", 1), (1, 1))],
+)
+def test_a_picture_has_the_shape_of_its_screen(rayrace, write, tmp_path, monkeypatch, sides, size):
+    """By the screen's axes, which need not be parallel to those of the scene."""
+    wide = SCENE.replace("(1,0,0) (0,1,0)", "(1.2,0,1.6) (0,1,0)")
+    monkeypatch.setattr(single.size, "__defaults__", (40,))
+    found = single.size(
+        text.read(wide), *(None if not sides else sides[1] if name in sides else None for name in SIDES)
+    )
+    assert (found["width"], found["height"]) == size
+    if sides:
+        done = rayrace("render", write("scene.txt", wide), "-r", "python", *sides, "-o", tmp_path / "a.npy", code=0)
+        assert np.load(tmp_path / "a.npy").shape == (size[1], size[0], 3) and "stretches" not in done.stderr
+
+
+@pytest.mark.parametrize(("size", "words"), [((8, 8), "take 8 x 4 or 16 x 8"), ((9, 4), ""), ((8, 3), "")])
+def test_a_picture_that_stretches_its_screen_is_warned_of(rayrace, write, tmp_path, size, words):
+    """To a pixel, that rounding takes, it has the shape."""
+    scene = write("scene.txt", SCENE.replace("(1,0,0)", "(2,0,0)"))
+    sides = "--width", size[0], "--height", size[1]
+    done = rayrace("render", scene, "-r", "python", *sides, "-o", tmp_path / "a.npy", code=0)
+    assert (
+        (words in done.stderr and "scene.txt:1: a picture of 8 x 8 stretches" in done.stderr)
+        if words
+        else not (done.stderr)
+    )
 
 
 def test_render_says_json(rayrace, scene, tmp_path):

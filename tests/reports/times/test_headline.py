@@ -68,6 +68,14 @@ def test_too_few_processes_resolve_nothing(load, at):
     )
 
 
+def test_the_fastest_of_all_is_not_told_from_what_the_intervals_do_not(load, at):
+    """Two methods 1 % apart, with scatter of 30 %: neither is called the fastest of all."""
+    fast = {"vector": "on", "precision": "float32", "epsilon": 2e-6}
+    rows = [*at("cpp", 1.0), *at("numba", 2.0), *at("cpp", 0.1, 0.3, **fast), *at("numba", 0.101, 0.3, **fast)]
+    found = headline.of(load(rows)).sentence
+    assert "The fastest of all are " in found and " and " in found and ", which cannot be told apart: " in found
+
+
 def test_methods_are_named_by_what_varies_and_the_fastest_has_its_error(load, at):
     fast = {"vector": "on", "precision": "float32", "epsilon": 2e-6}
     told = [
