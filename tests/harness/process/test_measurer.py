@@ -123,7 +123,8 @@ def test_a_harness_that_is_gone_is_told_nothing(tmp_path):
 
 def start(series, **how):
     command = [sys.executable, "-m", "harness.process.measurer", series, "0.5"]
-    return subprocess.run(command, capture_output="stdout" not in how, timeout=60, **how)
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    return subprocess.run(command, capture_output="stdout" not in how, timeout=60, env=buffered, **how)
 
 
 def test_as_a_program(tmp_path):
