@@ -7,10 +7,10 @@ import matplotlib.pyplot as plt
 import pandas as pd
 
 from reports.paper import markdown, style, timeline
-from reports.run import gpu, naming, stored
+from reports.run import gpu, naming, stored, study
 from reports.run.results import Cell, Missing, Results
 
-TITLE = "GPU use (the study's figure 4.3)"
+TITLE = "GPU use"
 CAPTION = (
     "NVML's utilisation is the share of a short past period, 1/6 s to 1 s depending on the device, in which a kernel "
     "ran; it does not say how much of the device that kernel used, and it lags behind the phases. Power is the whole "
@@ -102,9 +102,10 @@ def _say(axes, text: str) -> None:
 
 def write(results: Results, out: Path) -> str:
     """Writes gpu-NUMBER-SCENE.png and .svg for each scene; returns the section, "" without a GPU."""
+    title = study.heading(results.cells, TITLE, "figure 4.3")
     used = [cell for scene in gpu.scenes(results) for cell in gpu.cells(results, scene)]
     if used and not any(_found(results, cell)[0] for cell in used):
-        return markdown.unavailable(TITLE, used[0].verdict.removeprefix("unavailable: "))
+        return markdown.unavailable(title, used[0].verdict.removeprefix("unavailable: "))
     parts = []
     for number, scene in enumerate(gpu.scenes(results)):
         cells = gpu.cells(results, scene)
@@ -112,4 +113,4 @@ def write(results: Results, out: Path) -> str:
         cells = [cell for cell in cells if cell.place == place]
         path, label = out / f"gpu-{number}-{markdown.slug(Path(scene).stem)}", naming.called(results, place)
         parts += [f"### {markdown.escape(label)}", style.figure(path, f"GPU use: {label}", draw, results, cells)]
-    return "\n\n".join([f"## {TITLE}", *parts, markdown.escape(CAPTION)]) if parts else ""
+    return "\n\n".join([f"## {title}", *parts, markdown.escape(CAPTION)]) if parts else ""

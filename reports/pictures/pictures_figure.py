@@ -10,10 +10,10 @@ from matplotlib.colors import LogNorm
 
 from harness.store import record
 from reports.paper import markdown, style, thinning
-from reports.run import launch, method, naming, stored
+from reports.run import launch, method, naming, stored, study
 from reports.run.results import Cell, Missing, Results, place_label
 
-TITLE = "Pictures (the study's figure 4.1)"
+TITLE = "Pictures"
 CAPTION = (
     "First the truth; then, above, each picture; below, its error: the largest absolute difference in any channel of "
     "linear RGB from the truth, on a logarithmic scale common to all; grey where it is exactly 0, magenta where a "
@@ -202,9 +202,10 @@ def _few(candidates: list) -> list:
 
 def write(results: Results, out: Path) -> str:
     """Writes pictures-NUMBER-PLACE.png and .svg for each place of more than one pixel; returns the section."""
+    title = study.heading(results.cells, TITLE, "figure 4.1")
     if results.left_out:
-        return markdown.unavailable(TITLE, stored.LEFT_OUT)
-    parts = [f"## {TITLE}"]
+        return markdown.unavailable(title, stored.LEFT_OUT)
+    parts = [f"## {title}"]
     all_places = places(results)
     drawn = _few(all_places)
     parts.append(thinning.note(len(drawn), len(all_places), "places", "those where something is not ok come first"))

@@ -83,6 +83,11 @@ def case(cell: Cell) -> str | None:
     return {1: "one pixel", 512 * 512: "all"}.get(cell.pixels)
 
 
+def heading(cells: list[Cell], what: str, number: str) -> str:
+    """Returns a heading, with the number of the study's figure where a cell repeats a case of the study."""
+    return f"{what} (the study's {number})" if any(map(case, cells)) else what
+
+
 def find(numbers: dict, cell: Cell) -> Estimate | Missing:
     """Returns the study's number for the case and variant of a cell, with the ends of its ± as low and high."""
     what = case(cell)

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from reports.paper import markdown, style, thinning, timeline
-from reports.run import naming, stored
+from reports.run import naming, stored, study
 from reports.run.results import Cell, Missing, Results
 
 CAPTION = (
@@ -86,7 +86,7 @@ def _panel(results: Results, cell: Cell, axes, cores: int | None) -> list[str]:
 
 def write(results: Results, out: Path) -> str:
     """Writes cpu-NUMBER-SCENE.png and .svg for each scene; returns the section of the report."""
-    parts = ["## CPU use (the study's figure 4.2)"]
+    parts = [f"## {study.heading(results.cells, 'CPU use', 'figure 4.2')}"]
     for number, scene in enumerate(results.scenes):
         place = timeline.largest_place(results.of(scene))
         path, label = out / f"cpu-{number}-{markdown.slug(Path(scene).stem)}", naming.called(results, place)

@@ -292,7 +292,7 @@ def test_exhibits_are_a_row_a_fault_and_a_column_a_block(load, exhibit, bad):
     titles = [axes.get_title() for axes in figure.axes]
     assert [title for title in titles if title] == ["right", "block 1 × 1", "block 2 × 2"]
     assert len(figure.axes) == 6
-    assert "43.8% of pixels off" in figure.axes[1].texts[0].get_text()
+    assert "44 % of pixels off" in figure.axes[1].texts[0].get_text()
 
 
 def test_a_run_with_everything_twice_the_same_bytes(make_run, tmp_path, record, gpu_record, exhibit, simulated):

@@ -170,7 +170,7 @@ def test_warnings_are_told_once_for_each_kind(report_text, record):
 def test_a_process_that_did_not_get_its_core_is_doubtful(report_text, record):
     starved = record("numba", cpu={"user_s": 0.5, "system_s": 0.1, "series_s": 0.6})  # of 2 s
     text = report_text([record("cpp"), starved]).split("## Doubtful")[1].split("## Machine")[0]
-    assert "- numba: used 30% of one core" in text and "cpp" not in text
+    assert "- numba: used 30 % of one core" in text and "cpp" not in text
 
 
 def test_one_pixel_and_broken_pictures_do_not_stop_it(make_run, tmp_path, record):

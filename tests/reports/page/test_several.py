@@ -135,7 +135,7 @@ def test_a_run_packed_without_its_pictures_says_so(make, tmp_path):
     packed.pack(make("a"), tmp_path / "a.tar.xz", pictures=False)
     several.make([tmp_path / "a.tar.xz"], tmp_path / "out")
     text = (tmp_path / "out" / "report.md").read_text("utf-8")
-    told = "Pictures (the study's figure 4.1): unavailable: the pictures of this run were left out when it was packed"
+    told = "Pictures: unavailable: the pictures of this run were left out when it was packed"
     assert told in text.partition("## Not in this run")[2] and "(pictures-" not in text
     assert "largest error 0.75" in text, "their errors stay"
 
