@@ -70,9 +70,13 @@ def _open_closed() -> None:
 def _flush() -> None:
     """Writes what is left of the output. Ends if nobody reads it any more; OSError if it cannot be written."""
     try:
+        sys.stderr.flush()
+    except OSError:  # a terminal that is gone: the interpreter tries again, and ends with status 120
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    try:
         sys.stdout.flush()
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the interpreter tries again, and fails with a traceback
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # it tries again, and fails with a traceback
         if isinstance(error, BrokenPipeError):
             sys.exit(1)
         raise OSError(error.errno, error.strerror, "standard output") from None

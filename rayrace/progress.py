@@ -117,6 +117,15 @@ def progress(cells: Sequence) -> Iterator[Lines | OneLine]:
         _unless_deaf(live.stop)
 
 
+def unless_gone() -> None:
+    """Sends what is said from now on nowhere where the terminal is gone, of which a write of nothing tells."""
+    for number in (1, 2):
+        try:
+            os.write(number, b"")
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), number)
+
+
 def _unless_deaf(say) -> None:
     """Let `say` say something; if nobody hears it, nobody will hear what this process says from now on."""
     try:

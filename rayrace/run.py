@@ -285,7 +285,9 @@ def _finish(folder: Path, records: list[dict], left: str, report: bool, fail_slo
     fail_slower, or takes more instructions than its budget. left: what is said if repetitions are left."""
     from harness.race import row
     from rayrace import outcome, terminal
+    from rayrace.progress import unless_gone
 
+    unless_gone()
     terminal.show_summary(records)
     outcome.show(folder, records)
     if left:

@@ -68,13 +68,13 @@ def costs(results: Results, row: Row) -> list[Cost]:
     curve_costs = []
     for curve in row.curves:
         base = row.find(curve.variant, curve.precision, usual)
-        base_frames = {point.level: _seconds(results, point) for point in base.answered} if base else {}
-        frames = {point.level: _seconds(results, point) for point in curve.answered}
-        both = [level for level, seconds in frames.items() if seconds and base_frames.get(level)]
+        base_seconds = {point.level: _seconds(results, point) for point in base.answered} if base else {}
+        seconds = {point.level: _seconds(results, point) for point in curve.answered}
+        both = [level for level, times in seconds.items() if times and base_seconds.get(level)]
         if both:
-            times = [median(frames[level]) for level in both]
-            ratios = [time / median(base_frames[level]) for level, time in zip(both, times, strict=True)]
-            count = sum(len(frames[level]) for level in both)
+            times = [median(seconds[level]) for level in both]
+            ratios = [time / median(base_seconds[level]) for level, time in zip(both, times, strict=True)]
+            count = sum(len(seconds[level]) for level in both)
             curve_costs.append(Cost(curve, usual, ratios, count, min(times), max(times)))
     return curve_costs
 

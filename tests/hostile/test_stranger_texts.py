@@ -161,9 +161,9 @@ def test_a_picture_whose_checksum_is_none(digest, tmp_path):
 )
 def test_a_pressure_file_of_another_kind(text, tmp_path):
     found = fitness_cores.pressure(text)
-    assert found.verdict == "unknown" and "avg10" in found.found
+    assert found.verdict == "unknown" and "avg10" in found.value
     environment = {**stored_run.facts()["environment"], "pressure": text}
     if "avg10=1" not in text:
         assert any("no avg10" in line for line in provenance.disturbances(environment))
     whole = "some avg10=3.50 avg60=2.00 avg300=1.25 total=9\nfull avg10=0.00 avg60=0.00 avg300=0.00 total=0\n"
-    assert fitness_cores.pressure(whole).found == "3.50 % of the last 10 s, 1.25 % of the last 5 min"
+    assert fitness_cores.pressure(whole).value == "3.50 % of the last 10 s, 1.25 % of the last 5 min"

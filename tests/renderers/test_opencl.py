@@ -71,7 +71,7 @@ def test_the_device_is_told(bench):
     """By its name and number too, as the doctor lists them; that it is a processor, if it is."""
     told = bench.result("opencl", crowd(42, sphere=2), exact=True, **SMALL).said.device
     assert told["name"] and told["simulated"] is False and told["multiprocessors"] >= 1
-    assert f": {told['name']}" in fitness_gpu.of_opencl().found
+    assert f": {told['name']}" in fitness_gpu.of_opencl().value
     for way in ("0", told["name"][3:9].upper()):
         assert bench.result("opencl", crowd(42, sphere=2), exact=True, **SMALL, device=way).said.device == told
     if "PoCL" in told["driver"] or "Portable" in told["driver"]:
@@ -262,7 +262,7 @@ def test_without_a_driver(bench, monkeypatch, tmp_path):
     assert entry.unavailable == opencl.MISSING
     (tmp_path / "broken.icd").write_text("libno-such-driver.so\n")
     assert entry.unavailable is None
-    assert "no OpenCL" in fitness_gpu.of_opencl().found or "PLATFORM_NOT_FOUND" in fitness_gpu.of_opencl().found
+    assert "no OpenCL" in fitness_gpu.of_opencl().value or "PLATFORM_NOT_FOUND" in fitness_gpu.of_opencl().value
     scene = text.read(rolled(0), "colours")
     wanted = Parameters(width=4, height=4)
     result = repetition.run(entry, flatten(scene), wanted, needs(scene, wanted), timeout=60)

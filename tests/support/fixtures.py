@@ -36,8 +36,9 @@ def a_copy(known, name, folder, file, old, new):
 
 @pytest.fixture(scope="session")
 def environment(tmp_path_factory):
-    """Of a rayrace of its own, which waits for no other to end measuring."""
-    kept = {name: value for name, value in os.environ.items() if name not in (registry.SEARCH_PATH, cuda.SIMULATOR)}
+    """Of a rayrace of its own, which waits for no other to end measuring, and whose output Python buffers as usual."""
+    ours = registry.SEARCH_PATH, cuda.SIMULATOR, "PYTHONUNBUFFERED"
+    kept = {name: value for name, value in os.environ.items() if name not in ours}
     return {**kept, "TMPDIR": str(tmp_path_factory.mktemp("tmp")), "RAYRACE_LOCK": f"-{secrets.token_hex(8)}"}
 
 

@@ -322,7 +322,7 @@ def _comparer(page):
 
 def _series(page):
     page.locator("#series-plot").scroll_into_view_if_needed()
-    assert page.locator("#series-plot .scatterlayer .trace").count() == 1
+    assert page.locator("#series-plot .scatterlayer .trace").count() == 2  # of the place with most renderers
     page.select_option("#series-kind", "1")
     until(page, "document.getElementById('series-plot').data[0].y.join() === '1,2,3,3'")
 
