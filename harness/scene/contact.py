@@ -225,14 +225,20 @@ def _rounds_touch(rounds, flats, ranked):
     reach = np.sqrt((rounds.axes**2).sum(axis=1))
     slack = _slack(np.stack([rounds.centres - reach, rounds.centres + reach], axis=1))
     low, high = rounds.centres - reach - slack[:, None], rounds.centres + reach + slack[:, None]
-    for some in close(rounds.centres):
-        a, b = _meeting(low, high, some, low, high)
-        once = (a < b) & (rounds.owners[a] != rounds.owners[b])
-        a, b = a[once], b[once]
-        clear = ranked[rounds.owners[a]] | ranked[rounds.owners[b]]
-        if _same(rounds.take(a[~clear]), rounds.take(b[~clear])).any():
+    is_clear = ranked[rounds.owners]
+    room = _room(rounds)[:, None]
+    for some in close(rounds.centres):  # the same have one centre
+        a, b = _meeting(
+            rounds.centres - room, rounds.centres + room, some, rounds.centres - room, rounds.centres + room
+        )
+        others = (a < b) & (rounds.owners[a] != rounds.owners[b]) & ~is_clear[a] & ~is_clear[b]
+        if _same(rounds.take(a[others]), rounds.take(b[others])).any():
             return True
-        if any(_touch(rounds.pair(k), rounds.pair(n)) for k, n in zip(a[clear], b[clear], strict=True)):
+    clear = np.flatnonzero(is_clear)
+    for some in close(rounds.centres[clear]):
+        a, b = _meeting(low, high, clear[some], low, high)
+        others = (rounds.owners[a] != rounds.owners[b]) & ((a < b) | ~is_clear[b])
+        if any(_touch(rounds.pair(k), rounds.pair(n)) for k, n in zip(a[others], b[others], strict=True)):
             return True
     if not ranked.any():
         return False
@@ -263,12 +269,18 @@ def _meeting(low, high, some, start, end):
     return some[a], near[b]
 
 
+def _room(rounds):
+    """By how much the centres of ellipsoids that are one may differ (n,)."""
+    size = np.abs(rounds.axes).max(axis=(1, 2))
+    return OF_EXTENT * size + OF_COORDINATES * np.abs(rounds.centres).max(axis=1)
+
+
 def _same(a, b):
     """Which ellipsoids of two Rounds are one (n,)."""
     size = np.abs(a.axes).max(axis=(1, 2))
     forms = a.axes.transpose(0, 2, 1) @ a.axes - b.axes.transpose(0, 2, 1) @ b.axes
     moved = np.abs(a.centres - b.centres).max(axis=1) + np.abs(forms).max(axis=(1, 2)) / size
-    return moved <= OF_EXTENT * size + OF_COORDINATES * np.abs(a.centres).max(axis=1)
+    return moved <= _room(a)
 
 
 def _touch(a, b):
