@@ -41,7 +41,7 @@ def test_the_header_tells_the_noise_floor_and_its_pair(load, record):
     loaded = load(records, **facts)
     assert loaded.floor.value == pytest.approx(0.03)
     said = summary.write(loaded).split("\n\n")[1]
-    assert said.startswith("Noise floor: 3 %. cpp, all was run twice in every round (an A/A pair); the ratio of the")
+    assert said.startswith("Noise floor: 3.0 %. cpp, all was run twice in every round (an A/A pair); the ratio of the")
     assert "1.03" in said and "No smaller difference is resolved." in said
 
 
