@@ -37,6 +37,7 @@ class Job:
         self.shadows = flags.get("shadows", "0") == "1"
         self.sampler = flags.get("sampler", "one")
         self.samples = int(flags.get("samples", 1))
+        self.spp = int(flags.get("spp", 1))
         self.adaptive_depth = int(flags.get("adaptive_depth", 0))
         self.adaptive_threshold = float(flags.get("adaptive_threshold", 0))
         self.lens_radius = float(flags.get("lens_radius", 0))

@@ -69,6 +69,7 @@ class Image(Methods):
     shadows: bool = False
     sampler: Literal[CHOICES["sampler"]] | None = None  # None: uniform if samples > 1, else one
     samples: Annotated[int, Field(ge=1, le=1024)] = 1
+    spp: Annotated[int, Field(ge=1, le=2**20)] = 1
     adaptive_depth: Annotated[int, Field(ge=0, le=8)] = 3
     adaptive_threshold: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 0.1
     lens_radius: Real = 0.0

@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
+from harness.renderer import sobol
 from harness.renderer.parameters import Parameters
 
 
 def write(folder: Path, arrays: dict[str, np.ndarray], parameters: Parameters, needs: tuple[str, ...]) -> None:
-    """Write the job's folder: the arrays and job.json."""
+    """Writes the job's folder: the arrays of the scene, those of the Sobol' sequence, and job.json."""
     folder.mkdir(parents=True)
-    for name, array in arrays.items():
+    for name, array in {**arrays, "sobol": sobol.matrices()}.items():
         np.save(folder / f"{name}.npy", np.ascontiguousarray(array))
     describe(folder, parameters, needs)
 

@@ -40,7 +40,7 @@ class Method(NamedTuple):
 
 
 METHODS = (
-    Method("sampler", ("one", "uniform", "jittered", "adaptive"), PICTURE, listed=False),
+    Method("sampler", ("one", "uniform", "jittered", "adaptive", "sobol"), PICTURE, listed=False),
     Method("glossy_weight", ("plain", "study"), PICTURE),
     Method("walk", ("least", "recursion", "table", "stack", "chain"), TIME, "walk", ("table", "recursion")),
     Method("accel", ("auto", "none", "bvh"), TIME),

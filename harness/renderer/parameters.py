@@ -36,7 +36,7 @@ NOT_IN_THE_PICTURE = (
 NEEDS = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg", "ambient", "diffuse", "phong", "shadows", "soft"),
     *("reflection", "transmission", "glossy", "attenuation", "media", "contact"),
-    *("supersampling", "adaptive", "lens", "cutoff"),
+    *("supersampling", "sobol", "adaptive", "lens", "cutoff"),
 )
 
 
@@ -54,7 +54,8 @@ class Parameters(Methods):
     region: tuple[int, int, int, int] | None = None  # None: the whole picture
     depth: int = 10
     shadows: bool = False
-    samples: int = 1
+    samples: int = 1  # n of the n x n of a grid
+    spp: int = 1  # samples a pixel of a sequence
     adaptive_depth: int = 3
     adaptive_threshold: float = 0.1
     lens_radius: float = 0.0

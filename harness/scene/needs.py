@@ -41,7 +41,8 @@ def needs(scene, parameters):
                     contains the eye, or any if there is a lens
     media           some clear solids have a rank (MED-2), or contact
     contact         faces of a ranked solid and another object, or two that are seen, may be in one place (MED-6)
-    supersampling   sampler uniform or jittered
+    supersampling   sampler uniform, jittered or sobol
+    sobol           sampler sobol
     adaptive        sampler adaptive
     lens            lens_radius > 0
     cutoff          cutoff > 0, and reflection
@@ -70,7 +71,8 @@ def needs(scene, parameters):
         "attenuation": scene.air.attenuation != CLEAR or any(m.attenuation != CLEAR for m in inside),
         "media": ranked or touching,
         "contact": touching,
-        "supersampling": parameters.sampler in ("uniform", "jittered"),
+        "supersampling": parameters.sampler in ("uniform", "jittered", "sobol"),
+        "sobol": parameters.sampler == "sobol",
         "adaptive": parameters.sampler == "adaptive",
         "lens": lens,
         "cutoff": depth > 0 and specular and parameters.cutoff > 0,

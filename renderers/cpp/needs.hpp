@@ -14,7 +14,7 @@
     use(ambient, AMBIENT) use(diffuse, DIFFUSE) use(phong, PHONG) use(shadows, SHADOWS) use(soft, SOFT)                \
     use(reflection, REFLECTION) use(transmission, TRANSMISSION) use(attenuation, ATTENUATION) use(media, MEDIA)        \
     use(contact, CONTACT)                                                                                              \
-    use(glossy, GLOSSY) use(supersampling, SUPERSAMPLING) use(adaptive, ADAPTIVE) use(lens, LENS)               \
+    use(glossy, GLOSSY) use(supersampling, SUPERSAMPLING) use(sobol, SOBOL) use(adaptive, ADAPTIVE) use(lens, LENS)    \
     use(cutoff, CUTOFF)
 
 namespace needs {

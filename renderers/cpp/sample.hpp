@@ -39,6 +39,8 @@ public:
         walker.tracer.shapes.make_room(worker.desk.scratch);
         if constexpr (needs::random)
             worker.desk.draws.seed = job.seed;
+        if constexpr (needs::sobol)
+            worker.desk.draws.sequence = walker.tracer.sequence;
         if constexpr (needs::adaptive)
             if (job.sampling == Sampling::adaptive)
                 worker.points.resize(std::size_t(side + 1) * std::size_t(side + 1));
@@ -94,7 +96,7 @@ private:
         Real sum = 0;
         if constexpr (needs::cutoff)
             sum = std::exchange(worker.dropped, Real(0));
-        return job.sampling == Sampling::one ? sum : sum / (Real(job.samples) * Real(job.samples));
+        return sum / Real(job.spp);
     }
 
     // RND-3
@@ -128,32 +130,33 @@ private:
     Ray<Real> through_lens(Real column, Real row, Worker<Real>& worker) const
     {
         if constexpr (needs::lens)
-            return camera.ray_through_lens(column, row, worker.desk.draws(Real(), 0, 0));
+            return camera.ray_through_lens(column, row, worker.desk.draws.own(Real()));
         else
             return {};
     }
 
-    // SAM-1 to SAM-3
+    // SAM-1 to SAM-3, SAM-7
     Vec3<Real> mean(int i, int j, Worker<Real>& worker) const
     {
-        const int n = job.samples;
+        const int n = job.row;
         Vec3<Real> sum{0, 0, 0};
-        for (int b = 0; b < n; b++) {
+        for (int first = 0; first < job.spp; first += n) {
             Vec3<Real> line{0, 0, 0};
-            for (int a = 0; a < n; a++) {
-                draw_for(worker, number(i, j), std::uint32_t(b * n + a));
+            for (int s = first; s < std::min(first + n, job.spp); s++) {
+                draw_for(worker, number(i, j), std::uint32_t(s));
                 Real x = Real(0.5), y = Real(0.5);
                 if constexpr (needs::supersampling)
-                    if (job.sampling == Sampling::jittered) {
-                        const auto u = worker.desk.draws(Real(), 0, 0);
+                    if (job.sampling != Sampling::uniform) {
+                        const auto u = worker.desk.draws.own(Real());
                         x = u[0], y = u[1];
                     }
-                x = (Real(a) + x) / Real(n) + shift_x, y = (Real(b) + y) / Real(n) + shift_y;
-                line = line + trace(Real(i) + x, Real(j) + y, worker);
+                if (job.sampling != Sampling::sobol)
+                    x = (Real(s - first) + x) / Real(n), y = (Real(first / n) + y) / Real(n);
+                line = line + trace(Real(i) + (x + shift_x), Real(j) + (y + shift_y), worker);
             }
             sum = sum + line;
         }
-        return sum / (Real(n) * Real(n));
+        return sum / Real(job.spp);
     }
 
     // SAM-4: a point of the lattice.

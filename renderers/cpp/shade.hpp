@@ -101,7 +101,7 @@ Vec3<Real> transmit(Interface<Real> side, Real s, Vec3<Real> d, Vec3<Real> n, Re
 
 // SOF-2
 template<typename Real>
-Vec3<Real> on_unit_sphere(const std::array<Real, 4>& u)
+Vec3<Real> on_unit_sphere(const std::array<Real, 2>& u)
 {
     const Real z = 1 - 2 * u[0], w = std::sqrt(std::max(Real(0), 1 - z * z)), phi = Real(2 * pi) * u[1];
     return {w * std::cos(phi), w * std::sin(phi), z};
@@ -115,7 +115,7 @@ struct Lobe {
 };
 
 template<typename Real>
-Lobe<Real> glossy(Vec3<Real> r, Vec3<Real> n, Real exponent, const std::array<Real, 4>& u)
+Lobe<Real> glossy(Vec3<Real> r, Vec3<Real> n, Real exponent, const std::array<Real, 2>& u)
 {
     const Real sigma = r.z >= 0 ? Real(1) : Real(-1), a = -1 / (sigma + r.z), b = r.x * r.y * a;  // GLO-3
     const Vec3<Real> p{1 + sigma * r.x * r.x * a, sigma * b, -sigma * r.x}, q{b, sigma + r.y * r.y * a, -r.y};

@@ -57,6 +57,7 @@ struct Tracer {
     Real epsilon;
     int depth, feelers, glossy_rays;  // G of GLO-1
     bool shadows, study_weight;
+    [[no_unique_address]] Only<needs::sobol, Sequence, 's'> sequence;  // its matrices are the scene's
 
     Tracer(const Scene& scene, const Job& job)
         : shapes(scene, job), media(scene), contact(made_contact(scene, job)),
@@ -69,8 +70,18 @@ struct Tracer {
             if (needs::glossy && materials.back().lobe >= 0)
                 glossy_rays = job.glossy_rays;
         }
-        for (std::size_t i = 0; i < scene.lights.rows(); i++)
+        bool soft = false;
+        for (std::size_t i = 0; i < scene.lights.rows(); i++) {
             lights.emplace_back(scene.lights.row(i));
+            soft = soft || (shadows && feelers > 0 && lights.back().radius > 0);
+        }
+        if constexpr (needs::sobol)
+            if (job.sampling == Sampling::sobol) {
+                sequence.matrices = scene.sobol.data.data(), sequence.dimensions = std::uint32_t(scene.sobol.rows());
+                sequence.first = job.lens_radius > 0 ? 4 : 2;
+                sequence.lobes = soft ? 2 * std::uint32_t(lights.size()) : 0;
+                sequence.each = sequence.lobes + (glossy_rays > 0 ? 2 : 0);
+            }
     }
 
     // RND-4: B, and so the number of children that the paths have room for.
@@ -92,6 +103,8 @@ struct Tracer {
     [[gnu::always_inline]] void follow(const Branch<Real>& branch, int order, Desk<Real>& desk, const OnLight& on_light,
                                        const Cuts& cuts, const OnChild& on_child) const
     {
+        if constexpr (needs::sobol)
+            desk.draws.order = order;
         if constexpr (needs::touching)
             if (contact.possible())
                 return follow_touching(branch, order, desk, on_light, cuts, on_child);
@@ -227,7 +240,7 @@ private:
             for (int g = 0; g < glossy_rays; g++) {
                 if (!study_weight && cuts(share / Real(glossy_rays)))
                     continue;
-                const auto u = desk.draws(Real(), branch.path, 0x80000000 + std::uint32_t(g));
+                const auto u = desk.draws.for_lobe(Real(), branch.path, glossy_rays, g);
                 const Lobe<Real> lobe = glossy(mirrored.ray.direction, n, exponent, u);
                 const Real weight = study_weight ? std::pow(lobe.z, exponent) : Real(1);
                 const Real part = share * weight / Real(glossy_rays);
@@ -297,8 +310,8 @@ private:
         if constexpr (needs::soft) {
             const Light<Real>& light = lights[number];
             for (int f = 0; f < feelers; f++) {
-                const std::uint32_t use = 1 + std::uint32_t(number) * std::uint32_t(feelers) + std::uint32_t(f);
-                const Vec3<Real> omega = on_unit_sphere(desk.draws(Real(), branch.path, use));
+                const auto u = desk.draws.for_feeler(Real(), branch.path, std::uint32_t(number), feelers, f);
+                const Vec3<Real> omega = on_unit_sphere(u);
                 add_light(light.position + light.radius * omega, light.colour, branch, at, material, desk, sum);
             }
         }

@@ -15,6 +15,7 @@ FEATURES = [
         "media",
         "contact",
         "supersampling",
+        "sobol",
         "adaptive",
         "lens",
         "cutoff",

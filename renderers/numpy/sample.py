@@ -1,4 +1,4 @@
-"""Samples of pixels, and pictures of them (CAM-2, SAM-1 to SAM-6)."""
+"""Samples of pixels, and pictures of them (CAM-2, SAM-1 to SAM-7)."""
 
 import numpy as np
 
@@ -40,22 +40,22 @@ def even(scene, camera, job, counts):
 
 
 class Grid:
-    """The samples of the samplers one, uniform and jittered, numbered pixel by pixel and row by row in the region."""
+    """The samples of the samplers one, uniform, jittered and sobol, numbered pixel by pixel and row by row in the region."""
 
     def __init__(self, scene, camera, job):
         self.scene, self.camera = scene, camera
         self.x0, self.y0, x1, y1 = job.region
         self.columns, self.width = x1 - self.x0, job.width
         self.pixels = self.columns * (y1 - self.y0)
-        self.jittered = job.sampler == "jittered"
-        self.n = 1 if job.sampler == "one" else job.samples
-        self.each = self.n * self.n
-        b, a = np.divmod(np.arange(self.each), self.n)
+        self.drawn = job.sampler in ("jittered", "sobol")
+        self.n = job.samples if job.sampler in ("uniform", "jittered") else 1  # cells of a pixel's side
+        self.each = job.spp if job.sampler == "sobol" else self.n * self.n
+        b, a = np.divmod(np.arange(self.each) % (self.n * self.n), self.n)
         self.corner_x, self.corner_y = a.astype(scene.precision), b.astype(scene.precision)
         moved = np.array([job.sample]).T - 0.5  # SAM-6
         if job.sampler == "one":
             places = moved + 0.5
-        elif self.jittered:
+        elif self.drawn:
             places = np.repeat(moved, self.each, axis=1)
         else:
             places = (np.stack([a, b]) + 0.5) / self.n + moved
@@ -66,7 +66,7 @@ class Grid:
         pixels, s = np.divmod(numbers, self.each) if self.each > 1 else (numbers, [0])
         row, column = np.divmod(pixels, self.columns)
         x, y = (self.x0 + column).astype(self.shift_x.dtype), (self.y0 + row).astype(self.shift_x.dtype)
-        if not self.jittered:
+        if not self.drawn:
             return self.camera.rays(x + self.shift_x[s], y + self.shift_y[s], lambda: self._draw(numbers))
         u = self._draw(numbers)
         x += (self.corner_x[s] + u[0]) / self.n + self.shift_x[s]
@@ -80,7 +80,7 @@ class Grid:
         return (self.y0 + row) * self.width + self.x0 + column, s
 
     def _draw(self, numbers):
-        return Streams(self.scene.seed, self.scene.precision, *self.words(numbers), [0]).uniform(0)
+        return Streams(self.scene, 0, *self.words(numbers), [0]).own()
 
 
 def adaptive(scene, camera, job, counts):
@@ -176,7 +176,7 @@ class Points:
     def rays(self, numbers):
         lattice, scene = self.lattice, self.lattice.scene
         x, y = (v[numbers].astype(scene.precision) / lattice.steps for v in (self.a, self.b))
-        draw = lambda: Streams(scene.seed, scene.precision, *self.words(numbers), [0]).uniform(0)  # noqa: E731
+        draw = lambda: Streams(scene, 0, *self.words(numbers), [0]).own()  # noqa: E731
         return lattice.camera.rays(x + lattice.shift_x, y + lattice.shift_y, draw)
 
     def words(self, numbers):

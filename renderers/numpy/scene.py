@@ -4,6 +4,7 @@ import numpy as np
 
 from .contact import Contact
 from .media import Media
+from .random import Points
 from .shapes.box import Boxes
 from .shapes.csg import Box, Csg, Mesh, Solid
 from .shapes.ellipsoid import Ellipsoids
@@ -40,6 +41,11 @@ class Scene:
         self.ambient, self.background = (_load(job, name).astype(precision)[:, np.newaxis] for name in LIGHTING)
         lights = _load(job, "lights").astype(precision)[:, :, np.newaxis]
         self.lights = [(light[:3], light[3:6], light[6]) for light in lights]
+        self.points = None  # SOB-1
+        if job.sampler == "sobol":
+            soft = self.soft and self.feelers > 0 and any(radius > 0 for _, _, radius in self.lights)
+            ways = "lens" in job.needs and job.lens_radius > 0, len(lights) if soft else 0, self.glossy_rays > 0
+            self.points = Points(job.seed, precision, _load(job, "sobol"), *ways)
 
         self.kinds, counts, ids = [], [], [np.zeros((0, 2), np.int32)]
         for name, make in KINDS.items():

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from .random import GLOSSY
 from .vector import dot, largest, normalise
 
 
@@ -61,7 +60,7 @@ def local(scene, directions, points, starts, normals, d_dot_n, shapes, streams, 
         if scene.soft and radius > 0:
             total = np.zeros_like(colours)
             for feeler in range(scene.feelers):
-                sphere = on_sphere(*streams.uniform(1 + number * scene.feelers + feeler)[:2])
+                sphere = on_sphere(*streams.for_feeler(number, feeler))
                 add(total, position + radius * sphere, light_colour)
             colours += total / scene.feelers  # SOF-1
         else:
@@ -102,7 +101,7 @@ def transmit(directions, normals, d_dot_n, n, s):
 
 def gloss(mirrored, normals, exponents, streams, numbers):
     """Directions (3, N) around the mirrored ones, and z^m of the study, for the glossy rays `numbers` (GLO-2)."""
-    u0, u1, *_ = streams.uniform(GLOSSY + numbers)
+    u0, u1 = streams.for_lobes(numbers)
     z = (1 - u0) ** (1 / (exponents + 1))
     x, y = _turned(np.sqrt(-np.expm1(2 * np.log(1 - u0) / (exponents + 1))), u1)
     p, q = basis(mirrored)

@@ -48,7 +48,7 @@ def trace(scene, samples, first, light, counts):
             if order is None:
                 break
             rays = queues[order].get(sizes[order])
-        children = see(scene, rays, samples, first, layers[order], order == scene.depth, counts)
+        children = see(scene, rays, samples, first, layers[order], order, counts)
         if children is not None and children.count:
             queues[order + 1].put(children)
     if not scene.chain:
@@ -68,11 +68,12 @@ def eye_rays(scene, samples, first, count, size):
         yield Rays(origins, directions, np.ones(len(targets), scene.precision), targets, sets, paths)
 
 
-def see(scene, rays, samples, first, layer, last, counts, dimmed=None):
-    """Add what the rays see to the two arrays of `layer`; unless it is the `last` order, return the rays that leave.
+def see(scene, rays, samples, first, layer, order, counts, dimmed=None):
+    """Add what the rays see to the two arrays of `layer`; unless their order is the last, return the rays that leave.
 
     dimmed: what is left of the light of hits on the way so far, by ray (MED-8).
     """
+    last = order == scene.depth
     t, shapes = scene.nearest(rays.origins, rays.directions)
     missed, hit = np.flatnonzero(shapes < 0), np.flatnonzero(shapes >= 0)
     add(layer[0][:3], rays.targets[missed], rays.weights.take(missed, axis=-1) * scene.background)
@@ -103,7 +104,7 @@ def see(scene, rays, samples, first, layer, last, counts, dimmed=None):
     if dimmed is not None:
         rays = rays._replace(weights=rays.weights * dimmed)
     if scene.draws:
-        streams = Streams(scene.seed, scene.precision, *samples.words(first + rays.targets), rays.paths)
+        streams = Streams(scene, order, *samples.words(first + rays.targets), rays.paths)
     colours, feelers = local(scene, rays.directions, points, points + off, normals, d_dot_n, shapes, streams, outside)
     add(layer[1][:3], rays.targets, rays.weights * colours)
     counts.shadow += feelers
@@ -111,7 +112,7 @@ def see(scene, rays, samples, first, layer, last, counts, dimmed=None):
     if not last:
         children = leaving(scene, rays, Surfaces(points, normals, off, d_dot_n, shapes, media), streams, layer, counts)
     if passed is not None:
-        more = see(scene, passed[0], samples, first, layer, last, counts, passed[1])
+        more = see(scene, passed[0], samples, first, layer, order, counts, passed[1])
         children = children if more is None else join([children, more])
     return children
 

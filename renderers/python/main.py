@@ -23,7 +23,7 @@ FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
     *("reflection", "transmission", "attenuation", "media", "contact", "glossy"),
-    *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
+    *("supersampling", "sobol", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
     "sampler": SAMPLERS,
@@ -59,7 +59,7 @@ def picture(eye, job, number, region):
     """One frame: the pixels of the region as floats in C order, the ray counts, and the dropped weights if any."""
     counts = eye.tracer.counts = Counts()
     pixels, dropped = array("d"), array("d")
-    samples = 1 if job.sampler == "one" else job.samples**2
+    samples = {"one": 1, "sobol": job.spp}.get(job.sampler, job.samples**2)
     for colour in SAMPLERS[job.sampler](eye.look, job, number, eye.tracer.random, region):
         pixels.extend(map(float, colour))
         if eye.tracer.cuts:  # CUT-2

@@ -8,7 +8,7 @@ import sys
 from array import array
 
 MAGIC = b"\x93NUMPY\x01\x00"
-CODES = {"<f8": "d", "<i4": "i"}
+CODES = {"<f8": "d", "<i4": "i", "<u4": "I"}
 
 
 def read(path):
@@ -18,7 +18,7 @@ def read(path):
             raise ValueError(f"{path}: not a .npy file of version 1.0")
         header = ast.literal_eval(file.read(int.from_bytes(file.read(2), "little")).decode("latin-1"))
         if header["descr"] not in CODES or header["fortran_order"]:
-            raise ValueError(f"{path}: expected <f8 or <i4 in C order, found {header}")
+            raise ValueError(f"{path}: expected <f8, <i4 or <u4 in C order, found {header}")
         values = array(CODES[header["descr"]])
         values.frombytes(file.read())
     if sys.byteorder == "big":

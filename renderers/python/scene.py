@@ -57,6 +57,7 @@ class Scene:
         self.air = Medium(air[0], air[1], air[2:5], number)
         self.materials = [Material(row, self.air, number) for row in read.rows("materials")]
         self.rough = any(material.rough for material in self.materials)
+        self.matrices = read.integers("sobol") if job.sampler == "sobol" else None  # SOB-2
         self.media = Media(read.integers("media"), self.air, self.materials)
         self.accelerate(job.accel, shapes(read, self.materials, job.accel, self.leave))
         self.contact = None

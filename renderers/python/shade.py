@@ -2,7 +2,6 @@
 
 import math
 
-from .random import GLOSSY
 from .shapes.mesh import Triangle
 from .vector import add, dot, largest, scale
 
@@ -108,9 +107,9 @@ def power(base, exponent):
         return math.inf
 
 
-def spread(lights, feelers, numbers, number):
+def spread(lights, feelers, draw, number):
     """The lights as rays of one hit see them: in the place of each with a radius, as many points on it, each with
-    its share of the colour (SOF-1, SOF-2). `numbers(use)` are the random numbers of the ray.
+    its share of the colour (SOF-1, SOF-2). `draw(light, feeler)` are U₀ and U₁.
     """
     found = []
     for index, ((x, y, z), colour, radius) in enumerate(lights):
@@ -119,7 +118,7 @@ def spread(lights, feelers, numbers, number):
             continue
         share = tuple(channel / feelers for channel in colour)
         for feeler in range(feelers):
-            u0, u1, _, _ = numbers(1 + index * feelers + feeler)
+            u0, u1 = draw(index, feeler)
             up, phi = 1 - 2 * u0, 2 * number.pi * u1
             w = number.sqrt(max(0, 1 - up * up))
             point = x + radius * (w * number.cos(phi)), y + radius * (w * number.sin(phi)), z + radius * up
@@ -196,11 +195,10 @@ def transmit(direction, normal, d_dot_n, n, s, unit, sqrt):
     )
 
 
-def gloss(mirrored, normal, exponent, rays, weigh, numbers, unit, number):
+def gloss(mirrored, normal, exponent, rays, weigh, draw, unit, number):
     """Pairs (direction, w) of `rays` reflected rays around the mirrored direction (GLO-1 to GLO-3).
 
-    `weigh(z, exponent)` is w; `numbers(use)` are the random numbers of the ray that is reflected;
-    `unit` normalises.
+    `weigh(z, exponent)` is w; `draw(ray)` are U₀ and U₁; `unit` normalises.
     """
     rx, ry, rz = mirrored
     sigma = 1 if rz >= 0 else -1
@@ -210,7 +208,7 @@ def gloss(mirrored, normal, exponent, rays, weigh, numbers, unit, number):
     qx, qy, qz = b, sigma + ry * ry * a, -ry
     side = dot(mirrored, normal)
     for ray in range(rays):
-        u0, u1, _, _ = numbers(GLOSSY + ray)
+        u0, u1 = draw(ray)
         z, phi = (1 - u0) ** (1 / (exponent + 1)), 2 * number.pi * u1
         w = number.sqrt(-number.expm1(2 * number.log(1 - u0) / (exponent + 1)))
         x, y = w * number.cos(phi), w * number.sin(phi)

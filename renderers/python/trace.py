@@ -4,7 +4,7 @@ import math
 from functools import partial
 
 from . import shade, walk
-from .random import Random
+from .random import Random, Sequence
 from .scene import first_hit
 from .shade import WEIGHTS, gloss, spread, transmit
 from .vector import dot, normalise
@@ -45,7 +45,11 @@ class Tracer:
             self.reflect, self.unit = shade.reflect, normalise
         else:
             self.reflect, self.unit = shade.unnormalised_reflect, shade.as_it_is
-        self.random = Random(job.seed, scene.number.real)
+        self.random = Random(job.seed, scene.number.real, self.feelers)
+        if job.sampler == "sobol":
+            lights = len(scene.lights) if self.feelers and any(radius > 0 for _, _, radius in scene.lights) else 0
+            points = scene.matrices, "lens" in job.needs, lights, self.glossy_rays
+            self.random = Sequence(job.seed, scene.number.real, self.feelers, *points)
         # of RND-4; WLK-1 counts the transmitted child only where there is one
         self.children_of_path = max(self.glossy_rays, 1) + 1
         children = max(self.glossy_rays, 1) + self.transmits
@@ -99,7 +103,7 @@ class Tracer:
 
     def tree(self, origin, direction, pixel, sample):
         """The colour of an eye ray: walks its tree by the job's method (WLK-1)."""
-        self.numbers = partial(self.random.numbers, pixel, sample)
+        self.sample = pixel, sample
         return self.walk.colour(self.visit, (origin, direction, self.scene.media.eye, 0))
 
     def visit(self, ray, order, weight=None):
@@ -118,7 +122,8 @@ class Tracer:
         t, point, normal, shape = hit
         lights = self.lights
         if self.feelers:
-            lights = spread(scene.lights, self.feelers, partial(self.numbers, path), self.number)
+            draw = partial(self.random.feeler, self.sample, order, path)
+            lights = spread(scene.lights, self.feelers, draw, self.number)
         colour = self.local(scene, lights, direction, point, normal, shape, self.shadows, self.counts)
         last = order == self.depth
         if last and not self.attenuates:
@@ -139,7 +144,7 @@ class Tracer:
         if last:
             return colour, ()
         most = max(weight) if self.cuts else None
-        children = self.children(ray, point, normal, d_dot_n, shape, here, beyond, i, o, most)
+        children = self.children(ray, order, point, normal, d_dot_n, shape, here, beyond, i, o, most)
         if factor is not None:
             return colour, [((share * ar, share * ag, share * ab), child) for share, child in children]
         return colour, [((share, share, share), child) for share, child in children]
@@ -161,7 +166,7 @@ class Tracer:
             hit = first_hit(scene, start, direction, math.inf)
         return None, None
 
-    def children(self, ray, point, normal, d_dot_n, shape, here, beyond, i, o, weight):
+    def children(self, ray, order, point, normal, d_dot_n, shape, here, beyond, i, o, weight):
         """The reflected and transmitted rays of a hit, as pairs (weight, ray) (REF-4, MED-5).
 
         The ray was in the set `here` and its medium `i`; on the other side are the set `beyond` and the medium `o`.
@@ -181,8 +186,8 @@ class Tracer:
             start = leave(point, normal, shape.size, side)
             mirrored = self.reflect(direction, normal, d_dot_n, sqrt)
             if rough:
-                rays, numbers = self.glossy_rays, partial(self.numbers, path)
-                shape_of_lobe = material.lobe, rays, self.weigh, numbers, self.unit, self.number
+                rays, draw = self.glossy_rays, partial(self.random.lobe, self.sample, order, path)
+                shape_of_lobe = material.lobe, rays, self.weigh, draw, self.unit, self.number
                 lobe = gloss(mirrored, normal, *shape_of_lobe)
                 for child, (away, w) in enumerate(lobe):
                     part = share * w / rays

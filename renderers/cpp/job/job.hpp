@@ -124,14 +124,14 @@ private:
 
 enum class Kind { image, rays };
 enum class Precision { float64, float32 };
-enum class Sampling { one, uniform, jittered, adaptive };
+enum class Sampling { one, uniform, jittered, adaptive, sobol };
 enum class Weight { plain, study };
 enum class Walk { least, recursion, table, stack, chain };
 enum class Accel { automatic, none, bvh };
 
 constexpr const char* kinds[] = {"image", "rays"};
 constexpr const char* precisions[] = {"float64", "float32"};
-constexpr const char* samplings[] = {"one", "uniform", "jittered", "adaptive"};
+constexpr const char* samplings[] = {"one", "uniform", "jittered", "adaptive", "sobol"};
 constexpr const char* weights[] = {"plain", "study"};
 constexpr const char* walks[] = {"least", "recursion", "table", "stack", "chain"};
 constexpr const char* accels[] = {"auto", "none", "bvh"};
@@ -152,7 +152,8 @@ struct Job {
     Accel accel;
     int width = 0, height = 0;
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // CAM-5
-    int depth, threads, frames, samples, adaptive_depth, feelers, glossy_rays;
+    int depth, threads, frames, adaptive_depth, feelers, glossy_rays;
+    int spp, row;  // samples of a pixel, and of each row of them that is added up by itself (SAM-3)
     std::uint32_t seed;
     bool shadows;
     SamplePlace sample;
@@ -167,8 +168,8 @@ struct Job {
           weight(Weight(flags.method("glossy_weight", weights))), walk(Walk(flags.method("walk", walks))),
           accel(Accel(flags.method("accel", accels))), depth(flags.integer("depth", 0, 0)),
           threads(flags.text("variant") == "cpp" ? 1 : flags.integer("threads", 1, 1)),
-          frames(flags.integer("frames", 0, 0)), samples(flags.integer("samples", 1, 1)),
-          adaptive_depth(flags.integer("adaptive_depth", 0, 3)), feelers(flags.integer("feelers", 0, 0)),
+          frames(flags.integer("frames", 0, 0)), adaptive_depth(flags.integer("adaptive_depth", 0, 3)),
+          feelers(flags.integer("feelers", 0, 0)),
           glossy_rays(flags.integer("glossy_rays", 0, 0)), seed(std::uint32_t(flags.integer("seed", 0, 0xffffffff, 0))),
           shadows(flags.integer("shadows", 0, 0) != 0),
           sample{flags.fraction("sample_x", 0.5), flags.fraction("sample_y", 0.5)},
@@ -185,10 +186,12 @@ struct Job {
         if (methods::vector == Vector::on && accel == Accel::none && !not_in_lanes().empty())
             throw Unsupported("has lanes for " + not_in_lanes() +
                               " only in a hierarchy: leave vector off, or accel as by default");
+        read_samples(flags);
         if (kind == Kind::image) {
             read_size(flags);
             const bool grid = sampling == Sampling::uniform || sampling == Sampling::jittered;
-            require("NEED_SUPERSAMPLING", needs::supersampling || !grid);
+            require("NEED_SUPERSAMPLING", needs::supersampling || !(grid || sampling == Sampling::sobol));
+            require("NEED_SOBOL", needs::sobol || sampling != Sampling::sobol);
             require("NEED_ADAPTIVE", needs::adaptive || sampling != Sampling::adaptive);
             require("NEED_LENS", needs::lens || lens_radius == 0);
             require("NEED_CUTOFF", needs::cutoff || cutoff == 0 || !needs::reflection || depth == 0);
@@ -245,6 +248,19 @@ private:
             throw std::runtime_error(std::string("this program was built for --") + method.key + "=" + method.value() +
                                      ": build it with what renderer.toml has for " +
                                      method.values[std::size_t(asked)]);
+    }
+
+    void read_samples(const Flags& flags)
+    {
+        spp = row = 1;
+        if (sampling == Sampling::sobol) {
+            spp = flags.integer("spp", 1, 1);
+            while (row * row < spp)
+                row++;
+        } else if (sampling == Sampling::uniform || sampling == Sampling::jittered) {
+            row = flags.integer("samples", 1, 1);
+            spp = row * row;
+        }
     }
 
     void read_size(const Flags& flags)

@@ -18,6 +18,7 @@ template<typename T> constexpr const char* dtype = nullptr;
 template<> constexpr const char* dtype<double> = "<f8";
 template<> constexpr const char* dtype<float> = "<f4";
 template<> constexpr const char* dtype<std::int32_t> = "<i4";
+template<> constexpr const char* dtype<std::uint32_t> = "<u4";
 
 template<typename T>
 struct Array {

@@ -104,7 +104,6 @@ private:
     void render_tile(const Tile& tile, Worker& worker, std::vector<Real>& picture,
                      [[maybe_unused]] List<needs::cutoff, Real, 'D'>& dropped) const
     {
-        const int n = needs::supersampling && job.sampling != Sampling::one ? job.samples : 1;
         if constexpr (needs::random)
             for (int j = tile.y0; j < tile.y1; j++)
                 for (int i = tile.x0; i < tile.x1; i++)
@@ -113,16 +112,16 @@ private:
         if constexpr (needs::cutoff)
             std::fill(worker.dropped.begin(), worker.dropped.end(), Real(0));
         aim(tile, 0, 1, worker);
-        for (int sample = 0; sample < n * n; sample++) {
+        for (int sample = 0; sample < job.spp; sample++) {
             worker.sample = std::uint32_t(sample);
             clear(worker, room);
-            see(tile, sample % n, sample / n, n, worker);
+            see(tile, sample, worker);
             tracer.follow(0, worker);
-            write(tile, sample, n, worker, picture);
+            write(tile, sample, worker, picture);
         }
         if constexpr (needs::cutoff)
             for_pixels(tile, [&](std::size_t pixel, std::size_t from) {
-                dropped[pixel] = n == 1 ? worker.dropped[from] : worker.dropped[from] / (Real(n) * Real(n));
+                dropped[pixel] = worker.dropped[from] / Real(job.spp);
             });
     }
 
@@ -136,9 +135,8 @@ private:
                     std::size_t(place(i - tile.x0, j - tile.y0)));
     }
 
-    // Adds sample a of row b of the n × n of a pixel, s = b n + a (SAM-3).
-    void write(const Tile& tile, [[maybe_unused]] int s, [[maybe_unused]] int n, Worker& worker,
-               std::vector<Real>& picture) const
+    // Adds sample s of each pixel.
+    void write(const Tile& tile, [[maybe_unused]] int s, Worker& worker, std::vector<Real>& picture) const
     {
         long long spoilt = 0;
         for_pixels(tile, [&](std::size_t pixel, std::size_t from) {
@@ -148,7 +146,7 @@ private:
                 const Real value = worker.colours[c][from];
                 right = right && is_finite(value);
                 if constexpr (needs::supersampling)
-                    add(value, s, n, worker.lines[3 * from + std::size_t(c)], to[c]);
+                    add(value, s, worker.lines[3 * from + std::size_t(c)], to[c]);
                 else
                     to[c] = value;
             }
@@ -159,22 +157,24 @@ private:
     }
 
     // SAM-3: `line` is the sum of the row of samples so far, `sum` of the rows before it, at last the mean.
-    static void add(Real value, int s, int n, Real& line, Real& sum)
+    void add(Real value, int s, Real& line, Real& sum) const
     {
+        const int n = job.row;
         line = s % n == 0 ? value : line + value;
-        if (s % n == n - 1)
+        if (s % n == n - 1 || s == job.spp - 1)
             sum = s < n ? line : sum + line;
-        if (n > 1 && s == n * n - 1)
-            sum /= Real(n) * Real(n);
+        if (job.spp > 1 && s == job.spp - 1)
+            sum /= Real(job.spp);
     }
 
-    // The eye rays of a tile's sample (a, b) of n x n (CAM-2, CAM-3, LEN-1).
-    void see(const Tile& tile, int a, int b, int n, Worker& worker) const
+    // The eye rays of sample s of a tile's pixels (CAM-2, CAM-3, LEN-1, SAM-1, SAM-2, SAM-7).
+    void see(const Tile& tile, [[maybe_unused]] int s, Worker& worker) const
     {
         const I lane = lane_numbers<Real>();
         const L lane_column = __builtin_convertvector(lane % block_width, L);
         const L lane_row = __builtin_convertvector(lane / block_width, L);
         const Real shift_x = Real(samples_at.x - 0.5), shift_y = Real(samples_at.y - 0.5);
+        const bool one = !needs::supersampling || job.sampling == Sampling::one;
         for (int j = tile.y0; j < tile.y1; j += block_height)
             for (int i = tile.x0; i < tile.x1; i += block_width) {
                 const L column = Real(i) + lane_column, row = Real(j) + lane_row;
@@ -182,11 +182,15 @@ private:
                 const Mask<Real> active = (column < Real(tile.x1)) & (row < Real(tile.y1));
                 L u[4]{}, x = all(Real(0.5)), y = x;
                 if constexpr (needs::random)
-                    tracer.draw(pixel, I{}, 0, worker, u);
-                if (needs::supersampling && job.sampling == Sampling::jittered)
+                    tracer.draw_own(pixel, worker, u);
+                if (needs::supersampling && !one && job.sampling != Sampling::uniform)
                     x = u[0], y = u[1];
-                x = n == 1 && job.sampling == Sampling::one ? all(Real(samples_at.x)) : (Real(a) + x) / Real(n) + shift_x;
-                y = n == 1 && job.sampling == Sampling::one ? all(Real(samples_at.y)) : (Real(b) + y) / Real(n) + shift_y;
+                if (needs::supersampling && !one && job.sampling != Sampling::sobol) {
+                    x = (Real(s % job.row) + x) / Real(job.row);
+                    y = (Real(s / job.row) + y) / Real(job.row);
+                }
+                x = one ? all(Real(samples_at.x)) : x + shift_x;
+                y = one ? all(Real(samples_at.y)) : y + shift_y;
                 shoot(active, column + x, row + y, pixel, u, worker);
             }
     }
@@ -268,7 +272,7 @@ private:
                 }
                 const I pixel = lane_numbers<Real>() + Integer<Real>(first);
                 if (needs::lens && job.lens_radius > 0)
-                    tracer.draw(pixel, I{}, 0, worker, u);
+                    tracer.draw_own(pixel, worker, u);
                 shoot(up_to<Real>(count - first), column, row, pixel, u, worker);
             }
             tracer.follow(0, worker);

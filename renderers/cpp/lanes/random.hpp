@@ -1,4 +1,4 @@
-// VEC-1: random numbers in lanes.
+// VEC-1: random numbers and points of sequences in lanes.
 #pragma once
 #include "lanes.hpp"
 #include "../random.hpp"
@@ -70,4 +70,25 @@ LANE void draw(Integers<Real> pixel, std::uint32_t sample, Integers<Real> path, 
     }
     for (int i = 0; i < 4; i++)
         u[i] = __builtin_convertvector(words[i], Lanes<Real>) * Real(0x1p-24);
+}
+
+// Words of 32 bits, as many as there are lanes.
+template<typename Real>
+struct LaneWord {
+    using By [[gnu::vector_size(4 * lane_count<Real>)]] = std::uint32_t;
+};
+
+// SOB-1: a point for lanes with a pixel and a path each.
+template<typename Real>
+LANE void draw_point(Integers<Real> pixel, Integers<Real> path, std::uint32_t purpose, std::uint32_t index,
+                     std::uint32_t seed, const Sequence& sequence, Lanes<Real>& u0, Lanes<Real>& u1)
+{
+    using Word = typename LaneWord<Real>::By;
+    const std::array<std::uint32_t, 2> x = sequence.digits(index, purpose);
+    const std::array<Word, 4> key = mixed<Word>({__builtin_convertvector(pixel, Word), __builtin_convertvector(path, Word),
+                                                 Word{} + purpose, Word{} + seed});
+    const Word words[2] = {reversed<Word>(scrambled<Word>(Word{} + x[0], key[0])),
+                           reversed<Word>(scrambled<Word>(Word{} + x[1], key[1]))};
+    u0 = __builtin_convertvector(__builtin_convertvector(words[0] >> 8, Integers<Real>), Lanes<Real>) * Real(0x1p-24);
+    u1 = __builtin_convertvector(__builtin_convertvector(words[1] >> 8, Integers<Real>), Lanes<Real>) * Real(0x1p-24);
 }

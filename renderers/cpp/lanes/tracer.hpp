@@ -37,15 +37,68 @@ public:
             worker.numbers.resize(std::size_t(samples));
     }
 
-    [[gnu::noinline]] void draw([[maybe_unused]] I pixel, [[maybe_unused]] I path, [[maybe_unused]] std::uint32_t use,
-                   [[maybe_unused]] const LaneWorker<Real>& worker, [[maybe_unused]] L (&u)[4]) const
+    // The sample's own numbers: of its place in the pixel, and on the lens (RND-3, SOB-1).
+    [[gnu::noinline]] void draw_own([[maybe_unused]] I pixel, [[maybe_unused]] const LaneWorker<Real>& worker,
+                                    [[maybe_unused]] L (&u)[4]) const
     {
         if constexpr (needs::random) {
-            I number{};
+            const I number = numbers_of(pixel, worker);
+            if constexpr (needs::sobol)
+                if (const Sequence& sequence = tracer.sequence; sequence.matrices) {
+                    ::draw_point<Real>(number, I{}, Sequence::place, worker.sample, seed, sequence, u[0], u[1]);
+                    if (sequence.first > Sequence::lens)
+                        ::draw_point<Real>(number, I{}, Sequence::lens, worker.sample, seed, sequence, u[2], u[3]);
+                    return;
+                }
+            ::draw<Real>(number, worker.sample, I{}, 0, seed, u);
+        }
+    }
+
+    // SOF-2: of feeler f to a light.
+    LANE void draw_for_feeler([[maybe_unused]] const LaneBranch<Real>& branch, [[maybe_unused]] std::uint32_t light,
+                              [[maybe_unused]] std::uint32_t f, [[maybe_unused]] const LaneWorker<Real>& worker,
+                              [[maybe_unused]] L (&u)[4]) const
+    {
+        const std::uint32_t feelers = std::uint32_t(tracer.feelers);
+        if constexpr (needs::sobol)
+            if (const std::uint32_t purpose = tracer.sequence.of_light(worker.order, light); tracer.sequence.has(purpose))
+                return draw_point(branch, purpose, worker.sample * feelers + f, worker, u);
+        draw_random(branch, 1 + light * feelers + f, worker, u);
+    }
+
+    // GLO-2: of glossy ray g.
+    LANE void draw_for_lobe([[maybe_unused]] const LaneBranch<Real>& branch, [[maybe_unused]] std::uint32_t g,
+                            [[maybe_unused]] const LaneWorker<Real>& worker, [[maybe_unused]] L (&u)[4]) const
+    {
+        if constexpr (needs::sobol)
+            if (const std::uint32_t purpose = tracer.sequence.of_lobe(worker.order); tracer.sequence.has(purpose))
+                return draw_point(branch, purpose, worker.sample * std::uint32_t(tracer.glossy_rays) + g, worker, u);
+        draw_random(branch, 0x80000000 + g, worker, u);
+    }
+
+    [[gnu::noinline]] void draw_point([[maybe_unused]] const LaneBranch<Real>& branch,
+                                      [[maybe_unused]] std::uint32_t purpose, [[maybe_unused]] std::uint32_t index,
+                                      [[maybe_unused]] const LaneWorker<Real>& worker, [[maybe_unused]] L (&u)[4]) const
+    {
+        if constexpr (needs::sobol)
+            ::draw_point<Real>(numbers_of(branch.pixel, worker), branch.path, purpose, index, seed, tracer.sequence,
+                               u[0], u[1]);
+    }
+
+    [[gnu::noinline]] void draw_random([[maybe_unused]] const LaneBranch<Real>& branch, [[maybe_unused]] std::uint32_t use,
+                                       [[maybe_unused]] const LaneWorker<Real>& worker, [[maybe_unused]] L (&u)[4]) const
+    {
+        if constexpr (needs::random)
+            ::draw<Real>(numbers_of(branch.pixel, worker), worker.sample, branch.path, use, seed, u);
+    }
+
+    LANE I numbers_of([[maybe_unused]] I pixel, [[maybe_unused]] const LaneWorker<Real>& worker) const
+    {
+        I number{};
+        if constexpr (needs::random)
             for (int k = 0; k < lane_count<Real>; k++)
                 number[k] = Integer<Real>(worker.numbers[std::size_t(pixel[k])]);
-            ::draw<Real>(number, worker.sample, path, use, seed, u);
-        }
+        return number;
     }
 
     // The first hits of some rays, into the streams of their order; what misses has the background (REF-6).
@@ -214,6 +267,8 @@ private:
     template<Form form>
     void shade(int first, int order, LaneWorker<Real>& worker) const
     {
+        if constexpr (needs::sobol)
+            worker.order = order;
         const auto& hits = worker.orders[std::size_t(order)].hits[form];
         const Mask<Real> active = up_to<Real>(hits.count - first);
         LaneRayHit<Real> hit = hits.at(first);
@@ -280,8 +335,7 @@ private:
             V mean{};
             for (int f = 0; f < tracer.feelers; f++) {
                 L u[4];
-                draw(hit.branch.pixel, hit.branch.path,
-                     1 + std::uint32_t(number) * std::uint32_t(tracer.feelers) + std::uint32_t(f), worker, u);
+                draw_for_feeler(hit.branch, std::uint32_t(number), std::uint32_t(f), worker, u);
                 const L z = 1 - 2 * u[0], rest = 1 - z * z, w = root<Real>(rest > 0 ? rest : L{});
                 const Turn<Real> phi = turn<Real>(u[1]);
                 const V omega{w * phi.cosine, w * phi.sine, z};
@@ -400,7 +454,7 @@ private:
                 if (!any<Real>(wanted))
                     continue;
                 L u[4];
-                draw(hit.branch.pixel, hit.branch.path, 0x80000000 + std::uint32_t(i), worker, u);
+                draw_for_lobe(hit.branch, std::uint32_t(i), worker, u);
                 const L power_of = logarithm<Real>(1 - u[0]) / (at.lobe + 1);
                 const L z = 1 + expm1<Real>(power_of), w = root<Real>(-expm1<Real>(2 * power_of));
                 const Turn<Real> phi = turn<Real>(u[1]);

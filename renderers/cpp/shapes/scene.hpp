@@ -8,6 +8,7 @@ struct Scene {
     Array<std::int32_t> polygon_ranges, mesh_triangles, mesh_ranges, csg_meshes, csg_code, csg_ranges;
     Array<std::int32_t> sphere_ids, box_ids, polygon_ids, ellipsoid_ids, mesh_ids, csg_ids, media;
     Array<std::int32_t> precedence;
+    Array<std::uint32_t> sobol;  // SOB-2
 };
 
 [[noreturn]] inline void fail_scene(const char* name, const std::string& reason)
@@ -157,5 +158,9 @@ inline void read_scene(const std::string& folder, Scene& scene)
     read_list(folder, "background", 3, scene.background);
     read_list(folder, "air", 5, scene.air);
     read_npy(folder + "/precedence.npy", scene.precedence);
+    if constexpr (needs::sobol) {
+        read_npy(folder + "/sobol.npy", scene.sobol);
+        check_shape(scene.sobol.shape.size() == 2 && scene.sobol.shape[1] == 32, "sobol", "(n, 32)");
+    }
     check_scene(scene);
 }

@@ -38,7 +38,7 @@ class Eye:
         return self.follow(*self.camera.ray(x, y), pixel, sample)
 
     def through_lens(self, x, y, pixel, sample):
-        _, _, u2, u3 = self.tracer.random.numbers(pixel, sample, 0, 0)
+        u2, u3 = self.tracer.random.lens(pixel, sample)
         return self.follow(*self.camera.ray(x, y, u2, u3), pixel, sample)
 
     def noting(self, look, *place):

@@ -1,8 +1,10 @@
-"""The samplers: where a pixel is sampled (CAM-4, SAM-1 to SAM-6).
+"""The samplers: where a pixel is sampled (CAM-4, SAM-1 to SAM-7).
 
 Each sampler is a generator of the region's pixels in C order. `look(x, y, pixel, sample)` is the colour at the place
 (x, y), in pixels from the picture's top left, with the numbers of RND-3. region: x0, y0, x1, y1.
 """
+
+import math
 
 from ..vector import add
 
@@ -31,7 +33,7 @@ def grid(look, job, number, random, region):
                 row = 0, 0, 0
                 for a in range(n):
                     s = b * n + a
-                    u, v = random.numbers(pixel, s, 0, 0)[:2] if jittered else (half, half)
+                    u, v = random.place(pixel, s) if jittered else (half, half)
                     row = add(row, look(i + ((a + u) / n + shift_x), j + ((b + v) / n + shift_y), pixel, s))
                 pixel_sum = add(pixel_sum, row)
             yield tuple(channel / (n * n) for channel in pixel_sum)
@@ -73,4 +75,22 @@ def adaptive(look, job, number, _random, region):
         above = below
 
 
-SAMPLERS = {"one": one, "uniform": grid, "jittered": grid, "adaptive": adaptive}
+def sobol(look, job, number, random, region):
+    """The points of a sequence (SAM-7)."""
+    row_length = math.isqrt(job.spp - 1) + 1
+    shift_x, shift_y = (number.real(place) - number.real(0.5) for place in job.sample)
+    x0, y0, x1, y1 = region
+    for j in range(y0, y1):
+        for i in range(x0, x1):
+            pixel = j * job.width + i
+            pixel_sum = 0, 0, 0
+            for first in range(0, job.spp, row_length):
+                row = 0, 0, 0
+                for s in range(first, min(first + row_length, job.spp)):
+                    u, v = random.place(pixel, s)
+                    row = add(row, look(i + (u + shift_x), j + (v + shift_y), pixel, s))
+                pixel_sum = add(pixel_sum, row)
+            yield tuple(channel / job.spp for channel in pixel_sum)
+
+
+SAMPLERS = {"one": one, "uniform": grid, "jittered": grid, "adaptive": adaptive, "sobol": sobol}
