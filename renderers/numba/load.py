@@ -1,5 +1,6 @@
 """Loads the arrays of a job as the kernel's Scene."""
 
+import math
 from collections import namedtuple
 
 import numpy as np
@@ -59,7 +60,7 @@ def tables(job, real):
         "feelers": job.feelers,
         "glossy_rays": max(1, job.glossy_rays),
         "seed": job.seed,
-        "samples": 1 if job.sampler == "one" else job.samples,
+        **_samples(job),
         "levels": job.adaptive_depth,
         "threshold": real(job.adaptive_threshold),
         "cutoff": real(job.cutoff if job.cutoff > 0 else -1),  # below any weight where nothing is cut off
@@ -67,8 +68,9 @@ def tables(job, real):
         "lensed": job.lens_radius > 0,
         "adapted": job.sampler == "adaptive",
         "single": job.sampler == "one",
-        "jittered": job.sampler == "jittered",
-        "numbered": job.lens_radius > 0 or job.sampler == "jittered",
+        "jittered": job.sampler in ("jittered", "sobol"),
+        "sequenced": job.sampler == "sobol",
+        "numbered": job.lens_radius > 0 or job.sampler in ("jittered", "sobol"),
         "infinite": real(np.inf).view(np.int32 if real == np.float32 else np.int64),
     }
     shapes, sizes, found = _shapes(read)
@@ -83,6 +85,8 @@ def tables(job, real):
     }
     if needs.TOUCHING:
         values |= _contact(read, shapes, sizes, values["ids"], rounded, real)
+    if needs.SOBOL:
+        values |= _sequence(job, read("sobol"), lights)
     if needs.LENS:
         values |= _lens(read("camera"), job, rounded, real)
     x0, y0, x1, y1 = job.region
@@ -94,6 +98,25 @@ def tables(job, real):
     if needs.TREE or needs.VECTOR:
         values["bounds"] = found
     return values
+
+
+def _samples(job):
+    """How many a pixel has, and a row of them (SAM-1 to SAM-3, SAM-7)."""
+    if job.sampler == "sobol":
+        return {"samples": job.spp, "row_length": math.isqrt(job.spp - 1) + 1}
+    n = 1 if job.sampler == "one" else job.samples
+    return {"samples": n * n, "row_length": n}
+
+
+def _sequence(job, matrices, lights):
+    """The fields of SOB-1. lights: rows, of which those of points have the radius 0."""
+    of_lights = 2 * len(lights) if lights[:, 6].any() else 0
+    return {
+        "matrices": matrices,
+        "first_light": 4 if job.lens_radius > 0 else 2,
+        "each_order": of_lights + (2 if job.glossy_rays > 0 else 0),
+        "light_dimensions": of_lights,
+    }
 
 
 def build(values, real):

@@ -11,7 +11,7 @@ FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
     *("reflection", "transmission", "glossy", "attenuation", "media", "contact"),
-    *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
+    *("supersampling", "sobol", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
     "precision": ("float64", "float32"),
@@ -97,7 +97,7 @@ def prepare(job):
         renormalise=job.renormalise,
         vector=vector,
         floating_point=job.floating_point,
-        jittered=job.sampler == "jittered" or "supersampling" in job.carried,
+        jittered=job.sampler in ("jittered", "sobol") or "supersampling" in job.carried,
         study_weight=job.glossy_weight == "study",
         limited=cuda and ("csg" in job.carried or largest_part(job) > needs.CROSSINGS),
     )

@@ -7,7 +7,7 @@
 SPHERE = BOX = POLYGON = ELLIPSOID = MESH = CSG = False
 AMBIENT = DIFFUSE = PHONG = SHADOWS = SOFT = False
 REFLECTION = TRANSMISSION = GLOSSY = ATTENUATION = MEDIA = CONTACT = False
-SUPERSAMPLING = ADAPTIVE = LENS = CUTOFF = False
+SUPERSAMPLING = SOBOL = ADAPTIVE = LENS = CUTOFF = False
 FEATURES = tuple(name for name in list(globals()) if name.isupper())
 
 # Carried, though this job may not use it (`kernel` of the contract): the kernel asks the scene.
@@ -36,7 +36,7 @@ PHONG_METHOD = "clamped"  # of LOC-4
 RENORMALISE = "on"  # of NUM-4
 VECTOR = False  # rays in lanes (VEC-1)
 FLOATING_POINT = "strict"  # of NUM-3
-JITTERED = False  # SAM-2
+JITTERED = False  # the places of samples are drawn (SAM-2, SAM-7)
 STUDY_WEIGHT = False  # GLO-1
 LIMITED = False  # a mesh in a CSG solid may be crossed more often than the work memory of a GPU has room for (CSG-6)
 
@@ -82,7 +82,7 @@ def take(features, carried, **methods):
     """
     chosen = {name: name.lower() in features for name in FEATURES}
     chosen |= {f"ASK_{name}": name.lower() in carried for name in ("SHADOWS", "LENS")}
-    chosen["ASK_SAMPLER"] = "supersampling" in carried or "adaptive" in carried
+    chosen["ASK_SAMPLER"] = not {"supersampling", "sobol", "adaptive"}.isdisjoint(carried)
     chosen["ASK_NUMBERS"] = chosen["ASK_LENS"] or chosen["ASK_SAMPLER"]
     chosen |= {name.upper(): value for name, value in methods.items()}
     chosen["LIT"] = chosen["DIFFUSE"] or chosen["PHONG"] or chosen["SHADOWS"]

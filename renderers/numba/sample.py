@@ -3,8 +3,20 @@
 import math
 
 from .camera import eye_ray
-from .needs import ADAPTIVE, ASK_NUMBERS, ASK_SAMPLER, CSG, CUTOFF, JITTERED, LENS, LIMITED, MEDIA, SUPERSAMPLING
-from .random import draw
+from .needs import (
+    ADAPTIVE,
+    ASK_NUMBERS,
+    ASK_SAMPLER,
+    CSG,
+    CUTOFF,
+    JITTERED,
+    LENS,
+    LIMITED,
+    MEDIA,
+    SOBOL,
+    SUPERSAMPLING,
+)
+from .random import draw_own
 from .target import inlined, kernel
 from .trace.trace import finite
 from .trace.walk import walk
@@ -37,7 +49,7 @@ def take(scene, thread, width, height, x, y, place, u, depth):
 def numbers(scene, place):
     """The sample's own random numbers, if it needs any."""
     if (LENS or JITTERED) and (not ASK_NUMBERS or scene.numbered):
-        return draw(scene, place, 0, 0)
+        return draw_own(scene, place)
     zero = type(scene.epsilon)(0)
     return zero, zero, zero, zero
 
@@ -53,27 +65,28 @@ def one_sample(scene, thread, width, height, region, i, j, depth):
 
 @kernel
 def grid(scene, thread, width, height, region, i, j, depth):
-    """The mean of n × n samples (SAM-1 to SAM-3)."""
+    """The mean of n × n samples, or of those of a sequence (SAM-1 to SAM-3, SAM-7)."""
     real = type(scene.epsilon)
-    n, zero, half = scene.samples, real(0), real(0.5)
+    samples, n, zero, half = scene.samples, scene.row_length, real(0), real(0.5)
     colour, line, dropped, counts = (zero, zero, zero), (zero, zero, zero), zero, (0, 0, 0, 0, 0)
-    for s in range(n * n):
+    for s in range(samples):
         place = j * width + i, s
         u = numbers(scene, place)
         a, b = half, half
         if JITTERED and (not ASK_SAMPLER or scene.jittered):
             a, b = u[0], u[1]
-        a, b = (real(s % n) + a) / real(n), (real(s // n) + b) / real(n)
+        if not SOBOL or (ASK_SAMPLER and not scene.sequenced):
+            a, b = (real(s % n) + a) / real(n), (real(s // n) + b) / real(n)
         x, y = real(i) + (a + (scene.sample[0] - half)), real(j) + (b + (scene.sample[1] - half))
         if ASK_SAMPLER and scene.single:  # CAM-4
             x, y = real(i) + scene.sample[0], real(j) + scene.sample[1]
         more, cut, counted = take(scene, thread, width, height, x, y, place, u, depth)
         line, counts = add(line, more), add_counts(counts, counted)
-        if s % n == n - 1:
+        if s % n == n - 1 or s == samples - 1:
             colour, line = add(colour, line), (zero, zero, zero)
         if CUTOFF:
             dropped += cut
-    share = real(n * n)
+    share = real(samples)
     return (colour[0] / share, colour[1] / share, colour[2] / share), dropped / share, counts
 
 

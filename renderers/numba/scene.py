@@ -53,18 +53,24 @@ FIELDS = {
     "largest_extent": needs.TOUCHING,
     "cutoff": needs.CUTOFF,  # of CUT-1
     "infinite": needs.FAST,  # the bits of inf, as an integer
-    "shadows": needs.ASK_SHADOWS,  # whether there are any; the next five are such answers too
+    "shadows": needs.ASK_SHADOWS,  # whether there are any; the next six are such answers too
     "lensed": needs.ASK_LENS,
     "adapted": needs.ASK_SAMPLER,
     "single": needs.ASK_SAMPLER,
     "jittered": needs.ASK_SAMPLER,
+    "sequenced": needs.ASK_SAMPLER,
     "numbered": needs.ASK_NUMBERS,
     "lens": needs.LENS,  # (2, 3): the lens's radius along u and along v
     "focus": needs.LENS,  # δ of LEN-1
     "feelers": needs.SOFT,  # F of SOF-1
     "glossy_rays": needs.GLOSSY,  # G of GLO-1
     "seed": needs.RANDOM,
-    "samples": needs.SUPERSAMPLING,  # n of SAM-1
+    "matrices": needs.SOBOL,  # uint32 (64, 32), and dimensions as SOB-1 has them: the next three
+    "first_light": needs.SOBOL,
+    "each_order": needs.SOBOL,
+    "light_dimensions": needs.SOBOL,
+    "samples": needs.SUPERSAMPLING,  # of a pixel
+    "row_length": needs.SUPERSAMPLING,  # n of SAM-1, and of SAM-3 samples of a row
     "levels": needs.ADAPTIVE,  # D of SAM-4
     "threshold": needs.ADAPTIVE,  # τ of SAM-4
     "tree_bounds": TREE,  # (N, 2, 3): lower and upper corner of each node; these and the next two: see bvh.py

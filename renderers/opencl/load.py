@@ -3,6 +3,7 @@
 kernel/scene.h has the columns of the tables and the names of the layout.
 """
 
+import math
 import re
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 from . import bounds, bvh
 
 SOURCE = Path(__file__).parent / "kernel" / "scene.h"
-SAMPLERS = ("one", "uniform", "jittered", "adaptive")
+SAMPLERS = ("one", "uniform", "jittered", "adaptive", "sobol")
 SHAPES = ("sphere", "box", "polygon", "ellipsoid", "mesh", "csg")  # in the order of HIT-2
 MOST_OF_MESH = 64  # crossings of a line with one mesh (CSG-6)
 MESH_PART, OPERATORS = 3, 4  # of csg_code
@@ -64,6 +65,8 @@ class Scene:
         self.boxes = self._take_shapes(read)
         self._take_roles(read)
         self._take_contact(read)
+        if job.sampler == "sobol":
+            self._take_sequence(job, read)
         if job.sphere in ("textbook", "stable"):  # whose roots err by more than any padding (HIT-6)
             self.always[: len(read["spheres"])] = True
             self.always[self._kinds == SHAPES.index("ellipsoid")] = True
@@ -130,9 +133,21 @@ class Scene:
             "study_weight": int(job.glossy_weight == "study"),
             "seed": job.seed,
             "sampler": SAMPLERS.index(job.sampler),
-            "samples": job.samples,
+            **_samples(job),
             "levels": job.adaptive_depth if job.sampler == "adaptive" else 0,
             "lens": int(job.lens_radius > 0),
+        }
+
+    def _take_sequence(self, job, read):
+        """The dimensions of purposes, and what makes the points of them (SOB-1, SOB-2)."""
+        lights = read["lights"]
+        soft = job.shadows and "soft" in job.needs and job.feelers > 0 and (lights[:, 6] > 0).any()
+        of_lights = 2 * len(lights) if soft else 0
+        self.layout |= {
+            "sobol_at": self.integers.add(read["sobol"].view(np.int32)),
+            "first_light": 4 if job.lens_radius > 0 else 2,
+            "each_order": of_lights + (2 if job.glossy_rays > 0 else 0),
+            "light_dimensions": of_lights,
         }
 
     def _take_light(self, job, read):
@@ -262,6 +277,14 @@ class Scene:
         extents = np.concatenate(extents)
         self.layout["precedence_at"] = self.integers.add(precedence[np.concatenate(ids)[:, 0]])
         self.layout["extents_at"] = self.numbers.add([*extents, extents.max(initial=0)])
+
+
+def _samples(job):
+    """How many a pixel has, and a row of them (SAM-1 to SAM-3, SAM-7)."""
+    if job.sampler == "sobol":
+        return {"samples": job.spp, "row_length": math.isqrt(job.spp - 1) + 1}
+    n = 1 if job.sampler == "one" else job.samples
+    return {"samples": n * n, "row_length": n}
 
 
 def _across(shapes):

@@ -8,7 +8,7 @@ FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg"),
     *("ambient", "diffuse", "phong", "shadows", "soft"),
     *("reflection", "transmission", "glossy", "attenuation", "media", "contact"),
-    *("supersampling", "adaptive", "lens", "cutoff", "region", "rays"),
+    *("supersampling", "sobol", "adaptive", "lens", "cutoff", "region", "rays"),
 )
 METHODS = {
     "precision": ("float64", "float32"),

@@ -4,14 +4,14 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parent / "kernel"
 FILES = (
-    *("target", "vector", "random", "scene"),
+    *("target", "vector", "scene", "random"),
     *("shapes/sphere", "shapes/box", "shapes/mesh", "shapes/polygon", "shapes/ellipsoid", "shapes/bvh", "shapes/csg"),
     *("search", "shade", "contact", "trace", "walk", "render"),
 )
 FEATURES = (
     *("sphere", "box", "polygon", "ellipsoid", "mesh", "csg", "ambient", "diffuse", "phong", "shadows", "soft"),
     *("reflection", "transmission", "glossy", "attenuation", "media", "contact"),
-    *("supersampling", "adaptive", "lens", "cutoff"),
+    *("supersampling", "sobol", "adaptive", "lens", "cutoff"),
 )
 FORMS = ("sphere", "offset", "triangle", "slab", "merge", "fresnel", "phong", "renormalise", "floating_point")
 

@@ -2,13 +2,13 @@
 
 import math
 
-from ..needs import ADAPTIVE, JITTERED, LENS, SPHERE, SUPERSAMPLING
+from ..needs import ADAPTIVE, JITTERED, LENS, SOBOL, SPHERE, SUPERSAMPLING
 from ..target import kernel
 from ..vector import UNIT_ROUNDOFF, add, row, scale, subtract
 from .functions import turn
 from .lanes import COUNT, count_of, largest_of, numbered, select, smallest_of, spread, to_reals
 from .memory import gather, load, store_some
-from .random import draw
+from .random import draw_own
 from .scene import OTHERS, SIDE
 from .spheres import RADIUS, ROWS, X, Y, Z
 from .vector import along, dot, normalise
@@ -136,7 +136,7 @@ def eye_packet(scene, thread, width, height, tile, count, k, sample):
     a = b = spread(half)
     if DRAWS:
         pixel = pixel_of(scene, thread, width, tile, place, place < count)
-        u = draw(scene, pixel, sample, pixel & 0, 0)
+        u = draw_own(scene, pixel, sample)
     if JITTERED:
         a, b = u[0], u[1]
     if ADAPTIVE:
@@ -148,8 +148,9 @@ def eye_packet(scene, thread, width, height, tile, count, k, sample):
         x, y = pixels_of(place, tile)
         active = (x < tile[2]) & (y < tile[3])
         if SUPERSAMPLING:
-            n = scene.samples
-            a, b = (a + real(sample % n)) / real(n), (b + real(sample // n)) / real(n)
+            n = scene.row_length
+            if not SOBOL:
+                a, b = (a + real(sample % n)) / real(n), (b + real(sample // n)) / real(n)
             x, y = to_reals(x) + (a + (scene.sample[0] - half)), to_reals(y) + (b + (scene.sample[1] - half))
         else:
             x, y = to_reals(x) + scene.sample[0], to_reals(y) + scene.sample[1]

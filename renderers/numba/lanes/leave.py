@@ -83,7 +83,7 @@ def leave(scene, thread, rays, places, order, first, hit, ray, weight, sample, s
             if GLOSSY:
                 exponent = gather(scene.roles, tables.LOBE, role, mirrors)
                 rough = exponent >= 0.0
-                aside, lobe = glossy(scene, (pixel, sample, path), exponent, normal, towards, g)
+                aside, lobe = glossy(scene, (pixel, sample, order - 1, path), exponent, normal, towards, g)
                 way = select_three(rough, aside, towards)
                 part = part * select(rough, lobe / scene.glossy_rays, 1.0)
                 if g > 0:

@@ -4,13 +4,12 @@ import math
 
 from ..needs import ATTENUATION, MEDIA, STUDY_WEIGHT
 from ..target import kernel
-from ..trace.reflect import FIRST_GLOSSY
 from ..vector import add, scale, subtract
 from . import scene as tables
 from .functions import exp2, expm1, logarithm, turn
 from .lanes import any_of, select, spread
 from .memory import gather
-from .random import draw
+from .random import draw_for_lobe
 from .vector import along, dot, gather_three, normalise, select_three
 
 
@@ -86,10 +85,9 @@ def refracted(direction, normal, cosine, inside, n, s):
 def glossy(scene, ray, exponent, normal, r, g):
     """Directions number `g` of the lobes around the mirrored directions `r`, and their weights w (GLO-1 to GLO-3).
 
-    ray: pixel, sample and path of RND-2.
+    ray: pixel, sample, order and path (RND-3, SOB-1).
     """
-    pixel, sample, path = ray
-    u = draw(scene, pixel, sample, path, FIRST_GLOSSY + g)
+    u = draw_for_lobe(scene, ray, g)
     power = logarithm(1.0 - u[0]) / (exponent + 1.0)
     z, (cosine, sine) = 1.0 + expm1(power), turn(u[1])
     w = math.sqrt(-expm1(2.0 * power))

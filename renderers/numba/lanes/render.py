@@ -49,13 +49,13 @@ def deliver(scene, thread, light, tile, x0, y0, sample, samples, picture):
             red, green, blue = light[0, k], light[1, k], light[2, k]
             broken += (red - red) + (green - green) + (blue - blue) != 0
             if SUPERSAMPLING:
-                n, lines = scene.samples, scene.lines[thread]
+                n, lines = scene.row_length, scene.lines[thread]
                 for c in range(3):
                     total = light[c, k]
                     if sample % n > 0:
                         total += lines[c, k]
                     lines[c, k] = total
-                    if sample % n == n - 1:
+                    if sample % n == n - 1 or sample == samples - 1:
                         if sample >= n:
                             total += picture[j - y0, i - x0, c]
                         if sample == samples - 1:
@@ -125,7 +125,7 @@ def follow(scene, thread, width, height, depth, tile, seen, count, sample):
         colour = spread(background[0]), spread(background[1]), spread(background[2])
         if any_of(hit):
             point, normal, off, role = surface(scene, thread, face, hit, origin, direction, t, place)
-            ray, outside = (pixel, sample, path), add(point, off)
+            ray, outside = (pixel, sample, order, path), add(point, off)
             light_there, more = local_light(scene, thread, role, hit, point, normal, direction, outside, place, ray)
             colour = select_three(hit, light_there, colour)
             feelers += more
@@ -296,7 +296,7 @@ def render_tiles(scene, width, height, region, depth, corners, first, step, pict
         across, down = scene.work_width, scene.work_height
     x1, y1 = x1 + more, y1 + more
     tiles_across = -(-(x1 - x0) // across)
-    samples = scene.samples * scene.samples if SUPERSAMPLING else 1
+    samples = scene.samples if SUPERSAMPLING else 1
     for number in range(first, min(len(counts), tiles_across * -(-(y1 - y0) // down)), step):
         left, top = x0 + number % tiles_across * across, y0 + number // tiles_across * down
         right, bottom = left + across, top + down

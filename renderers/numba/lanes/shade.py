@@ -10,7 +10,7 @@ from . import scene as tables
 from .functions import power, turn
 from .lanes import any_of, count_of, fma, select, spread
 from .memory import gather
-from .random import draw
+from .random import draw_for_feeler
 from .search import occluded
 from .vector import along, dot, gather_three, select_three
 
@@ -18,8 +18,7 @@ from .vector import along, dot, gather_three, select_three
 @kernel
 def on_light(scene, ray, i, f):
     """The targets of feeler number `f` to light `i` (SOF-2)."""
-    pixel, sample, path = ray
-    u = draw(scene, pixel, sample, path, 1 + i * scene.feelers + f)
+    u = draw_for_feeler(scene, ray, i, f)
     z, (cosine, sine) = 1.0 - 2.0 * u[0], turn(u[1])
     rest = 1.0 - z * z
     w = math.sqrt(select(rest > 0.0, rest, 0.0))
@@ -30,7 +29,7 @@ def on_light(scene, ray, i, f):
 def local_light(scene, thread, role, hit, point, normal, direction, outside, place, ray):
     """Linear RGB (LOC-1 to LOC-5, SOF-1) in the lanes of the mask `hit`, and the number of feelers, from `outside`.
 
-    ray: pixel, sample and path of RND-2.
+    ray: pixel, sample, order and path (RND-3, SOB-1).
     """
     zero, feelers = spread(0.0), 0
     colour, diffuse, specular, exponent = (zero, zero, zero), (zero, zero, zero), zero, zero

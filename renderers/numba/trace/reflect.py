@@ -2,16 +2,11 @@
 
 import math
 
-import numpy as np
-
 from ..needs import FRESNEL, OFFSET, STUDY_WEIGHT
-from ..random import draw, turn
+from ..random import draw_for_lobe, turn
 from ..scene import INDEX, LOBE, PERMEABILITY
 from ..target import kernel
 from ..vector import add, along, dot, largest, renormalise, scale
-
-# Of the use of a random number (GLO-2).
-FIRST_GLOSSY = np.int64(2**31)
 
 CLAMPED = FRESNEL == "clamped"
 BOUNDED, RELATIVE, FIXED = (name == OFFSET for name in ("bounded", "relative", "fixed"))
@@ -88,7 +83,7 @@ def glossy(scene, place, path, material, normal, r, g):
     real = type(scene.epsilon)
     one = real(1)
     exponent = scene.materials[material, LOBE]
-    u = draw(scene, place, path, FIRST_GLOSSY + g)
+    u = draw_for_lobe(scene, place, path, g)
     z = (one - u[0]) ** (one / (exponent + one))
     w = math.sqrt(-math.expm1(real(2) * math.log(one - u[0]) / (exponent + one)))
     cos, sin = turn(u[1])

@@ -3,7 +3,7 @@
 import math
 
 from ..needs import AMBIENT, ASK_SHADOWS, DIFFUSE, LIT, PHONG, PHONG_METHOD, SHADOWS, SOFT, STREAMED, TOUCHING
-from ..random import draw, turn
+from ..random import draw_for_feeler, turn
 from ..scene import AMBIENT as AMBIENT_ROW
 from ..scene import EXPONENT, SPECULAR, occluded
 from ..target import kernel
@@ -22,7 +22,7 @@ def on_light(scene, place, path, i, f):
     """The target of feeler number `f` to light `i` (SOF-2)."""
     real = type(scene.epsilon)
     one, two = real(1), real(2)
-    u = draw(scene, place, path, 1 + i * scene.feelers + f)
+    u = draw_for_feeler(scene, place, path, i, f)
     z, (cos, sin) = one - two * u[0], turn(u[1])
     w = math.sqrt(max(real(0), one - z * z))
     return along(row(scene.lights, i), scene.lights[i, RADIUS], (w * cos, w * sin, z))

@@ -72,18 +72,25 @@ def kept(scene, thread, k):
 
 
 @kernel
+def of_order(place, order):
+    """The place of a sample, pixel and sample, with the order of one of its rays (SOB-1)."""
+    return place[0], place[1], order
+
+
+@kernel
 def walk_chain(scene, thread, place, ray, depth):
     """Where each ray has one child at most, the tree of rays is a loop."""
     zero = type(scene.epsilon)(0)
     colour, weight = (zero, zero, zero), unit_weight(scene)
     order, feelers = np.int32(0), 0  # narrow, as a GPU has few registers
     while True:
-        light, weight, mirror, _, more, surroundings = meet(scene, thread, place, ray, weight, order == depth)
+        at = of_order(place, order)
+        light, weight, mirror, _, more, surroundings = meet(scene, thread, at, ray, weight, order == depth)
         colour = gather(colour, weight, light)
         feelers += more
         if mirror == 0:
             return colour, zero, order, 0, feelers
-        ray, lobe = leave_mirrored(scene, place, ray, surroundings, 0)
+        ray, lobe = leave_mirrored(scene, at, ray, surroundings, 0)
         if GLOSSY:
             mirror *= lobe
             if mirror == 0:
@@ -114,7 +121,8 @@ def walk_stack(scene, thread, place, ray, depth):
         waiting = height > 0  # but not of a thread that only keeps step
         height = max(0, height - 1)
         weight, ray, order = kept(scene, thread, height)
-        light, weight, mirror, through, more, surroundings = meet(scene, thread, place, ray, weight, order == depth)
+        at = of_order(place, order)
+        light, weight, mirror, through, more, surroundings = meet(scene, thread, at, ray, weight, order == depth)
         if waiting or not STREAMED:
             colour = gather(colour, weight, light)
             feelers += more
@@ -127,7 +135,7 @@ def walk_stack(scene, thread, place, ray, depth):
                     height, transmitted = height + 1, transmitted + 1
             if mirror != 0:
                 for g in range(reflections(scene, surroundings)):
-                    leaving, lobe = leave_mirrored(scene, place, ray, surroundings, g)
+                    leaving, lobe = leave_mirrored(scene, at, ray, surroundings, g)
                     if mirror * lobe == 0:
                         continue
                     onward = weigh(weight, mirror * lobe)
@@ -154,6 +162,7 @@ def walk_table(scene, thread, place, ray, depth):
     keep(scene, thread, 0, unit_weight(scene), ray, 1)
     first, count = 0, 1  # rows of this order
     for order in range(depth + 1):
+        at = of_order(place, order)
         for p in range(first, first + count):
             children = p * branching + 1
             if order < depth:
@@ -162,7 +171,7 @@ def walk_table(scene, thread, place, ray, depth):
             if used[thread, p, ORDER] == 0:
                 continue
             weight, ray, _ = kept(scene, thread, p)
-            light, weight, mirror, through, more, surroundings = meet(scene, thread, place, ray, weight, order == depth)
+            light, weight, mirror, through, more, surroundings = meet(scene, thread, at, ray, weight, order == depth)
             colour = gather(colour, weight, light)
             feelers += more
             if TRANSMISSION and through != 0:
@@ -171,7 +180,7 @@ def walk_table(scene, thread, place, ray, depth):
                 transmitted += 1
             if mirror != 0:
                 for g in range(reflections(scene, surroundings)):
-                    leaving, lobe = leave_mirrored(scene, place, ray, surroundings, g)
+                    leaving, lobe = leave_mirrored(scene, at, ray, surroundings, g)
                     if mirror * lobe != 0:
                         keep(scene, thread, children + g, weigh(weight, mirror * lobe), leaving, 1)
                         reflected += 1
@@ -182,8 +191,9 @@ def walk_table(scene, thread, place, ray, depth):
 @called
 def recurse(scene, thread, place, ray, order, depth):
     """REF-4 as it stands."""
+    at = of_order(place, order)
     light, weight, mirror, through, feelers, surroundings = meet(
-        scene, thread, place, ray, unit_weight(scene), order == depth
+        scene, thread, at, ray, unit_weight(scene), order == depth
     )
     zero = type(scene.epsilon)(0)
     nothing = zero, zero, zero
@@ -192,7 +202,7 @@ def recurse(scene, thread, place, ray, order, depth):
     reflected, transmitted = 0, 0
     if mirror != 0:
         for g in range(reflections(scene, surroundings)):
-            leaving, lobe = leave_mirrored(scene, place, ray, surroundings, g)
+            leaving, lobe = leave_mirrored(scene, at, ray, surroundings, g)
             if mirror * lobe != 0:
                 colour, r, t, f = recurse(scene, thread, place, leaving, order + 1, depth)
                 light = add(light, scale(mirror * lobe, colour))

@@ -10,7 +10,7 @@ DEVICE Ray eye_ray(const Scene *scene, Desk *desk, real column, real row)
     ray.origin = triple(scene, EYE);
 #if NEED_LENS
     if (scene->at.lens) {
-        const Uniform numbers = draw(desk->draws, 0, 0);
+        const Uniform numbers = draw_own(scene, desk->draws);
         const real rho = sqrt(numbers.u[2]), turn = 2 * numbers.u[3];
         const real3 h = rho * cospi(turn) * triple(scene, LENS_U) + rho * sinpi(turn) * triple(scene, LENS_V);
         ray.origin = ray.origin + h;
@@ -49,31 +49,32 @@ DEVICE real3 one_sample(const Scene *scene, Desk *desk, int i, int j)
 }
 
 #if NEED_SUPERSAMPLING
-// SAM-1 to SAM-3, and CAM-4 as one of one sample.
+// SAM-1 to SAM-3, SAM-7, and CAM-4 as one of one sample.
 DEVICE real3 mean_of_samples(const Scene *scene, Desk *desk, int i, int j)
 {
-    const int n = scene->at.sampler == ONE ? 1 : scene->at.samples;
+    const int n = scene->at.row_length, samples = scene->at.samples, sampler = scene->at.sampler;
     real3 sum = R3(0, 0, 0), line = R3(0, 0, 0);
     int s = 0;
     do {
         desk->draws.pixel = (uint)j * (uint)scene->at.width + (uint)i, desk->draws.sample = (uint)s;
         real x = R(0.5), y = R(0.5);
-        if (scene->at.sampler == JITTERED) {
-            const Uniform numbers = draw(desk->draws, 0, 0);
+        if (sampler == JITTERED || sampler == SOBOL) {
+            const Uniform numbers = draw_own(scene, desk->draws);
             x = numbers.u[0], y = numbers.u[1];
         }
-        x = ((real)(s % n) + x) / (real)n + (number(scene, SAMPLE) - R(0.5));
-        y = ((real)(s / n) + y) / (real)n + (number(scene, SAMPLE + 1) - R(0.5));
-        if (scene->at.sampler == ONE)
+        if (sampler != SOBOL)
+            x = ((real)(s % n) + x) / (real)n, y = ((real)(s / n) + y) / (real)n;
+        x = x + (number(scene, SAMPLE) - R(0.5)), y = y + (number(scene, SAMPLE + 1) - R(0.5));
+        if (sampler == ONE)
             x = number(scene, SAMPLE), y = number(scene, SAMPLE + 1);
         line = line + sample_at(scene, desk, (real)i + x, (real)j + y);
-        if (s % n == n - 1) {
+        if (s % n == n - 1 || s == samples - 1) {
             sum = sum + line;
             line = R3(0, 0, 0);
         }
-    } while (++s < n * n);
-    desk->dropped = desk->dropped / ((real)n * (real)n);  // CUT-2
-    return sum / ((real)n * (real)n);
+    } while (++s < samples);
+    desk->dropped = desk->dropped / (real)samples;  // CUT-2
+    return sum / (real)samples;
 }
 #endif
 
@@ -309,6 +310,7 @@ DEVICE Desk desk_of(const Scene *scene, GLOBAL uchar *memory)
     desk.scratch.overflow = false;
 #endif
     desk.draws.seed = (uint)scene->at.seed, desk.draws.pixel = 0, desk.draws.sample = 0;
+    desk.draws.order = 0;
     desk.dropped = 0, desk.there = true;
     const int group = GROUP_ROW * GROUPS_ACROSS + GROUP_COLUMN;
     const int thread = (group * GROUP_HEIGHT + ROW_IN_GROUP) * GROUP_WIDTH + COLUMN_IN_GROUP;

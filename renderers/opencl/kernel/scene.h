@@ -6,7 +6,8 @@
 typedef struct {
     int width, height, x0, y0, x1, y1;                                 // of the whole picture; the region
     int depth, shadows, feelers, glossy_rays, study_weight, seed;      // of the job
-    int sampler, samples, levels, lens;                                // sampler: of the list below
+    int sampler, samples, row_length, levels, lens;                    // sampler: of the list below; row: of SAM-3
+    int sobol_at, first_light, each_order, light_dimensions;           // of SOB-1 and SOB-2
     int rows, table_base;                                              // of the walk; children of a row of the table
     int lights, lights_at, materials_at, air, media_at, eye_low, eye_high;  // air: the row of AIR among the materials
     int shapes, roles_at;
@@ -19,7 +20,7 @@ typedef struct {
     int tree_at, links_at, items_at, in_tree, loose, loose_at, roots_at;
 } Layout;
 
-enum { ONE, UNIFORM, JITTERED, ADAPTIVE };  // samplers
+enum { ONE, UNIFORM, JITTERED, ADAPTIVE, SOBOL };  // samplers
 
 // Numbers at the start of the table.
 enum {

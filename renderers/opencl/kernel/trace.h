@@ -111,7 +111,7 @@ DEVICE real3 light_at(const Scene *scene, Desk *desk, const Branch *branch, cons
             if (soft)
                 target =
                     place +
-                    light[6] * on_unit_sphere(draw(desk->draws, branch->path, 1 + (uint)i * (uint)feelers + (uint)f));
+                    light[6] * on_unit_sphere(draw_for_feeler(scene, desk->draws, branch->path, (uint)i, (uint)f));
             of_light = of_light + light_from(scene, desk, target, colour, branch->ray, at, material, lit, around);
         } while (++f < feelers);
         sum = sum + (soft ? of_light / (real)feelers : of_light);
@@ -127,6 +127,7 @@ DEVICE real3 light_at(const Scene *scene, Desk *desk, const Branch *branch, cons
 DEVICE Meeting meet(const Scene *scene, Desk *desk, const Branch *branch, int order, bool busy)
 {
     Meeting meeting;
+    desk->draws.order = order;
     meeting.reflected = meeting.transmitted = 0;
     meeting.attenuation = UNDIMMED;
     meeting.light = triple(scene, BACKGROUND);  // REF-6
@@ -229,7 +230,7 @@ DEVICE real child_of(const Scene *scene, Desk *desk, const Branch *branch, const
     child->path = branch->path * path_base(scene) + 1 + which;
 #if NEED_GLOSSY
     if (which != last && scene->at.glossy_rays > 0 && meeting->lobe >= 0) {  // GLO-1
-        const Uniform numbers = draw(desk->draws, branch->path, 0x80000000u + which);
+        const Uniform numbers = draw_for_lobe(scene, desk->draws, branch->path, which);
         const Lobe lobe = glossy(child->ray.direction, meeting->normal, meeting->lobe, numbers);
         share = share * (scene->at.study_weight ? pow(lobe.z, meeting->lobe) : 1) / (real)scene->at.glossy_rays;
         child->ray.direction = lobe.direction;
