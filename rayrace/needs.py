@@ -26,6 +26,7 @@ from rayrace.options import (
     SceneArgument,
     SeedOption,
     ShadowsOption,
+    SppOption,
     VariantOption,
     WidthOption,
     choosing,
@@ -45,6 +46,7 @@ def needs(
     depth: DepthOption = 10,
     shadows: ShadowsOption = True,
     samples: SamplesOption = 1,
+    spp: SppOption = 0,
     adaptive_depth: AdaptiveDepthOption = 3,
     adaptive_threshold: AdaptiveThresholdOption = 0.1,
     lens_radius: LensRadiusOption = 0.0,
@@ -108,7 +110,7 @@ def needs(
     limit = error_limit("--within", within) if within else None
     read = load(bundled.scene(scene))
     image = single.image(
-        "", **single.size(read, width, height), depth=depth, shadows=shadows, samples=samples,
+        "", **single.size(read, width, height), depth=depth, shadows=shadows, samples=samples, spp=spp or None,
         adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold,
         lens_radius=lens_radius, focal_distance=focal_distance or None, feelers=feelers, glossy_rays=glossy_rays,
         seed=seed, cutoff=cutoff, precision=precision, **chosen,

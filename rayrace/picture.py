@@ -24,6 +24,7 @@ from rayrace.options import (
     SceneArgument,
     SeedOption,
     ShadowsOption,
+    SppOption,
     VariantOption,
     WidthOption,
     choosing,
@@ -49,6 +50,7 @@ def render(
     depth: DepthOption = 10,
     shadows: ShadowsOption = True,
     samples: SamplesOption = 1,
+    spp: SppOption = 0,
     adaptive_depth: AdaptiveDepthOption = 3,
     adaptive_threshold: AdaptiveThresholdOption = 0.1,
     lens_radius: LensRadiusOption = 0.0,
@@ -100,7 +102,7 @@ def render(
 
     read = load(bundled.scene(scene))
     image = single.image(
-        **single.size(read, width, height), depth=depth, shadows=shadows, samples=samples,
+        **single.size(read, width, height), depth=depth, shadows=shadows, samples=samples, spp=spp or None,
         adaptive_depth=adaptive_depth, adaptive_threshold=adaptive_threshold, lens_radius=lens_radius,
         focal_distance=focal_distance or None,
         feelers=feelers, glossy_rays=glossy_rays, seed=seed, epsilon=epsilon or None, kernel=kernel, cutoff=cutoff,

@@ -20,6 +20,7 @@ from rayrace.options import (
     SamplesOption,
     SceneArgument,
     ShadowsOption,
+    SppOption,
     VariantOption,
     choosing,
 )
@@ -42,6 +43,7 @@ def profile(
     depth: DepthOption = 10,
     shadows: ShadowsOption = True,
     samples: SamplesOption = 1,
+    spp: SppOption = 0,
     feelers: FeelersOption = 0,
     glossy_rays: GlossyRaysOption = 0,
     precision: PrecisionOption = "float64",
@@ -68,7 +70,7 @@ def profile(
         picture.check_folder(out)
     read = load(bundled.scene(scene))
     image = single.image(
-        "", **single.size(read, width, height, PROFILED), depth=depth, shadows=shadows, samples=samples,
+        "", **single.size(read, width, height, PROFILED), depth=depth, shadows=shadows, samples=samples, spp=spp or None,
         feelers=feelers, glossy_rays=glossy_rays, precision=precision, **chosen,
     )  # fmt: skip
     job = image.parameters(1, 1)

@@ -17,7 +17,7 @@ from harness.errors import UserError
 from harness.judge import truth
 from harness.process import repetition
 from harness.renderer.builder import BuildError
-from harness.renderer.parameters import NAMES, Parameters
+from harness.renderer.parameters import NAMES, Parameters, side
 from harness.renderer.registry import Entry
 from harness.single.single import FASTEST, general
 
@@ -28,6 +28,7 @@ ADAPTIVE = ((2, 0.1), (2, 0.03), (3, 0.1), (3, 0.03), (3, 0.01), (4, 0.01))  # d
 DEPTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 CUTOFFS = tuple(2.0**-power for power in (4, 6, 8, 10))
 PRECISIONS = "float64", "float32"
+RANDOM = "sobol", "jittered"  # samplers whose places are drawn
 VECTORS = "auto", "off"  # the first that a renderer has: `auto` is the quicker of `on` and `off` (VEC-4)
 SURE = 2  # standard errors that a method must be within the limit
 MOST, ENOUGH = 10, 5  # methods of a forecast that are measured for one choice; if one of the first ones holds
@@ -43,33 +44,39 @@ DEFAULT = Parameters()
 class Family:
     """Methods that differ in the number of samples, the paths of light and the arithmetic alone.
 
-    steps: each of its numbers of samples as changes of a job. measured: by number, with the paths and arithmetic of
+    sides: each n that there may be of n x n samples a pixel. measured: by number, with the paths and arithmetic of
     the base. worse: what was measured of others, over what was forecast.
     """
 
     changes: dict
     sides: tuple[int, ...]
+    given: bool = False  # is the number of samples the user's?
     measured: dict[int, Method] = field(default_factory=dict)
     worse: float = 1.0
     whole: bool = False  # of adaptive samples, whose paths are not the base's
 
-    def forecast(self, side: int) -> tuple[float, float, float]:
-        """RMSE, its standard error over it, and seconds for a number of samples of a side of a pixel."""
+    def of(self, n: int) -> dict:
+        """Returns the changes of a job with n x n samples a pixel."""
+        fixed = self.given or self.whole or self.changes["sampler"] == "one"
+        return self.changes if fixed else {**self.changes, **side(self.changes["sampler"], n)}
+
+    def forecast(self, n: int) -> tuple[float, float, float]:
+        """RMSE, its standard error over it, and seconds for n x n samples a pixel."""
         sides = sorted(self.measured)
         previous, last = self.measured[sides[-2 if len(sides) > 1 else -1]], self.measured[sides[-1]]
-        if side in self.measured:
-            method = self.measured[side]
+        if n in self.measured:
+            method = self.measured[n]
             error, seconds = method.rmse, method.seconds
         elif len(sides) == 1:
-            error, seconds = last.rmse * sides[-1] / max(side, 1), last.seconds * (side / sides[-1]) ** 2
-        elif side < sides[-1]:
+            error, seconds = last.rmse * sides[-1] / max(n, 1), last.seconds * (n / sides[-1]) ** 2
+        elif n < sides[-1]:
             logs = [np.log(max(self.measured[number].rmse, 1e-300)) for number in sides]
-            error = float(np.exp(np.interp(np.log(side), np.log(sides), logs)))
-            seconds = float(np.interp(side**2, np.square(sides), [self.measured[number].seconds for number in sides]))
+            error = float(np.exp(np.interp(np.log(n), np.log(sides), logs)))
+            seconds = float(np.interp(n**2, np.square(sides), [self.measured[number].seconds for number in sides]))
         else:
             slope = np.log(max(last.rmse, 1e-300) / max(previous.rmse, 1e-300)) / np.log(sides[-1] / sides[-2])
-            error = last.rmse * (side / sides[-1]) ** float(np.clip(slope, -2.0, 0.0))
-            seconds = last.seconds * (side / sides[-1]) ** 2
+            error = last.rmse * (n / sides[-1]) ** float(np.clip(slope, -2.0, 0.0))
+            seconds = last.seconds * (n / sides[-1]) ** 2
         return error, last.standard_error / last.rmse if last.rmse else 0.0, seconds
 
 
@@ -162,7 +169,7 @@ class Search:
         entries, reasons = self.trial.entries, []
         for name in [variant] if variant else [name for name in FASTEST if name in entries]:
             entry = entries[name]
-            samplers = self._samplers() or [{"sampler": "jittered", "samples": FIRST[1]}]  # to measure the rest with
+            samplers = self._samplers() or [{"sampler": "sobol", **side("sobol", FIRST[1])}]  # to measure the rest with
             for vector, precision, sampler, optics, cutoff in product(
                 VECTORS, PRECISIONS, samplers, self._optics(), (self.truth.cutoff, 0.0)
             ):
@@ -194,9 +201,9 @@ class Search:
 
     def _hard(self) -> np.ndarray | None:
         """Where samples of the whole picture differ from each other, as trial.error takes it."""
-        if len(self.places) == 1 or self.base["sampler"] != "jittered":
+        if len(self.places) == 1 or self.base["sampler"] not in RANDOM:
             return None
-        job, seed = replace(self.job(), samples=FIRST[0]), self.parameters.seed
+        job, seed = replace(self.job(), **side(self.base["sampler"], FIRST[0])), self.parameters.seed
         shots = [
             self.trial.shoot(self.entry, replace(job, seed=next_seed), [self.parameters.bounds()], 0)
             for next_seed in ((seed + 1) % 2**32, (seed + 2) % 2**32)
@@ -211,12 +218,14 @@ class Search:
 
     def _samplers(self) -> list[dict]:
         """Samplers that may be taken, with a first number of samples."""
-        fixed = {"samples"} & self.fixed
+        numbers = {"sobol": "spp", "jittered": "samples", "uniform": "samples"}
+        if "sampler" not in self.fixed:  # a number that the user gives says of which it is
+            numbers = {name: key for name, key in numbers.items() if key in self.fixed} or numbers
         wanted = [
-            {"sampler": name, "samples": self.parameters.samples if fixed else FIRST[1]}
-            for name in ("jittered", "uniform")
+            {"sampler": name, **({key: getattr(self.parameters, key)} if key in self.fixed else side(name, FIRST[1]))}
+            for name, key in numbers.items()
         ]
-        wanted.append({"sampler": "one", "samples": 1})
+        wanted.append({"sampler": "one", "samples": 1, "spp": 1})
         if self.trial.against == "centres":
             wanted = wanted[-1:]
         return [sampler for sampler in wanted if self.free(**sampler) is not None]
@@ -225,7 +234,7 @@ class Search:
         """Feelers and glossy rays that may be taken, those of the truth first."""
         if self.trial.against == "centres":
             return [{}]
-        most = replace(self.parameters, feelers=1, glossy_rays=1, sampler="jittered", **self.deep)
+        most = replace(self.parameters, feelers=1, glossy_rays=1, sampler="sobol", **self.deep)
         needs = self.trial.needs_of(most)
         feelers, glossy = ((1, 0) if need in needs else (0,) for need in ("soft", "glossy"))
         optics = [{"feelers": f, "glossy_rays": g} for g, f in product(glossy, feelers)]
@@ -237,18 +246,21 @@ class Search:
         samplers, first = self._samplers(), self._optics()[0]
         for optics, sampler in product(self._optics(), samplers):
             single = sampler["sampler"] == "one"
+            if sampler["sampler"] == "jittered" and any(family.changes["sampler"] == "sobol" for family in families):
+                continue  # those of a sequence are as good or better (docs/speed-and-accuracy.md)
             if optics != first and not single and sampler["sampler"] != max(families, key=_worth).changes["sampler"]:
-                continue  # of jittered and uniform samples the better ones are enough
-            sides = (sampler["samples"],) if single or "samples" in self.fixed else SIDES[1:]
-            family = Family({**optics, "sampler": sampler["sampler"]}, sides)
-            for side in sides[:1] if len(sides) == 1 else FIRST:
-                if method := self.measure(self.job(**family.changes, samples=side)):
-                    family.measured[side] = method
+                continue  # of several samplers the best one is enough
+            given = not {"samples", "spp"}.isdisjoint(self.fixed)
+            family = Family({**optics, **sampler}, (1,) if single or given else SIDES[1:], given)
+            for n in family.sides[:1] if len(family.sides) == 1 else FIRST:
+                if method := self.measure(self.job(**family.of(n))):
+                    family.measured[n] = method
             families += [family] * bool(family.measured)
 
     def _part(self, **changes) -> Part | None:
         """What these changes of the base do to it."""
-        few = {} if self.base["sampler"] == "one" or "samples" in self.fixed else {"samples": FIRST[0]}
+        given = self.base["sampler"] == "one" or not {"samples", "spp"}.isdisjoint(self.fixed)
+        few = {} if given else side(self.base["sampler"], FIRST[0])
         few = {} if "precision" in changes else few
         plain = self.job(**few)
         if not (before := self.measure(plain)):
@@ -318,7 +330,7 @@ class Search:
 
     def _adaptive(self) -> None:
         """Families of adaptive samples: of those with the light of the truth, and of those without random rays."""
-        if self.trial.against == "centres" or not {"samples"}.isdisjoint(self.fixed):
+        if self.trial.against == "centres" or not {"samples", "spp"}.isdisjoint(self.fixed):
             return
         paths = self.own({"depth": self.shallow, "cutoff": 0.0})
         if paths["depth"] > max(DEPTHS[:6]) and "depth" not in self.fixed:
@@ -337,7 +349,7 @@ class Search:
                 changes = {"sampler": "adaptive", **paths, **way, **optic}
                 if self.free(**changes) is None or not (method := self.measure(self.job(**changes))):
                     continue
-                self.families.append(Family(changes, (1,), {1: method}, whole=True))
+                self.families.append(Family(changes, (1,), measured={1: method}, whole=True))
                 if self.holds(method, self.trial.limit) or method.seconds * quickest > self._least():
                     break  # the next ones take longer, and there is a better method, or one should be
 
@@ -351,12 +363,11 @@ class Search:
         rows = []
         for family in self.families:
             paths = self.paths[:1] if family.whole else self.paths
-            for side in family.sides:
-                sampled, doubt, seconds = family.forecast(side)
-                step = {} if family.whole else {"samples": side}
+            for n in family.sides:
+                sampled, doubt, seconds = family.forecast(n)
                 for path, arithmetic in product(paths, self.arithmetic):
                     error = float(np.sqrt(sampled**2 + path.bias**2 + arithmetic.bias**2))
-                    changes = {**family.changes, **step, **path.changes, **arithmetic.changes}
+                    changes = {**family.of(n), **path.changes, **arithmetic.changes}
                     time = seconds * path.ratio * arithmetic.ratio
                     rows.append((time, error * family.worse * (1 + SURE * doubt), family, error, changes))
         return sorted(rows, key=lambda row: row[0])
@@ -441,14 +452,16 @@ class Search:
     def in_the_way(self) -> list[str]:
         """Options of the user without which the most accurate method would hold; else those that cost it most."""
         best = min(self.measured, key=lambda method: method.rmse)
-        freed = {"samples": self.side, "sampler": "jittered", "feelers": 1, "glossy_rays": 1, **self.deep}
+        number = {"samples": self.side, **side("sobol", self.side)}
+        freed = {**number, "sampler": "sobol", "feelers": 1, "glossy_rays": 1, **self.deep}
         errors = []
         for name in sorted(self.fixed & set(NAMES)):
             value = freed.get(name, getattr(DEFAULT, name))
             if value == getattr(best.parameters, name):
                 continue
-            more = {"samples": self.side} if name == "sampler" and "samples" not in self.fixed else {}
-            more |= {"sampler": "jittered"} if name == "samples" and "sampler" not in self.fixed else {}
+            more = {key: count for key, count in number.items() if name == "sampler" and key not in self.fixed}
+            if name in number and "sampler" not in self.fixed:
+                more = {"sampler": "jittered" if name == "samples" else "sobol"}
             method = self.measure(general(best.entry, replace(best.parameters, **{name: value}, **more)))
             if method:
                 errors.append((method.rmse, name))

@@ -57,11 +57,11 @@ class Method:
     def name(self) -> str:
         """The variant and what it does, in words."""
         p = self.parameters
-        side = f"{p.samples} x {p.samples}"
+        count = p.spp if p.sampler == "sobol" else f"{p.samples} x {p.samples}"
         sampler = {"one": "one sample", "adaptive": f"adaptive to 1/{2**p.adaptive_depth} pixel"}
         lanes = {"on": "in lanes", "auto": "in lanes where that is quicker"}
         words = [self.entry.name, p.precision, lanes.get(p.vector, "")]
-        words.append(sampler.get(p.sampler, f"{p.sampler} {side}"))
+        words.append(sampler.get(p.sampler, f"{p.sampler} {count}"))
         words.append(f"threshold {p.adaptive_threshold:g}" * (p.sampler == "adaptive"))
         for number, what in (p.feelers, "feeler"), (p.glossy_rays, "glossy ray"):
             words.append(f"{number} {what}{'s' * (number > 1)}" * (number > 0))

@@ -1,5 +1,6 @@
 """The keys of [image] of an experiment; all but `rays` and `scale` are also options of `rayrace render`."""
 
+import math
 import re
 from typing import Annotated, Any, Literal
 
@@ -67,9 +68,9 @@ class Image(Methods):
     )
     depth: Count = 10
     shadows: bool = False
-    sampler: Literal[CHOICES["sampler"]] | None = None  # None: uniform if samples > 1, else one
-    samples: Annotated[int, Field(ge=1, le=1024)] = 1
-    spp: Annotated[int, Field(ge=1, le=2**20)] = 1
+    sampler: Literal[CHOICES["sampler"]] | None = None  # None: sobol with spp, uniform if samples > 1, else one
+    samples: Annotated[int, Field(ge=1, le=1024)] = 1  # n of n x n a pixel
+    spp: Annotated[int, Field(ge=1, le=2**20)] | None = None  # samples a pixel; in place of `samples`
     adaptive_depth: Annotated[int, Field(ge=0, le=8)] = 3
     adaptive_threshold: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 0.1
     lens_radius: Real = 0.0
@@ -106,6 +107,20 @@ class Image(Methods):
             raise ValueError(f"block_width x block_height: {sides} is {threads} threads, expected {BLOCK} at most")
         return self
 
+    @model_validator(mode="after")
+    def _samples_fit(self):
+        if self.spp is None:
+            return self
+        if self.samples != 1:
+            raise ValueError("samples and spp: both say how many samples a pixel has; leave one out")
+        sampler, root = self.chosen_sampler(), math.isqrt(self.spp)
+        if sampler in ("one", "adaptive"):
+            raise ValueError(f"spp: not with the sampler {sampler}, which has a number of its own")
+        if sampler != "sobol" and root**2 != self.spp:
+            grids = f"{root**2} or {(root + 1) ** 2}"
+            raise ValueError(f"spp {self.spp}: {sampler} samples are n x n: {grids}; sobol takes any number")
+        return self
+
     def scaled(self) -> "Image":
         """The same with `scale` in its sides and region, each a pixel at least."""
         if self.scale == 1:
@@ -128,9 +143,12 @@ class Image(Methods):
     def parameters(self, threads: int, frames: int, least_frame: float = 0.0) -> Parameters:
         if self.lens_radius and self.focal_distance is None:
             raise UserError("lens_radius: also needs focal_distance, from the eye to what is in focus")
-        values = self.model_dump(exclude={"rays", "scale", "region", "threads", "sampler"}, exclude_none=True)
+        others = {"rays", "scale", "region", "threads", "sampler", "samples", "spp"}
+        values = self.model_dump(exclude=others, exclude_none=True)
         timing = {"threads": threads, "frames": frames, "least_frame": least_frame}
-        return Parameters(**values, **timing, region=self.bounds(), sampler=self.chosen_sampler())
+        sampler, count = self.chosen_sampler(), self.spp or self.samples**2
+        samples = {"spp": count} if sampler == "sobol" else {"samples": math.isqrt(count)}
+        return Parameters(**values, **timing, **samples, region=self.bounds(), sampler=sampler)
 
     def chosen_sampler(self) -> str:
-        return self.sampler or ("uniform" if self.samples > 1 else "one")
+        return self.sampler or ("sobol" if self.spp else "uniform" if self.samples > 1 else "one")

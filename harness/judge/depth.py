@@ -38,7 +38,7 @@ def deep_enough(
     It looks at one sample a pixel, by `shoot`: the picture and the dropped weights of a job and the arrays of a scene.
     After the last of `steps` it stops, however much is left.
     """
-    parameters = replace(wanted, sampler="one", samples=1)
+    parameters = replace(wanted, sampler="one", samples=1, spp=1)
     (depth, cutoff), *deeper = steps(wanted.depth)
     before, _ = shoot(replace(parameters, depth=depth, cutoff=cutoff), arrays)
     for depth, cutoff in deeper:

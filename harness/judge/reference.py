@@ -51,10 +51,9 @@ def judges_of(arrays: dict[str, np.ndarray], parameters: Parameters) -> tuple[st
 def rays_of(parameters: Parameters) -> int:
     """An estimate of the rays of all pictures that a reference is made of: a glossy mirror's tree, or two a sample."""
     x0, y0, x1, y1 = parameters.bounds()
-    samples = 1 if parameters.sampler == "one" else parameters.samples**2
     rays = sum(parameters.glossy_rays**order for order in range(parameters.depth + 1)) if parameters.glossy_rays else 2
     pictures = 1 + perturbations(parameters.precision) + others(parameters.precision)[0]
-    return (x1 - x0) * (y1 - y0) * samples * rays * pictures
+    return (x1 - x0) * (y1 - y0) * parameters.per_pixel() * rays * pictures
 
 
 def choose(

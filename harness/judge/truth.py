@@ -114,7 +114,7 @@ def view(parameters: Parameters, wanted: Wanted) -> Parameters:
     any other against their areas, and one without feelers or glossy rays against one without.
     """
     default = Parameters()
-    plain = {name: getattr(default, name) for name in ("samples", "adaptive_depth", "adaptive_threshold")}
+    plain = {name: getattr(default, name) for name in ("samples", "spp", "adaptive_depth", "adaptive_threshold")}
     plain |= {name: getattr(default, name) for name in ("glossy_weight", "seed", "sliver")}
     shown = replace(job_of(parameters), depth=_depth(parameters, wanted), **plain)
     if wanted.against == "scene":
@@ -181,8 +181,7 @@ def _job(seen: Parameters, under_test: list[Parameters], wanted: Wanted, needs_o
 
 def samples(parameters: Parameters) -> int:
     """Counts the samples of a pixel: each feeler and glossy ray counts; of adaptive samples, their largest number."""
-    side = {"one": 1, "adaptive": 2**parameters.adaptive_depth}.get(parameters.sampler, parameters.samples)
-    return side**2 * max(parameters.feelers, 1) * max(parameters.glossy_rays, 1)
+    return parameters.per_pixel() * max(parameters.feelers, 1) * max(parameters.glossy_rays, 1)
 
 
 def certifiable(job: Job, truth: Truth) -> Parameters:

@@ -150,11 +150,14 @@ def _of_job(scene: Scene, job: Parameters, proof: Proof) -> list[LeaveOut]:
 def _of_samples(job: Parameters) -> list[LeaveOut]:
     if job.sampler == "one":
         return []
-    listed = [LeaveOut("supersampling", "supersampling", _job(sampler="one", samples=1))]
+    listed = [LeaveOut("supersampling", "supersampling", _job(sampler="one", samples=1, spp=1))]
     if job.sampler == "adaptive" and job.adaptive_depth > 1:
         name = f"halvings of a pixel {job.adaptive_depth} to 1"
         listed.append(LeaveOut("samples", name, _fewer(adaptive_depth=1)))
-    elif job.sampler != "adaptive" and job.samples > 2:
+    elif job.sampler == "sobol" and job.spp > 4:
+        fewer = job.spp // 4
+        listed.append(LeaveOut("samples", f"samples {job.spp} to {fewer}", _fewer(spp=fewer)))
+    elif job.sampler not in ("adaptive", "sobol") and job.samples > 2:
         half = job.samples // 2
         name = f"samples {job.samples} x {job.samples} to {half} x {half}"
         listed.append(LeaveOut("samples", name, _fewer(samples=half)))

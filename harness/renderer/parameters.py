@@ -54,8 +54,8 @@ class Parameters(Methods):
     region: tuple[int, int, int, int] | None = None  # None: the whole picture
     depth: int = 10
     shadows: bool = False
-    samples: int = 1  # n of the n x n of a grid
-    spp: int = 1  # samples a pixel of a sequence
+    samples: int = 1  # n of the n x n of the samplers uniform and jittered
+    spp: int = 1  # samples a pixel, of the sampler sobol
     adaptive_depth: int = 3
     adaptive_threshold: float = 0.1
     lens_radius: float = 0.0
@@ -81,6 +81,11 @@ class Parameters(Methods):
 
     def bounds(self) -> tuple[int, int, int, int]:
         return self.region or (0, 0, self.width, self.height)
+
+    def per_pixel(self) -> int:
+        """Returns how many samples a pixel has; of adaptive ones, whose number differs, the largest."""
+        other = {"one": 1, "sobol": self.spp, "adaptive": 4**self.adaptive_depth}
+        return other.get(self.sampler, self.samples**2)
 
     def shape(self) -> tuple[int, int, int]:
         """Shape of the picture."""
@@ -115,11 +120,25 @@ class Parameters(Methods):
         return tuple("-D" + name.upper().replace("-", "_") for name in names)
 
 
+def side(sampler: str, n: int) -> dict[str, int]:
+    """Returns the parameter by which a sampler takes n x n samples a pixel."""
+    return {"spp": n * n} if sampler == "sobol" else {"samples": n}
+
+
 NAMES = tuple(field.name for field in dataclasses.fields(Parameters))
 
 # Values of the options of `rayrace render` that are not given, by parameter, spelt as on the command line: shadows are
 # on, and what is empty or 0 there is left to the scene, the method or the variant.
 OPTIONS = {
     **{field.name: field.default for field in dataclasses.fields(Parameters)},
-    **{"shadows": True, "region": "", "epsilon": "", "sampler": "", "cutoff": "0", "focal_distance": 0.0, "threads": 0},
+    **{
+        "shadows": True,
+        "region": "",
+        "epsilon": "",
+        "sampler": "",
+        "cutoff": "0",
+        "focal_distance": 0.0,
+        "threads": 0,
+        "spp": 0,
+    },
 }

@@ -16,7 +16,10 @@ from reports.run.results import Results, grouped
 from reports.run.view import View
 
 # The draws of a pixel, random or regular, that a parameter causes: n x n samples, feelers, reflected rays.
-DIALS = {"samples": lambda n: n * n, "feelers": lambda n: max(n, 1), "glossy_rays": lambda n: max(n, 1)}
+DIALS = {
+    **{"samples": lambda n: n * n, "spp": lambda n: n},
+    **{"feelers": lambda n: max(n, 1), "glossy_rays": lambda n: max(n, 1)},
+}
 METHODS = "sampler", "precision", "epsilon", *method.STEPS, "cutoff", "glossy_weight"
 POOLED = ("seed",)  # pictures that differ only in it make one point with their mean squared error
 OCTAVES = 4  # for a slope

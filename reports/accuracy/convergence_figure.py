@@ -33,7 +33,10 @@ CAPTION = (
 )
 POINTS = "view", "variant", "sampler", "draws", "error_rmse", "uncertainty", "fitted"
 SLOPES = "view", "variant", "sampler", "slope", "low", "high", "theory", "difference", "octaves", "note"
-COLOURS = {"uniform": "#D55E00", "jittered": "#0072B2", "feelers": "#009E73", "glossy_rays": "#B5A300"}
+COLOURS = {
+    **{"uniform": "#D55E00", "jittered": "#0072B2", "sobol": "#56B4E9"},
+    **{"feelers": "#009E73", "glossy_rays": "#B5A300"},
+}
 OTHER = "#CC79A7"
 MARKERS = "osD^vP*X"
 GUIDES = (-0.5, "-1/2"), (-0.75, "-3/4"), (-1.0, "-1")

@@ -17,7 +17,7 @@ from reports.run.words import all_against
 BUDGETS = (1e-1, 1 / 32, VISIBLE, 1e-3, 1e-4, 1e-6, 1e-9)
 ALIKE = 1e-9  # the judge's tolerance of float64 pictures: errors that differ by less count as equal
 MOST_RIVALS = 4  # to name
-DRAWS = {"samples": 2, "feelers": 1, "glossy_rays": 1}  # the power of a dial that counts random draws
+DRAWS = {"samples": 2, "spp": 1, "feelers": 1, "glossy_rays": 1}  # the power of a dial that counts random draws
 DOUBT = 4  # times the uncertainty of the truth: its share of a larger error is a quarter at most
 GAIN = 0.9  # times an error: a method with more of it has the same error, for what it is worth
 FLAT = 1 / 4  # a smaller slope of error against draws is no convergence: theory has at least 1/2

@@ -113,6 +113,8 @@ def _spelt(values: dict) -> dict:
         values["cutoff"] = f"{values['cutoff']:.17g}" if exponent is None else f"2^{exponent}"
     if not values.get("lens_radius"):
         values.pop("focal_distance", None)
+    if values.get("sampler") != "sobol":
+        values.pop("spp", None)
     if values.get("sampler") == "one" and values.get("samples") == default("samples"):
         values.pop("sampler")  # the command then chooses it
     return values

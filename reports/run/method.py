@@ -11,7 +11,7 @@ from reports.run.results import Results, grouped
 from reports.run.view import View
 
 # Parameters that a curve runs along: more is slower and nearer to the truth, or the other way round.
-DIALS = ("samples", "feelers", "glossy_rays", "adaptive_threshold", "cutoff", "depth")
+DIALS = ("samples", "spp", "feelers", "glossy_rays", "adaptive_threshold", "cutoff", "depth")
 # Methods of single steps, with the word that follows their value in a name.
 STEPS = {method.name: method.word for method in METHODS if method.word and method.changes != TIME}
 PLACE = "sample_x", "sample_y"  # of a pixel's one sample
@@ -22,8 +22,8 @@ CHOICES = (
 # Of the truth of the scene: it has samples all over a pixel, and rays that leave from the surface itself.
 OF_SCENE = "sliver", *PLACE
 STANDS_FOR = {
-    "samples": "n × n", "feelers": "n feelers", "glossy_rays": "n glossy rays", "adaptive_threshold": "threshold t",
-    "cutoff": "cut-off w", "depth": "depth d",
+    "samples": "n × n", "spp": "n", "feelers": "n feelers", "glossy_rays": "n glossy rays",
+    "adaptive_threshold": "threshold t", "cutoff": "cut-off w", "depth": "depth d",
 }  # fmt: skip
 HIERARCHIES = {"none": "no hierarchy", "bvh": "hierarchy"}
 LANES = {"on": "lanes", "auto": "lanes where faster"}
@@ -97,6 +97,8 @@ def of(cell: Cell) -> dict:
     idle = {"glossy_weight"} if not settings.get("glossy_rays") else set()
     if sampler not in ("uniform", "jittered"):
         idle.add("samples")
+    if sampler != "sobol":
+        idle.add("spp")
     if sampler != "adaptive":
         idle |= {"adaptive_depth", "adaptive_threshold"}
     model = {reduced.KEY: reduced.without(cell)} if reduced.without(cell) else {}
@@ -118,7 +120,7 @@ def unbiased(results: Results, cell: Cell) -> bool:
     error = (results.record(cell) or {}).get("error") or {}
     return (
         sampled(error)
-        and get("sampler", "one") in (("jittered",) if against == "scene" else ("jittered", "one"))
+        and get("sampler", "one") in (("jittered", "sobol") if against == "scene" else ("jittered", "sobol", "one"))
         and (get("precision"), get("floating_point", "strict")) == ("float64", "strict")
         and not get("cutoff")
         and not (get("glossy_rays") and get("glossy_weight") != "plain")
@@ -201,6 +203,7 @@ class Names:
             "one sample" if sampler == "one" and "sampler" in self.turned else "",
             "at {}, {}".format(*map(cell.parameters.get, PLACE)) if sampler == "one" and self.placed else "",
             f"{sampler} {number('samples', '{0} × {0}'.format(settings['samples']))}" if "samples" in settings else "",
+            f"sobol {number('spp', settings['spp'])}" if "spp" in settings else "",
             "adaptive" if sampler == "adaptive" else "",
             f"to 1/{2 ** settings['adaptive_depth']} pixel"
             if "adaptive_depth" in self.turned & settings.keys() else "",

@@ -166,9 +166,7 @@ def _fastest_of_all(results: Results, bars: list[Bar], compared: list[Bar]) -> s
         return ""
     same = next(bar for bar in bars if bar.cell is other.cell)  # with all parts of its name
     others = [bar for bar in bars[1:] if bar is not same]
-    alike = [
-        bar for bar in others if not ranking.resolved(results, ranking.ratio_of_rounds(bar.rounds, best.rounds))
-    ]
+    alike = [bar for bar in others if not ranking.resolved(results, ranking.ratio_of_rounds(bar.rounds, best.rounds))]
     return sentence.of_best(best, ratio, same, alike)
 
 

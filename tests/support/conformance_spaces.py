@@ -74,7 +74,7 @@ def _feature(scene: Scene, job: dict) -> Feature:
 def parameters(case: Case, size: tuple[int, int]) -> Parameters:
     """The parameters of the job of a case."""
     values = {name: value for name, value in case.items() if name != "scene"}
-    job = {"adaptive_depth": 2, "samples": 2, **scenes()[case["scene"]].job}
+    job = {"adaptive_depth": 2, "samples": 2, "spp": 5, **scenes()[case["scene"]].job}
     return Parameters(width=size[0], height=size[1], **job, **values)
 
 
@@ -166,7 +166,7 @@ def factors(renderer: str) -> dict[str, tuple]:
     return {
         **methods,
         "scene": tuple(scenes()),
-        "sampler": ("one", "uniform", "jittered", "adaptive"),
+        "sampler": ("one", "uniform", "jittered", "adaptive", "sobol"),
         "depth": (0, 1, DEPTH),
         "shadows": (False, True),
         "threads": (1, THREADS) if threaded else (1,),
@@ -213,8 +213,8 @@ def space(renderer: str) -> Space:
         return *(case[name] for name in compiled), job if case["kernel"] == "needed" else ()
 
     def kernel_of_numba(case: Case) -> tuple:
-        jittered = case["kernel"] == "needed" and case["sampler"] == "jittered"
-        return *kernel_of_cpp(case | chosen_by_numba(case)), jittered
+        drawn = case["kernel"] == "needed" and case["sampler"] in ("jittered", "sobol")
+        return *kernel_of_cpp(case | chosen_by_numba(case)), drawn
 
     if renderer not in THREADED:
         begin = {name: told[name] for name in OF_A_REFERENCE if len(told[name]) > 1}
