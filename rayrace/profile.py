@@ -70,8 +70,8 @@ def profile(
         picture.check_folder(out)
     read = load(bundled.scene(scene))
     image = single.image(
-        "", **single.size(read, width, height, PROFILED), depth=depth, shadows=shadows, samples=samples, spp=spp or None,
-        feelers=feelers, glossy_rays=glossy_rays, precision=precision, **chosen,
+        "", **single.size(read, width, height, PROFILED), depth=depth, shadows=shadows, samples=samples,
+        spp=spp or None, feelers=feelers, glossy_rays=glossy_rays, precision=precision, **chosen,
     )  # fmt: skip
     job = image.parameters(1, 1)
     needs = needs_of(read, job)

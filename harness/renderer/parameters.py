@@ -131,14 +131,6 @@ NAMES = tuple(field.name for field in dataclasses.fields(Parameters))
 # on, and what is empty or 0 there is left to the scene, the method or the variant.
 OPTIONS = {
     **{field.name: field.default for field in dataclasses.fields(Parameters)},
-    **{
-        "shadows": True,
-        "region": "",
-        "epsilon": "",
-        "sampler": "",
-        "cutoff": "0",
-        "focal_distance": 0.0,
-        "threads": 0,
-        "spp": 0,
-    },
+    **{"shadows": True, "region": "", "epsilon": "", "sampler": "", "cutoff": "0"},
+    **{"focal_distance": 0.0, "threads": 0, "spp": 0},
 }

@@ -12,7 +12,7 @@ import numpy as np
 DIMENSIONS = 64
 BITS = 32
 
-# Of each dimension but the first: its primitive polynomial, as an integer whose bits are the coefficients, and m_1, m_2, ..
+# Of each dimension but the first: its primitive polynomial, whose coefficients are the bits of an integer, and m_1, ..
 PRIMITIVE = """
     3 1, 7 1 3, 11 1 3 1, 13 1 1 1, 19 1 1 3 3, 25 1 3 5 13, 37 1 1 5 5 17, 41 1 1 5 5 5, 47 1 1 7 11 19,
     55 1 1 5 1 1, 59 1 1 1 3 11, 61 1 3 5 5 31, 67 1 3 3 9 7 49, 91 1 1 1 15 21 21, 97 1 3 1 13 27 49,

@@ -1,5 +1,4 @@
-"""Random numbers (RND-1 to RND-4) and points of a sequence (SOB-1 to SOB-4): the same for a ray wherever and whenever it
-is traced."""
+"""Random numbers (RND) and points of a sequence (SOB): the same for a ray wherever and whenever it is traced."""
 
 import numpy as np
 
@@ -62,7 +61,10 @@ PLACE, LENS = 0, 2  # purposes: the first of two dimensions (SOB-1)
 
 
 class Points:
-    """The points of a job's sequence. matrices: sobol.npy. lights: how many have dimensions; lens, lobes: are there any?"""
+    """The points of a job's sequence.
+
+    matrices: sobol.npy. lights: how many have dimensions. lens, lobes: are there any?
+    """
 
     def __init__(self, seed, precision, matrices, lens, lights, lobes):
         self.seed, self.precision, self.matrices = seed, precision, matrices

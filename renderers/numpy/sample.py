@@ -40,7 +40,7 @@ def even(scene, camera, job, counts):
 
 
 class Grid:
-    """The samples of the samplers one, uniform, jittered and sobol, numbered pixel by pixel and row by row in the region."""
+    """The samples of all samplers but adaptive, numbered pixel by pixel and row by row in the region."""
 
     def __init__(self, scene, camera, job):
         self.scene, self.camera = scene, camera

@@ -111,4 +111,5 @@ class Sequence(Random):
                 x, y = x ^ across[bit], y ^ up[bit]
             bit += 1
         keys = mixed(pixel & WORD, path & WORD, purpose, self.seed & WORD)
-        return [self.real(int(f"{scrambled(*pair):032b}"[:-25:-1], 2) * 2.0**-24) for pair in zip((x, y), keys)]
+        words = scrambled(x, keys[0]), scrambled(y, keys[1])
+        return [self.real(int(f"{word:032b}"[:-25:-1], 2) * 2.0**-24) for word in words]

@@ -1,6 +1,9 @@
-"""RND-1 to RND-3 and what SOF and GLO make of the numbers, written a second time to test the first."""
+"""RND-1 to RND-3, SOB-1 to SOB-4, and what SOF and GLO make of the numbers, written a second time to test the first."""
+
+import functools
 
 import numpy as np
+from scipy.stats import qmc
 
 
 def philox(counter, key):
@@ -16,6 +19,47 @@ def philox(counter, key):
 def uniforms(pixel, sample, path, use, seed):
     """U0 to U3 (RND-2, RND-3)."""
     words = philox([pixel % 2**32, sample, path % 2**32, use % 2**32], [seed, 0])
+    return np.array([(word >> 8) * 2.0**-24 for word in words])
+
+
+@functools.cache
+def digits(index, dimension):
+    """The 32 bits of a Sobol point that nobody has scrambled, the most significant first (SOB-2), by SciPy."""
+    points = qmc.Sobol(64, scramble=False, bits=32)
+    number = index  # SciPy's point `number` is the Sobol point of its Gray code
+    for shift in (1, 2, 4, 8, 16):
+        number ^= number >> shift
+    if number:
+        points.fast_forward(number)
+    return f"{round(points.random(1)[0][dimension] * 2.0**32):032b}"
+
+
+def scrambled(bits, key):
+    """A word of bits, the most significant first, by Owen's scrambling with a key (SOB-4)."""
+    x = np.uint32(int(bits[::-1], 2))
+    with np.errstate(over="ignore"):
+        key = np.uint32(key)
+        x ^= x * np.uint32(0x3D20ADEA)
+        x = (x + key) * (key >> np.uint32(16) | np.uint32(1))
+        for factor in (0x05526C56, 0x53A22864):
+            x ^= x * np.uint32(factor)
+    return int(f"{int(x):032b}"[::-1], 2)
+
+
+def mixed(words):
+    """pcg4d (SOB-3)."""
+    v = [(word * 1664525 + 1013904223) % 2**32 for word in words]
+    for turn in range(2):
+        for k, (a, b) in enumerate(((1, 3), (2, 0), (0, 1), (1, 2))):
+            v[k] = (v[k] + v[a] * v[b]) % 2**32
+        v = [word ^ word >> 16 for word in v] if turn == 0 else v
+    return v
+
+
+def sobol(pixel, path, purpose, index, seed):
+    """U0 and U1 of a point of a purpose (SOB-1)."""
+    keys = mixed([pixel % 2**32, path % 2**32, purpose, seed])
+    words = [scrambled(digits(index % 2**32, purpose + k), keys[k]) for k in range(2)]
     return np.array([(word >> 8) * 2.0**-24 for word in words])
 
 
