@@ -1,7 +1,7 @@
 """Chooses the times by which two cells are compared: on a machine that others use, not the median of wall times.
 
 There a frame is interrupted once more or not, so that the times of frames lie around two values or more, and their
-median jumps from one to the next: of a program that takes 10 % longer it may tell 0 % or 50 %. The CPU time of a frame
+median jumps from one to the next: of a program that takes 10 % longer it may tell 6 % or 33 %. The CPU time of a frame
 does not grow while others have the core. It is used of one thread: of more, or of a GPU, it does not tell how long they
 take together. Then the mean of wall times stands for it, which grows with the work, and wanders more.
 """

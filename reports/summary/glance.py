@@ -8,7 +8,7 @@ from pathlib import Path
 from harness.statistics.statistics import Estimate
 from reports.accuracy import accuracy_columns
 from reports.chart.embedded import Embedded, smaller
-from reports.compare import gate
+from reports.compare import gate, versions
 from reports.paper import markdown, quantity, style
 from reports.run import stored, study
 from reports.run.results import Cell, Missing, Results
@@ -59,10 +59,11 @@ def _survived(share: float | None) -> str:
 
 
 def sentences(results: Results, outcome: Headline) -> list[str]:
-    """Returns the verdict of the run's gates, the sentences of the headline, and one of each section that has a result
-    of its own."""
-    gates = gate.of(results, results.facts.get("gate"))
+    """Returns the verdict of the run's gates, that on its two versions, the sentences of the headline, and one of each
+    section that has a result of its own."""
+    gates, compared = gate.of(results, results.facts.get("gate")), versions.comparisons(results)
     verdict = [f"G{gate.line(gates)[1:]}."] if gates else []
+    verdict += [f"This version: {versions.verdict(compared)}."] if compared else []
     return [*verdict, *outcome.sentences, *(text for gist in GISTS if (text := gist(results)))]
 
 
