@@ -129,8 +129,8 @@ def frame_cpu(said: events.Said, spawned: float, series: Path) -> float | None:
 
 def _renders(frames: list[dict], at: float) -> float:
     """How many renders of some frames are done at a time, on the clock of theirs."""
-    shares = (min(1.0, max(0.0, (at - one["start"]) / (one["end"] - one["start"]))) for one in frames)
-    return sum(one["renders"] * share for one, share in zip(frames, shares, strict=True))
+    shares = (min(1.0, max(0.0, (at - frame["start"]) / (frame["end"] - frame["start"]))) for frame in frames)
+    return sum(frame["renders"] * share for frame, share in zip(frames, shares, strict=True))
 
 
 def cpu_doubt(cpu: dict, outcome) -> str | None:

@@ -43,5 +43,5 @@ def _warnings(run: Results, cell: Cell) -> list[list[str]]:
 
 def _tells_cpu(cell: Cell) -> bool:
     """Whether CPU time says how long a frame takes, and is known of most repetitions."""
-    known = len(cell.values(repetition.CPU))
-    return cell.parameters["threads"] == 1 and not cell.gpu and 2 * known > len(cell.counting)
+    most = 2 * len(cell.values(repetition.CPU)) > len(cell.counting)
+    return most and cell.parameters["threads"] == 1 and not cell.gpu
