@@ -270,7 +270,7 @@ def test_the_report_begins_with_the_verdict(run, low, high, line):
     limits = {"slower_percent": 5.0, "budget": None}
     loaded = results.load(run(ratios(low, high), np.ones(9), gate=limits))
     lead = glance.write(loaded).split("\n\n")[1].replace("\\", "")
-    assert lead.startswith(line)
+    assert lead.startswith(line) and " This version: cpp, comparison: " in lead
     assert not glance.write(results.load(run(np.ones(9), np.ones(9), name="none"))).startswith("Gate")
 
 
