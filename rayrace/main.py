@@ -30,7 +30,8 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """The entry point: 0 good, 1 something that was measured failed, 2 wrong use, 130 stopped by Ctrl-C."""
+    """The entry point: 0 good, 1 something that was measured failed, 2 wrong use, or a gate cannot tell, 130 stopped by
+    Ctrl-C."""
     from harness.errors import Failure, UserError, fit, of_system
     from harness.race import stopping
 
@@ -166,14 +167,16 @@ def compare(
     fail_slower: Annotated[
         float | None,
         typer.Option(
-            parser=percent, help="Exit 1 if a cell is significantly slower by more, or not ok now.", metavar="PERCENT"
+            parser=percent,
+            help="Exit 1 if a cell is slower by more, or not ok now; 2 if these runs cannot tell.",
+            metavar="PERCENT",
         ),
     ] = None,
     fail_more_instructions: Annotated[
         float | None,
         typer.Option(
             parser=percent,
-            help="Exit 1 if a cell takes more instructions by more, or is not ok now.",
+            help="Exit 1 if a cell takes more instructions by more, or is not ok now; 2 if they cannot be compared.",
             metavar="PERCENT",
         ),
     ] = None,
@@ -182,27 +185,22 @@ def compare(
 ) -> None:
     """List what became faster or slower from one run to another, what is not resolved, and whose picture changed."""
     from harness.store import packed
+    from rayrace import outcome
     from reports.compare import compare as comparisons
+    from reports.compare import gate
     from reports.compare import text as compare_text
 
     with packed.opened(run_a) as a, packed.opened(run_b) as b:
         _must_have(host, a, b)
         comparison = comparisons.compare(a, b, host)
+    limits = {gate.of_comparison: fail_slower, gate.of_instructions: fail_more_instructions}
+    gates = [make(comparison, percent) for make, percent in limits.items() if percent is not None]
     if as_json:
         print(compare_text.as_json(comparison))
     else:
         compare_text.show(comparison)
-    if fail_slower is None and fail_more_instructions is None:
-        return
-    slower = [] if fail_slower is None else comparison.slower(fail_slower)
-    more = [] if fail_more_instructions is None else comparison.more_instructions(fail_more_instructions)
-    for row in slower:
-        print(f"significantly slower, by more than {fail_slower:g} %: {row.name}", file=sys.stderr)
-    for row in more:
-        print(f"more instructions, by more than {fail_more_instructions:g} %: {row.name}", file=sys.stderr)
-    for row in comparison.broken:
-        print(f"no longer ok: {row.name}: {row.reason}", file=sys.stderr)
-    raise typer.Exit(1 if slower or more or comparison.broken else 0)
+    if gates:
+        raise typer.Exit(outcome.conclude(gates, sys.stderr if as_json else None))
 
 
 def _must_have(host: str, *folders: Path) -> None:

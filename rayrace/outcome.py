@@ -38,33 +38,38 @@ def show(folder: Path, records: list[dict]) -> None:
         print(text)
 
 
-def versions(folder: Path, fail_slower: float | None) -> bool:
-    """Prints the comparison of a run with two versions of a renderer; returns whether the gate at fail_slower fails."""
-    from reports.compare import versions
+def compared(folder: Path, limits: dict | None) -> int | None:
+    """Prints how a run compares with another version and with its budget, and the verdict of its gates, last.
+
+    Returns the exit status of the gates, None without any. limits: what run.json says of them.
+    """
+    from reports.compare import budget, gate, versions
     from reports.run import results
 
-    if len(store.hosts(folder)) > 1 or not store.read(folder)[0].get("against"):  # --against is of one machine
-        return False
-    rows = versions.comparisons(results.load(folder))
-    for line in [*(row.text for row in rows if len(rows) > 1), f"this version: {versions.verdict(rows)}"]:
-        print(line)
-    failures = [] if fail_slower is None else versions.failures(rows, fail_slower)
-    for line in failures:
-        print(line, file=sys.stderr)
-    return bool(failures)
+    two = len(store.hosts(folder)) == 1 and store.read(folder)[0].get("against")  # --against is of one machine
+    if not two and not limits:
+        return None
+    run = results.load(folder)
+    if two:
+        rows = versions.comparisons(run)
+        for line in [*(row.text for row in rows if len(rows) > 1), f"this version: {versions.verdict(rows)}"]:
+            print(line)
+    if limits and limits["budget"]:
+        for row in budget.hold(run, budget.parse(limits["budget"], folder / "run.json")):
+            print(row.text)
+    gates = gate.of(run, limits)
+    return conclude(gates) if gates else None
 
 
-def budget(folder: Path, held_to) -> bool:
-    """Prints how the instructions of a run compare with a budget; returns whether one takes too many."""
-    from reports.compare import budget
-    from reports.run import results
+def conclude(gates: list, stream=None) -> int:
+    """Prints why cells do not pass, and the verdict of gates, last; returns their exit status."""
+    from reports.compare import gate
 
-    rows = budget.hold(results.load(folder), held_to)
-    for row in rows:
-        print(row.text)
-        if row.over:
-            print(f"over the budget, by more than {held_to.percent:g} %: {row.text}", file=sys.stderr)
-    return any(row.over for row in rows)
+    sys.stdout.flush()
+    for line in gate.details(gates):
+        print(line, file=sys.stderr, flush=True)
+    print(gate.line(gates), file=stream)
+    return gate.STATUS[gate.verdict(gates)]
 
 
 def _ranking(loaded, ranking, steady: bool, notes: dict[str, None]) -> Table:

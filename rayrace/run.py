@@ -41,12 +41,17 @@ def run(
     ] = "",
     fail_slower: Annotated[
         float | None,
-        typer.Option(parser=percent, help="With --against: exit 1 if a cell is slower by more.", metavar="PERCENT"),
+        typer.Option(
+            parser=percent,
+            help="With --against: exit 1 if a cell is slower by more, 2 if this run cannot tell.",
+            metavar="PERCENT",
+        ),
     ] = None,
     budget: Annotated[
         Path | None,
         typer.Option(
-            help="Exit 1 if a cell takes more instructions than in this file (`rayrace export --format budget`)."
+            help="Exit 1 if a cell takes more instructions than in this file (`rayrace export --format budget`), 2 if "
+            "nothing can be compared."
         ),
     ] = None,
     max_minutes: Annotated[
@@ -86,7 +91,7 @@ def run(
         raise UserError("--fail-slower: only with --against; `rayrace compare` has it for two runs")
     if budget and not definition.measure.count:
         raise UserError("--budget: the experiment counts no instructions", remedy="--set measure.count=true")
-    held_to = _budget(budget)
+    limits = _limits(fail_slower, budget)
     planned = plan.make(definition, experiment, entries, chosen, against)
     for warning in planned.warnings:
         print(f"warning: {warning}", file=sys.stderr)
@@ -130,21 +135,21 @@ def run(
     given = (str(word) for option, values in options.items() for value in values or () for word in (option, value))
     again = shlex.join(["rayrace", "run", str(typed), *given, "--resume", str(folder)])
     if name == "local":
-        records, left = here(definition, planned, entries, folder, resume is not None, seconds, again)
+        records, left = here(definition, planned, entries, folder, resume is not None, seconds, again, limits)
     else:
         front = campaign.Campaign(folder, definition, experiment, planned, name)
         records, left = _on_cluster(front, chosen, folders, resume is not None, detach, again)
     remainder = f"{left} repetitions are left; go on with: {again}" if left else ""
-    _finish(folder, records, remainder, report, fail_slower, held_to)
+    _finish(folder, records, remainder, report, limits)
 
 
-def _budget(file: Path | None):
-    """The budget in a file, read before anything is measured; None without one."""
-    if file is None:
+def _limits(slower: float | None, file: Path | None) -> dict | None:
+    """What run.json says of the gate, {slower_percent, budget}, None without any; the budget is read now."""
+    if slower is None and file is None:
         return None
     from reports.compare import budget
 
-    return budget.read(file)
+    return {"slower_percent": slower, "budget": budget.read(file).model_dump() if file else None}
 
 
 def new_run(experiment: Path, out: Path | None) -> Path:
@@ -183,9 +188,19 @@ def results_folder(say: bool = False) -> Path:
 
 
 def here(
-    experiment, planned, entries, folder: Path, resumed: bool, budget: float, again: str = ""
+    experiment,
+    planned,
+    entries,
+    folder: Path,
+    resumed: bool,
+    budget: float,
+    again: str = "",
+    limits: dict | None = None,
 ) -> tuple[list[dict], int]:
-    """Run it in this process; its rows, and how many repetitions are left. again: the command that goes on with it."""
+    """Run it in this process; its rows, and how many repetitions are left. again: the command that goes on with it.
+
+    limits: of its gate, if it has one.
+    """
     from harness.errors import UserError, of_system
     from harness.plan import predict
     from harness.race import enough, race, stopping
@@ -199,6 +214,7 @@ def here(
         with progress(planned.cells) as shown:
             earlier = predict.history(results_folder(), but=folder)
             arguments = {"tell": shown.tell, "begins": shown.begins, "kept": shown.kept, "host": ThisHost(terminal.say)}
+            arguments["gate"] = limits
             records = race.run(
                 experiment, planned, entries, folder, **arguments, resumed=resumed, budget=budget, earlier=earlier
             )
@@ -280,10 +296,10 @@ def _on_cluster(front, only, renderers, resumed: bool, detach: bool, again: str)
     return records, sum(map(len, front.missing().values()))
 
 
-def _finish(folder: Path, records: list[dict], left: str, report: bool, fail_slower=None, budget=None) -> None:
-    """Say what came of it. Exit 1 if something failed that should not, is slower than another version by more than
-    fail_slower, or takes more instructions than its budget. left: what is said if repetitions are left."""
-    from harness.race import row
+def _finish(folder: Path, records: list[dict], left: str, report: bool, limits: dict | None) -> None:
+    """Say what came of it. Exit 1 if something failed that should not, or with the status of its gates. left: what is
+    said if repetitions are left."""
+    from harness.store import record
     from rayrace import outcome, terminal
     from rayrace.progress import unless_gone
 
@@ -297,8 +313,8 @@ def _finish(folder: Path, records: list[dict], left: str, report: bool, fail_slo
         from reports.page import several
 
         print(f"report: {several.make([folder], folder / 'report')}")
-    gates = outcome.versions(folder, fail_slower), budget is not None and outcome.budget(folder, budget)
-    raise typer.Exit(1 if any(gates) or any(map(row.failed, records)) else 0)
+    status = outcome.compared(folder, limits)
+    raise typer.Exit(int(any(map(record.failed, records))) if status is None else status)
 
 
 def status(

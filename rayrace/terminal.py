@@ -10,8 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from harness.race.row import is_as_meant
-from harness.store.record import percentage
+from harness.store.record import is_as_meant, percentage
 from harness.system import trouble
 
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)

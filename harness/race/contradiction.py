@@ -30,6 +30,7 @@ from harness.renderer.limits import amount
 from harness.renderer.parameters import Parameters
 from harness.renderer.registry import Entry
 from harness.store.record import CONTRADICTED
+from harness.system import trouble
 
 UNCOVERED = 0.5  # of the wall time, in no phase at all
 UNFRAMED = 0.2  # of a phase render, in no frame
@@ -46,7 +47,6 @@ CHECKSUM = 4  # times as long as zlib may a checksum take
 PAUSE, PER_RENDER = 5e-4, 5e-6  # s between two frames beside: to print a line, and for each render to take its place
 SMALLER = 6.0, 10.0  # times as wide and as high as a blank is the picture
 BLANK_FRAMES = 3  # later ones of a blank, at most
-TAKEN = "steal_s", "other_cpu_s", "held_back_s"  # CPU time that others had (trouble.py)
 
 
 def reason(
@@ -78,7 +78,7 @@ def reason(
 
 def _lost(disturbed: dict) -> float:
     """Seconds for which a renderer may have stood still, also between its marks, as others had the processor."""
-    return sum(disturbed[name] for name in TAKEN if isinstance(disturbed.get(name), int | float))
+    return sum(disturbed[name] for name in trouble.TAKEN if isinstance(disturbed.get(name), int | float))
 
 
 def marks(result: Result, series: Path, threads: int | None, least_frame: float = 0.0, lost: float = 0.0) -> str | None:

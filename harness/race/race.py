@@ -47,6 +47,7 @@ def run(
     elsewhere: Iterable[dict] = (),
     begins: Begins = lambda *_: None,
     kept: Keeps = lambda _: None,
+    gate: dict | None = None,
 ) -> list[dict]:
     """Run every repetition of the plan into `folder`. Returns the records.
 
@@ -55,6 +56,7 @@ def run(
     no repetition begins, nor one that is predicted to end later; as all cells have their turn before any has its
     second, every cell then has fewer repetitions. earlier: rows of other runs, to predict from. part, elsewhere: for
     one part of a run (part.py), what run.json says of the part, and the rows of other parts, which are not run again.
+    gate: what run.json says of the gate that the run is held to, {slower_percent, budget}.
     UserError if a renderer is edited meanwhile, or if another process works on the folder.
     """
     where = host or ThisHost()
@@ -64,7 +66,8 @@ def run(
         folder.mkdir(parents=True, exist_ok=True)
     with only_one(folder), where.exclusive():
         hooks = tell, begins, kept
-        return _run(experiment, plan, entries, folder, hooks, resumed, budget, where, earlier, part, list(elsewhere))
+        more = {"gate": gate, **(part or {})}
+        return _run(experiment, plan, entries, folder, hooks, resumed, budget, where, earlier, more, list(elsewhere))
 
 
 def describe(experiment: Experiment, plan: Plan) -> dict:
@@ -85,8 +88,8 @@ def describe(experiment: Experiment, plan: Plan) -> dict:
     }
 
 
-def _run(experiment, plan, entries, folder, hooks, resumed, budget, host, earlier, part, elsewhere) -> list[dict]:
-    facts = {**describe(experiment, plan), **(part or {})}
+def _run(experiment, plan, entries, folder, hooks, resumed, budget, host, earlier, more, elsewhere) -> list[dict]:
+    facts = {**describe(experiment, plan), **more}
     records, (*per_turn, kept) = [], hooks
     if resumed and not store.is_blank(folder):
         facts, records = _go_on(facts, *resume.check(folder, plan))
@@ -260,6 +263,7 @@ def _go_on(now: dict, before: dict, records: list[dict]) -> tuple[dict, list[dic
         **{name: value for name, value in before.items() if name not in ("format", "hosts", "enough", "ended")},
         "stability": {**now["stability"], **before.get("stability", {})},
         "against": now["against"] or before.get("against", []),
+        "gate": now["gate"] or before.get("gate"),
         "cells": [*before["cells"], *(cell for cell in now["cells"] if cell["cell"] not in keys)],
         "resumed": [*before.get("resumed", []), again],
     }, records

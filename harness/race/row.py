@@ -9,16 +9,15 @@ from harness.race.series import ticks
 from harness.renderer import events
 from harness.renderer.limits import amount
 from harness.renderer.registry import Entry
-from harness.store.record import MEASURED, percentage
+from harness.statistics import steady
+from harness.store.record import EXHIBIT, MEASURED, percentage
 
-BAD = ("failed", "timeout", "killed", "wrong picture")
 CPU_TOLERANCE = 0.10  # between wait4 and the measurer's series
 CPU_RESOLUTION = 0.02  # s, of the series, where its measurer does not tell
 SAME_MARK = 10**6  # bytes: two readings of one high-water mark, of which the later sees the exit too, differ by less
 AT_MOST = "wait4 (at most)"  # the peak is below what wait4 can tell; at_least_bytes is the other bound
 PHASE_TOLERANCE = 0.02  # of the wall time that no phase covers
 
-EXHIBIT = "exhibit: "  # of a fault: a wrong picture is what it is for
 OF_COST = "exhibit of a cost: "  # its picture must be right
 STRESSED = EXHIBIT + "put under stress, to see where it breaks"
 SIMULATED = "ran in the CUDA simulator: its times say nothing about a GPU"
@@ -40,16 +39,6 @@ def is_processor(device: dict | None) -> bool:
     return (device or {}).get("type") == "cpu"
 
 
-def is_as_meant(record: dict) -> bool:
-    """Is it the wrong picture of an exhibit of a fault?"""
-    return record["status"] == "wrong picture" and (record["unranked"] or "").startswith(EXHIBIT)
-
-
-def failed(record: dict) -> bool:
-    """Did something go wrong that should not?"""
-    return record["status"] in BAD and not is_as_meant(record)
-
-
 def measured(result: repetition.Result, series: Path) -> dict:
     """The measured part of a record."""
     outcome, said = result.outcome, result.said
@@ -63,7 +52,7 @@ def measured(result: repetition.Result, series: Path) -> dict:
         "frames_s": said.frames_s,
         "frame_renders": [frame["renders"] for frame in said.frames],
         "frame_parts": [frame["parts"] for frame in said.frames],
-        "cpu": cpu(outcome, series) if outcome.alone else None,
+        "cpu": _cpu(outcome, said, series) if outcome.alone else None,
         "memory": memory(said, outcome) if outcome.alone else None,
         "rays": said.rays,
         "used": said.used,
@@ -97,6 +86,10 @@ def cover(said: events.Said, spawned: float, exited: float) -> list[list]:
     return [["start", 0.0, marks[0][1]], *marks, ["exit", marks[-1][2], wall]]
 
 
+def _cpu(outcome, said: events.Said, series: Path) -> dict:
+    return {**cpu(outcome, series), "frame_s": frame_cpu(said, outcome.spawned, series)}
+
+
 def cpu(outcome, series: Path) -> dict:
     """CPU seconds of a process and its descendants, what the series says, and the part of the orphans."""
     unknown = {"unavailable": "the system gives orphans to another process"} if outcome.orphans is None else None
@@ -113,6 +106,31 @@ def last_cpu(series: Path) -> float | None:
     """CPU time (s) in the last whole row of a series; None if it has none."""
     rows = ticks(series)
     return float(rows[-1]["cpu_s"]) if rows else None
+
+
+def frame_cpu(said: events.Said, spawned: float, series: Path) -> float | None:
+    """CPU time (s) of one render of the steady frames, between the first and the last reading of a series within them;
+    None if it has no two.
+
+    A program that is interrupted uses no CPU time meanwhile. A render that is going on at a reading counts as the part
+    of its wall time that is over.
+    """
+    frames = said.frames[steady.find(said.frames_s).start :]
+    if not frames:
+        return None
+    times = [(spawned + float(reading["t"]), float(reading["cpu_s"])) for reading in ticks(series)]
+    inside = [(at, used) for at, used in times if frames[0]["start"] <= at <= frames[-1]["end"]]
+    if len(inside) < 2:
+        return None
+    (begun, before), (ended, after) = inside[0], inside[-1]
+    renders = _renders(frames, ended) - _renders(frames, begun)
+    return (after - before) / renders if renders else None
+
+
+def _renders(frames: list[dict], at: float) -> float:
+    """How many renders of some frames are done at a time, on the clock of theirs."""
+    shares = (min(1.0, max(0.0, (at - frame["start"]) / (frame["end"] - frame["start"]))) for frame in frames)
+    return sum(frame["renders"] * share for frame, share in zip(frames, shares, strict=True))
 
 
 def cpu_doubt(cpu: dict, outcome) -> str | None:

@@ -20,6 +20,8 @@ CONTRADICTED = (
 )
 # Of later frames (harness/race/frames.py): one that is false is enough; nobody knows whether they are right.
 FALSE_FRAMES, UNCHECKED = f"{CONTRADICTED}its later frames: ", "frames unchecked: "
+BAD = ("failed", "timeout", "killed", "wrong picture")
+EXHIBIT = "exhibit: "  # begins why an exhibit of a fault is unranked: a wrong picture is what it is for
 AROUND = (
     "checked",
     "shapes",
@@ -48,6 +50,16 @@ def identity(facts: dict) -> tuple[str, str, str]:
 def key(record: dict) -> tuple:
     """The key of a repetition, which no two valid rows share."""
     return *identity(record), record["repetition"], record["pass"]
+
+
+def is_as_meant(record: dict) -> bool:
+    """Is it the wrong picture of an exhibit of a fault?"""
+    return record["status"] == "wrong picture" and (record.get("unranked") or "").startswith(EXHIBIT)
+
+
+def failed(record: dict) -> bool:
+    """Did something go wrong that should not?"""
+    return record["status"] in BAD and not is_as_meant(record)
 
 
 def killed_by_others(record: dict) -> bool:

@@ -77,7 +77,10 @@ Row = _some(
     frames_s=list[Seconds] | None,
     frame_renders=list[Count] | None,
     frame_parts=list[dict[str, Seconds | None] | None] | None,
-    cpu=_some("Cpu", user_s=Required[Seconds], system_s=Required[Seconds], series_s=Seconds | None) | None,
+    cpu=_some(
+        "Cpu", user_s=Required[Seconds], system_s=Required[Seconds], series_s=Seconds | None, frame_s=Seconds | None
+    )
+    | None,
     memory=_some(
         "Memory",
         **dict.fromkeys(("peak_bytes", "render_peak_bytes", "peak_virtual_bytes", "floor_bytes"), Amount | None),
@@ -158,6 +161,7 @@ Facts = _some(
     ended=_some("Ended", at=Required[str]),
     enough=Count | None,
     against=list[_some("Against", variant=Required[str], other=Required[str])],
+    gate=_some("Gate", slower_percent=Amount | None, budget=dict[str, Any] | None) | None,
     warnings=list[str],
     left_out=list[_some("LeftOut", constraint=Required[str], cells=Required[Count])],
     stability=dict[str, dict[str, Any]] | None,

@@ -55,8 +55,9 @@ repetitions.jsonl leaves out the values that run.json has for the record's cell.
     frames_s    durations of the frames in order; divided by its renders, where a frame is a batch
     frame_renders  [number of renders in each frame, ..]
     frame_parts [{kernel, download, search, trace} or null, ..]: seconds of the parts of one render of each frame
-    cpu         {user_s, system_s, series_s, orphans, orphans_s}: from wait4, of the process and its descendants; the
-                sum of the measurer's series; number of descendants that lost their parent, and their seconds
+    cpu         {user_s, system_s, series_s, frame_s, orphans, orphans_s}: from wait4, of the process and its
+                descendants; of the measurer's series, the sum, and of one render of the steady frames (null if they are
+                too short for two of its looks); number of descendants that lost their parent, and their seconds
     memory      {peak_bytes, render_peak_bytes, peak_virtual_bytes, method, at_least_bytes, floor_bytes,
                 wait4_peak_bytes}: row.py explains method
     rays        {primary, reflected, transmitted, shadow, non_finite}; for first hits only primary

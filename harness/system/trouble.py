@@ -34,6 +34,7 @@ DOUBTS = {
     "held_back_s": "a CPU quota (cgroup) stopped the programs of this group",
     "throttled": "the processor was slowed down for heat",
 }
+TAKEN = "steal_s", "other_cpu_s", "held_back_s"  # CPU time that others had
 
 
 def look(root: Path = ROOT) -> dict:
@@ -82,6 +83,15 @@ def seldom(warnings: list[list[str]]) -> set[str]:
     """
     all_texts = [text for texts in warnings for text in texts]
     return {text for text in DOUBTS.values() if 2 * all_texts.count(text) < len(warnings)}
+
+
+def taken(warnings: list[list[str]]) -> list[str]:
+    """The texts of DOUBTS on CPU time that others had, of those that at least half of the repetitions of a cell have.
+
+    warnings: of each repetition.
+    """
+    few, texts = seldom(warnings), {text for texts in warnings for text in texts}
+    return [DOUBTS[name] for name in TAKEN if DOUBTS[name] in texts - few]
 
 
 def usable() -> set[int]:

@@ -39,11 +39,13 @@ class Budget(BaseModel):
 
 @dataclass(frozen=True)
 class Held:
-    """A cell held to its line. over: it takes too many instructions, or was not counted though the budget has it."""
+    """A cell held to its line. over: it takes too many instructions, or was not counted though the budget has it. both:
+    the run and the budget have it."""
 
     name: str
     counts: Counts
     over: bool
+    both: bool = True
 
     @property
     def text(self) -> str:
@@ -53,32 +55,35 @@ class Held:
 def read(file: Path) -> Budget:
     """Returns the budget in a file. UserError if it is none."""
     try:
-        return Budget.model_validate(json.loads(file.read_text("utf-8")))
+        return parse(json.loads(file.read_text("utf-8")), file)
     except OSError as error:
         raise UserError(of_system(error, file), remedy=REMEDY) from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise UserError(f"{where}: {first['msg']}", file=file, remedy=REMEDY) from None
     except ValueError as error:  # no JSON, or no UTF-8
         raise UserError(f"it is no budget: {error}", file=file, remedy=REMEDY) from None
 
 
+def parse(content, file: Path) -> Budget:
+    """Returns the budget of a parsed JSON text. UserError if it is none, which names the file."""
+    try:
+        return Budget.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise UserError(f"{where}: {first['msg']}", file=file, remedy=REMEDY) from None
+
+
 def hold(results: Results, budget: Budget) -> list[Held]:
-    """Returns each cell of the run or of the budget, held to it. UserError if no two counts can be compared."""
+    """Returns each cell of the run or of the budget, held to it."""
     cells = dict(zip(naming.names(results.cells), results.cells, strict=True))
     rows = []
     for name in dict.fromkeys((*cells, *budget.cells)):
         line, cell = budget.cells.get(name), cells.get(name)
         if cell is None:
-            rows.append(Held(name, Counts(reason="the run does not have it"), False))
+            rows.append(Held(name, Counts(reason="the run does not have it"), False, False))
         elif line is None:
-            rows.append(Held(name, Counts(reason="the budget does not have it"), False))
+            rows.append(Held(name, Counts(reason="the budget does not have it"), False, False))
         else:
             counts = of_two(line.model_dump(), results.counts(cell), "the budget", "the run")
             lost = isinstance(results.counts(cell), Missing)
             rows.append(Held(name, counts, lost or counts.more(budget.percent)))
-    if not any(row.over or row.counts.ratio is not None for row in rows):
-        text = "\n  ".join(["--budget: nothing could be compared", *(row.text for row in rows)])
-        raise UserError(text, remedy="write a new budget if the tool has changed: rayrace export RUN --format budget")
     return rows

@@ -8,6 +8,7 @@ and if its whole interval is beyond what the machine may have drifted by between
 
 import json
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,10 +16,11 @@ from harness.errors import UserError
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate, Floor
 from harness.store import store
-from reports.compare import drift, instructions, pictures, runs
+from reports.compare import drift, instructions, pictures, runs, witness
 from reports.compare.drift import Drift
 from reports.compare.instructions import Counts
 from reports.compare.pictures import Difference
+from reports.compare.witness import Witness
 from reports.run import naming, ranking, results
 from reports.run.results import Cell, Results
 
@@ -31,9 +33,11 @@ class Row:
     """The change of a cell between two runs.
 
     time: faster, slower, not resolved, or not comparable, for `reason`; "" if it is in one run only. a, b: medians over
-    processes of the steady times, s. ratio: b / a. picture: None without two pictures. only: the verdict on a cell of
-    one run only, else "". broken: it was ok in A and is not in B. unchanged: renderer, scene, machine and software are
-    the same, so that any change of its time is drift. counts: of instructions; None if none of the runs counted any.
+    processes of the times that `witness` chose, s. ratio: b / a. picture: None without two pictures. only: the verdict
+    on a cell of one run only, else "". broken: it was ok in A and is not in B. unchanged: renderer, scene, machine and
+    software are the same, so that any change of its time is drift. counts: of instructions; None if none of the runs
+    counted any. wanted: it was ok in A, so that there is something to hold B against. floor: the larger noise floor of
+    these times.
     """
 
     name: str
@@ -47,6 +51,9 @@ class Row:
     broken: bool = False
     unchanged: bool = False
     counts: Counts | None = None
+    wanted: bool = True
+    witness: Witness | None = None
+    floor: float | None = None
 
     @property
     def verdict(self) -> str:
@@ -86,36 +93,6 @@ class Comparison:
         """The cells that were ok in A and are not in B."""
         return [row for row in self.rows if row.broken]
 
-    def slower(self, percent: float) -> list[Row]:
-        """Returns the cells that are significantly slower by more than `percent`, with the whole interval and though
-        the machine may have drifted.
-
-        UserError if no cell was compared and none broke, or if one changed and the drift is unknown: a gate must not
-        pass without a comparison.
-        """
-        compared = [row for row in self.rows if row.ratio is not None and row.time != INCOMPARABLE]
-        if not self.broken and not compared:
-            raise UserError(f"{self.a}, {self.b}: no cell could be compared; see the reasons above")
-        if not self.broken and self.drift.value is None and not all(row.unchanged for row in compared):
-            raise UserError(f"{self.a}, {self.b}: drift of the machine between them: {self.drift.source}")
-        least = (1 + percent / 100) * (1 + (self.drift.value or 0))
-        return [row for row in self.rows if row.time == "slower" and row.ratio.low > least]
-
-    def more_instructions(self, percent: float) -> list[Row]:
-        """Returns the cells that take more instructions by more than `percent`.
-
-        UserError if no instructions were compared and no cell broke: a gate must not pass without a comparison.
-        """
-        compared = [row for row in self.rows if row.counts is not None and row.counts.ratio is not None]
-        if not self.broken and not compared:
-            reasons = dict.fromkeys(f"{row.name}: {row.counts.reason}" for row in self.rows if row.counts)
-            why = "; ".join(reasons) or "none of the runs counted any"
-            raise UserError(
-                f"{self.a}, {self.b}: instructions of no cell could be compared: {why}",
-                remedy="run both with --set measure.count=true, on machines where `rayrace doctor` names the same tool",
-            )
-        return [row for row in compared if row.counts.more(percent)]
-
 
 def compare(folder_a: Path, folder_b: Path, host: str = "") -> Comparison:
     """Compares run B with run A. host: the one to use of runs on several hosts.
@@ -131,9 +108,7 @@ def compare(folder_a: Path, folder_b: Path, host: str = "") -> Comparison:
     machine, others = runs.machine(a, b), runs.others(a, b, both)
     same = not machine and not runs.software(a, b)
     rows = [
-        _row(name, a, b, cell, named_b[key][1], _larger(floors), moved, same)
-        if key in named_b
-        else Row(name, only=ONLY_A)
+        _row(name, a, b, cell, named_b[key][1], moved, same) if key in named_b else Row(name, only=ONLY_A)
         for key, (name, cell) in named_a.items()
     ]
     rows += [Row(name, only=ONLY_B) for key, (name, _) in named_b.items() if key not in named_a]
@@ -148,28 +123,32 @@ def _identity(cell: Cell) -> tuple:
     return cell.variant, cell.scene, json.dumps(cell.swept, sort_keys=True)
 
 
-def _larger(floors: tuple[Floor, Floor]) -> float | None:
+def _larger(floors: Iterable[Floor]) -> float | None:
     return max((floor.value for floor in floors if floor.value is not None), default=None)
 
 
-def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, floor, moved: Drift, same: bool) -> Row:
+def _row(name: str, a: Results, b: Results, cell_a: Cell, cell_b: Cell, moved: Drift, same: bool) -> Row:
     """same: machine and software are."""
     another = other_job(a, b, cell_a, cell_b)
+    wanted = cell_a.status == "ok" and not cell_a.as_meant
     if another:
-        return Row(name, INCOMPARABLE, another)
+        return Row(name, INCOMPARABLE, another, wanted=wanted)
     right = cell_a.status == cell_b.status == "ok"
     picture = pictures.compare(a, b, cell_a, cell_b) if right else None
     counts = instructions.compare(a, b, cell_a, cell_b)
     unranked = [f"in {which}: {cell.unranked}" for which, cell in (("A", cell_a), ("B", cell_b)) if cell.unranked]
     if unranked:
         broken = cell_a.status == "ok" != cell_b.status
-        return Row(name, INCOMPARABLE, "; ".join(unranked), picture=picture, broken=broken, counts=counts)
-    ratio, unchanged = ranking.unpaired(cell_b, cell_a), same and drift.unchanged(a, b, cell_a, cell_b)
+        why = "; ".join(unranked)
+        return Row(name, INCOMPARABLE, why, picture=picture, broken=broken, counts=counts, wanted=wanted)
+    chosen, unchanged = witness.of((a, cell_a), (b, cell_b)), same and drift.unchanged(a, b, cell_a, cell_b)
+    ratio, floor = ranking.unpaired(cell_b, cell_a, chosen.column), _larger([x.floor_by(chosen.column) for x in (a, b)])
     time = INCOMPARABLE if ratio.low is None else statistics.verdict(ratio, floor)
     if time in ("slower", "faster") and (unchanged or moved.value is None or not _beyond(ratio, moved.value)):
         time = statistics.NOT_RESOLVED
-    medians = cell_a.steady, cell_b.steady
-    return Row(name, time, ratio.note, *medians, ratio, picture, unchanged=unchanged, counts=counts)
+    medians = (statistics.median(cell.values(chosen.column)) for cell in (cell_a, cell_b))
+    more = {"unchanged": unchanged, "counts": counts, "witness": chosen, "floor": floor}
+    return Row(name, time, ratio.note, *medians, ratio, picture, **more)
 
 
 def _beyond(ratio: Estimate, moved: float) -> bool:

@@ -8,7 +8,7 @@ from itertools import islice
 from harness.errors import UserError
 from harness.statistics import statistics
 from harness.store import store
-from reports.compare import runs
+from reports.compare import runs, witness
 from reports.paper import quantity
 from reports.run import ranking, results
 from reports.run.results import Cell, Results
@@ -35,7 +35,8 @@ def between(a: Results, b: Results, pairs: list[tuple[Cell, Cell]]) -> Drift:
     if changed := [*runs.machine(a, b), *runs.software(a, b)]:
         return Drift(None, f"unknown: machine or software changed ({changed[0]})")
     same = [pair for pair in pairs if unchanged(a, b, *pair) and not any(cell.unranked for cell in pair)]
-    ratios = [ranking.unpaired(cell_b, cell_a) for cell_a, cell_b in same]
+    columns = [witness.of((a, cell_a), (b, cell_b)).column for cell_a, cell_b in same]
+    ratios = [ranking.unpaired(cell_b, cell_a, column) for (cell_a, cell_b), column in zip(same, columns, strict=True)]
     bounded = [ratio for ratio in ratios if ratio.low is not None]
     if bounded:
         value = max(statistics.difference(end) for ratio in bounded for end in (ratio.low, ratio.high))

@@ -57,7 +57,8 @@ def _verdict(row: Row) -> str:
 def _times(row: Row) -> str:
     if row.ratio is None:
         return ""
-    return f"{quantity.plain(row.a.value)} s -> {quantity.plain(row.b.value)} s, B / A = {quantity.text(row.ratio)}"
+    of = f" of {row.witness.name}, as {row.witness.why}" if row.witness.why else ""
+    return f"{quantity.plain(row.a.value)} s -> {quantity.plain(row.b.value)} s, B / A = {quantity.text(row.ratio)}{of}"
 
 
 def _notes(row: Row) -> list[str]:

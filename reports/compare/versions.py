@@ -3,18 +3,21 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from harness.errors import UserError
 from harness.statistics import statistics
 from harness.statistics.statistics import Estimate
+from reports.compare import witness
+from reports.compare.witness import Witness
 from reports.paper import markdown, quantity
-from reports.run import naming
+from reports.run import naming, repetition
 from reports.run.results import Cell, Missing, Results
 
 INCOMPARABLE = "not comparable"
 CAPTION = (
     "Time of a steady frame of this version over that of the other, paired by round. The intervals hold together: with "
     "95 % all of them hold (Bonferroni). Faster or slower is a ratio whose whole interval differs from 1, and which "
-    "differs from 1 by more than the noise floor of the run."
+    "differs from 1 by more than the noise floor of the run. Where others had the processor during at least half of "
+    "the processes, the median of frames is biased, as a frame is interrupted or not: CPU time then stands in its "
+    "place, of one thread on a processor, else the mean over frames."
 )
 
 
@@ -22,8 +25,10 @@ CAPTION = (
 class Held:
     """A cell of this version held against the same of another.
 
-    ratio: its time over the other's. verdict: slower, faster, not resolved, or not comparable, for `reason`. broken:
-    the other is ok and this is not.
+    ratio: its time over the other's, of the times that `witness` chose. verdict: slower, faster, not resolved, or not
+    comparable, for `reason`. broken: the other is ok and this is not. wanted: the other is ok, so that there is
+    something to hold this against. floor: the noise floor of these times. wall: the ratio of mean wall times beside one
+    of CPU times, else None.
     """
 
     name: str
@@ -32,17 +37,19 @@ class Held:
     verdict: str
     reason: str
     broken: bool
+    wanted: bool = True
+    witness: Witness | None = None
+    floor: float | None = None
+    wall: Estimate | None = None
 
     @property
     def text(self) -> str:
         """The result in a line."""
         if self.ratio is None or self.verdict == INCOMPARABLE:
             return f"{self.name}: {self.verdict}: {self.reason}"
-        return f"{self.name}: {self.verdict}: {quantity.text(self.ratio)} × the time of {self.other}"
-
-    def slower_by(self, percent: float) -> bool:
-        """Is it slower by more than `percent` with its whole interval?"""
-        return self.verdict == "slower" and self.ratio.low > 1 + percent / 100
+        beside = f" (wall time: {quantity.text(self.wall)})" if self.wall else ""
+        ratio = f"{quantity.text(self.ratio)} × the {self.witness.name} of {self.other}{beside}"
+        return f"{self.name}: {self.verdict}: {ratio}" + (f", as {self.witness.why}" if self.witness.why else "")
 
 
 def comparisons(results: Results) -> list[Held]:
@@ -62,16 +69,25 @@ def _held(results: Results, name: str, cell: Cell, other: Cell, count: int) -> H
     """count: of the intervals that hold together."""
     broken = other.status == "ok" != cell.status
     unranked = [f"{side.label}: {side.unranked}" for side in (cell, other) if side.unranked]
+    wanted = other.status == "ok" and not other.as_meant
     if unranked:
-        return Held(name, other.label, None, INCOMPARABLE, "; ".join(unranked), broken)
-    above, below = cell.rounds("steady_s"), other.rounds("steady_s")
+        return Held(name, other.label, None, INCOMPARABLE, "; ".join(unranked), broken, wanted)
+    level, chosen = 1 - (1 - statistics.LEVEL) / count, witness.of((results, cell), (results, other))
+    ratio = _ratio_of_rounds(cell, other, chosen.column, level)
+    if ratio is None:
+        return Held(name, other.label, None, INCOMPARABLE, "no round has a steady time of both", broken, wanted)
+    floor = results.floor_by(chosen.column).value
+    verdict = INCOMPARABLE if ratio.low is None else statistics.verdict(ratio, floor)
+    wall = _ratio_of_rounds(cell, other, repetition.MEAN, level) if chosen.column == repetition.CPU else None
+    return Held(name, other.label, ratio, verdict, ratio.note, broken, wanted, chosen, floor, wall)
+
+
+def _ratio_of_rounds(cell: Cell, other: Cell, column: str, level: float) -> Estimate | None:
+    above, below = cell.rounds(column), other.rounds(column)
     both = sorted(above.keys() & below.keys())
     if not both:
-        return Held(name, other.label, None, INCOMPARABLE, "no round has a steady time of both", broken)
-    level = 1 - (1 - statistics.LEVEL) / count
-    ratio = statistics.ratio([above[n] for n in both], [below[n] for n in both], paired=True, level=level)
-    verdict = INCOMPARABLE if ratio.low is None else statistics.verdict(ratio, results.floor.value)
-    return Held(name, other.label, ratio, verdict, ratio.note, broken)
+        return None
+    return statistics.ratio([above[n] for n in both], [below[n] for n in both], paired=True, level=level)
 
 
 def verdict(rows: list[Held]) -> str:
@@ -84,15 +100,6 @@ def verdict(rows: list[Held]) -> str:
     resolved = [row for row in rows if row.verdict in ("slower", "faster")]
     worst = max(resolved, key=lambda row: statistics.difference(row.ratio.value), default=None)
     return ", ".join(parts) + (f"; most: {worst.text}" if worst else "")
-
-
-def failures(rows: list[Held], percent: float) -> list[str]:
-    """Returns why a gate at `percent` fails, [] if it passes. UserError if nothing could be compared."""
-    if all(row.ratio is None or row.ratio.low is None for row in rows) and not any(row.broken for row in rows):
-        reasons = "; ".join(dict.fromkeys(f"{row.name}: {row.reason}" for row in rows))
-        raise UserError(f"--fail-slower: no cell could be compared: {reasons}")
-    slower = [f"slower by more than {percent:g} %: {row.text}" for row in rows if row.slower_by(percent)]
-    return slower + [f"no longer ok: {row.text}" for row in rows if row.broken]
 
 
 def write(results: Results, _: Path | None = None) -> str:

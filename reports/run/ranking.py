@@ -30,9 +30,9 @@ def ratio(cell: Cell, other: Cell, column: str = "steady_s") -> Estimate:
     return ratio_of_rounds(cell.rounds(column), other.rounds(column))
 
 
-def unpaired(cell: Cell, other: Cell) -> Estimate:
+def unpaired(cell: Cell, other: Cell, column: str = "steady_s") -> Estimate:
     """Returns the steady time of `cell` over that of `other`, a cell of another run. Both have times."""
-    return statistics.ratio(cell.values("steady_s"), other.values("steady_s"))
+    return statistics.ratio(cell.values(column), other.values(column))
 
 
 def mean_ratio(pairs: list[tuple[Cell, Cell]]) -> Estimate:

@@ -1,5 +1,6 @@
 """Flattens the record of a repetition to one row; times of frames become the median over its steady frames."""
 
+from statistics import fmean as mean
 from statistics import median
 
 from harness.statistics import statistics, steady
@@ -29,12 +30,14 @@ AUDIT = "measured_cpu_s", "cpu_off", *AUDITED.values()
 DISTURBED = "steal_s", "other_cpu_s", "waited_s", "swapped_pages", "held_back_s", "throttled"  # system/trouble.py
 # measurer_s is among those of the measurer's audit.
 # Known only of processes in a steady state.
-OF_STEADY = "steady_s", "rays_per_s", "search_s", "trace_s", "kernel_s", "download_s", "end_to_end_s"
+STEADY, MEAN, CPU = "steady_s", "steady_mean_s", "steady_cpu_s"  # of a frame: median, mean, CPU time
+OF_STEADY = STEADY, MEAN, CPU, "rays_per_s", "search_s", "trace_s", "kernel_s", "download_s", "end_to_end_s"
 COLUMNS = (
     "host", "cell", "scene", "point", "variant", "technology", "repetition", "pass", "status", "reason", "unranked",
-    "wall_s", "first_s", "steady_s", *FRAMES, "compile_s", "compile_cache", "build_s", "user_s", "system_s", "cpu_s",
-    "rays", "rays_per_s", "search_s", "trace_s", *GPU, *MEMORY, "memory_method", *AGREEMENT,
-    *ERROR.values(), "against", "no_error", *SEEN.values(), *BOUND.values(), *AUDIT, *DISTURBED, "warnings",
+    "wall_s", "first_s", STEADY, MEAN, CPU, *FRAMES, "compile_s", "compile_cache", "build_s",
+    "user_s", "system_s", "cpu_s", "rays", "rays_per_s", "search_s", "trace_s", *GPU, *MEMORY, "memory_method",
+    *AGREEMENT, *ERROR.values(), "against", "no_error", *SEEN.values(), *BOUND.values(), *AUDIT, *DISTURBED,
+    "warnings",
 )  # fmt: skip
 CPU_DOUBT = "CPU time:"  # begins the warning of a row whose measured CPU time is off by too much (harness/race/row.py)
 
@@ -78,7 +81,9 @@ def row(record: dict) -> dict:
         **{column: bound.get(name) for name, column in BOUND.items()},
         "memory_method": memory.get("method"),
         "first_s": frames[0] if frames else None,
-        "steady_s": steady_s,
+        STEADY: steady_s,
+        MEAN: mean(kept) if kept else None,
+        CPU: cpu.get("frame_s"),
         "steady_state": steady_frames.state if frames else None,
         "steady_note": steady_frames.note or None,
         "change": steady_frames.change,

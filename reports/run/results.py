@@ -99,20 +99,27 @@ class Results:
         """The label of the cell that ran twice in every round, the A/A pair; "" if none did."""
         return self._floor[1]
 
+    def floor_by(self, column: str) -> Floor:
+        """Returns the noise floor of other times of a frame than the medians in `steady_s`."""
+        return self._floor[0] if column == repetition.STEADY else self._largest_floor(column)[0]
+
     @cached_property
     def _floor(self) -> tuple[Floor, str]:
+        return self._largest_floor(repetition.STEADY)
+
+    def _largest_floor(self, column: str) -> tuple[Floor, str]:
         """The largest noise floor of the A/A pairs of all jobs: any two cells may come from that job. And its label."""
         pairs = self.facts.get("pairs") or [self.facts.get("pair") or {"unavailable": "the run has no A/A pair"}]
-        floors = [self._of_pair(pair) for pair in pairs]
+        floors = [self._of_pair(pair, column) for pair in pairs]
         measured = [(floor, label) for floor, label in floors if floor.value is not None]
         return max(measured, key=lambda entry: entry[0].value) if measured else floors[0]
 
-    def _of_pair(self, pair: dict) -> tuple[Floor, str]:
+    def _of_pair(self, pair: dict, column: str) -> tuple[Floor, str]:
         if "unavailable" in pair:
             return Floor(None, pair["unavailable"]), ""
         rows = self.repetitions[(self.repetitions["cell"] == pair["cell"]) & (self.repetitions["status"] == "ok")]
         rows = rows[~rows["unranked"].fillna("").str.startswith(CONTRADICTED)]
-        times = rows.dropna(subset="steady_s").pivot_table(index="repetition", columns="pass", values="steady_s")
+        times = rows.dropna(subset=column).pivot_table(index="repetition", columns="pass", values=column)
         both = times.reindex(columns=["timed", "pair"]).dropna()
         return statistics.noise_floor(both["timed"].tolist(), both["pair"].tolist()), pair["label"]
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from harness.statistics.statistics import Estimate
 from reports.accuracy import accuracy_columns
 from reports.chart.embedded import Embedded, smaller
+from reports.compare import gate, versions
 from reports.paper import markdown, quantity, style
 from reports.run import stored, study
 from reports.run.results import Cell, Missing, Results
@@ -58,8 +59,12 @@ def _survived(share: float | None) -> str:
 
 
 def sentences(results: Results, outcome: Headline) -> list[str]:
-    """Returns the sentences of the headline, and one of each section that has a result of its own."""
-    return [*outcome.sentences, *(text for gist in GISTS if (text := gist(results)))]
+    """Returns the verdict of the run's gates, that on its two versions, the sentences of the headline, and one of each
+    section that has a result of its own."""
+    gates, compared = gate.of(results, results.facts.get("gate")), versions.comparisons(results)
+    verdict = [f"G{gate.line(gates)[1:]}."] if gates else []
+    verdict += [f"This version: {versions.verdict(compared)}."] if compared else []
+    return [*verdict, *outcome.sentences, *(text for gist in GISTS if (text := gist(results)))]
 
 
 def _table(results: Results, outcome: Headline) -> str:

@@ -1,12 +1,14 @@
 """How often verdicts on a renderer's speed are right, while another program uses the machine.
 
     .venv/bin/python tests/support/verdicts.py against compare found counts spread history > table.md
+    .venv/bin/python tests/support/verdicts.py gates --busy 1 --programs 2 > gates.md
     .venv/bin/python tests/support/verdicts.py --read FILE .. > table.md     # of what earlier calls wrote to stderr
 
 against: runs of a copy of `cpp` against another that differs in a comment. compare: pairs of such runs, one after the
 other, with `cpp` itself in both, which tells the drift. found: runs of a copy that takes 5 % more time. counts: gates
-on instructions, with the same work and with a loop of 1 % more. spread: counts of the same tree. history: 15 commits
-of `cpp` with a slowdown put into the eighth.
+on instructions, with the same work and with a loop of 1 % more. gates: `--fail-slower 5` on equal versions and on a
+copy that takes 10 % more processor time. spread: counts of the same tree. history: 15 commits of `cpp` with a slowdown
+put into the eighth.
 """
 
 import argparse
@@ -30,7 +32,7 @@ sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
 from competing import SPIN  # noqa: E402
 from repositories import git  # noqa: E402
 
-from reports.compare import compare, versions  # noqa: E402
+from reports.compare import compare, gate, versions  # noqa: E402
 from reports.run import results  # noqa: E402
 from reports.run.missing import Missing  # noqa: E402
 
@@ -39,6 +41,12 @@ FRAME = "        frame();\n"  # of main.cpp, where a batch of frames is made
 WAIT = FRAME + "        for (const double from = begun, until = now() + {} * (now() - from); now() < until;) {{}}\n"
 LOOP = FRAME + '        for (long turn = 0; turn < {}; turn++) __asm__ volatile("");\n'
 SLOWER = 0.05  # more time
+# A program works for a share of the processor time of each frame, as which others may interrupt it.
+WORK = (
+    FRAME + "        for (const auto until = std::clock() + {} * (std::clock() - from); std::clock() < until;) {{}}\n"
+)
+HEAVIER = 0.1  # more processor time
+LIMIT = 5.0  # % of a gate on times
 MORE = 0.01  # more instructions
 GATE = 0.5  # % more instructions that pass
 TURNS = 100_000  # of the empty loop, whose instructions tell what a turn takes
@@ -104,13 +112,14 @@ def call(*words, cwd: Path, code=(0,)) -> subprocess.CompletedProcess:
 
 
 @contextmanager
-def busy(share: float) -> Iterator[None]:
-    """Another program uses a core for a share of the time."""
-    other = subprocess.Popen([sys.executable, "-c", SPIN, str(share)]) if share else None
+def busy(share: float, programs: int = 1) -> Iterator[None]:
+    """Other programs use a core each for a share of the time."""
+    command = [sys.executable, "-c", SPIN, str(share)]
+    others = [subprocess.Popen(command) for _ in range(programs if share else 0)]
     try:
         yield
     finally:
-        if other:
+        for other in others:
             other.kill()
             other.wait()
 
@@ -120,6 +129,13 @@ def waits(text: str) -> str:
     begin = "    for (long long i = 0; i < renders; i++) {\n"
     text = replaced(text, begin, begin + "        const double begun = now();\n")
     return replaced(text, FRAME, WAIT.format(SLOWER))
+
+
+def works(text: str) -> str:
+    """Each frame takes 10 % more of the processor's time."""
+    begin = "    for (long long i = 0; i < renders; i++) {\n"
+    text = "#include <ctime>\n" + replaced(text, begin, begin + "        const double from = std::clock();\n")
+    return replaced(text, FRAME, WORK.format(HEAVIER))
 
 
 def loops(turns: int) -> Callable[[str], str]:
@@ -160,6 +176,17 @@ def _held(folder: Path) -> dict:
     rounds = max(len(cell.rounds("steady_s")) for cell in run.cells)
     told = {"verdict": held.verdict, "why": held.reason, "ratio": interval(held.ratio)}
     return {**told, "rounds": rounds, "floor": run.floor.value}
+
+
+def gates(bench: Bench, count: int) -> Iterator[dict]:
+    copies = {"same": bench.copy("one"), "heavier": bench.copy("heavier", works)}
+    other = bench.copy("other")
+    for _ in range(count):
+        for name, copy in copies.items():
+            words = "--against", other, "--fail-slower", LIMIT
+            folder = bench.run(copy, *words, code=tuple(gate.STATUS.values()), processes=20, frames=100)
+            answer = gate.line(gate.of(results.load(folder), {"slower_percent": LIMIT, "budget": None}))
+            yield {"copy": name, "answer": answer, **_held(folder)}
 
 
 def pairs(bench: Bench, count: int) -> Iterator[dict]:
@@ -245,6 +272,7 @@ PARTS = {
     "compare": (pairs, 100),
     "found": (found, 20),
     "counts": (counts, 20),
+    "gates": (gates, 20),
     "spread": (spread, 5),
     "history": (history, 1),
 }
@@ -254,6 +282,7 @@ TITLES = {
     "found": f'{100 * SLOWER:g} % more time, `run --against`, `until = "2 %"`',
     "history": f"`history`, with a slowdown put into commit {SLOWED + 1} of {COMMITS}",
 }
+OF_TIMES = {"same": "two equal versions", "heavier": f"{100 * HEAVIER:g} % more processor time"}
 GATES = {"same": "equal versions", "more": f"a loop of {100 * MORE:g} % more instructions"}
 
 
@@ -273,6 +302,10 @@ def _rows(part: str, records: list[dict]) -> Iterator[list]:
         rounds, longest = np.median([one["rounds"] for one in records]), max(one["seconds"] for one in records)
         told = f"{rounds:.0f} rounds in the median, {longest / 60:.1f} minutes at most"
         yield [title, count, f"{_counted(one['verdict'] for one in records)}; {told}"]
+    elif part == "gates":
+        for name, words in OF_TIMES.items():
+            answers = [one["answer"].split(": ")[1] for one in records if one["copy"] == name]
+            yield [f"{words}, `run --against --fail-slower {LIMIT:g}`", len(answers), _counted(answers)]
     elif part == "counts":
         for name, told in GATES.items():
             verdicts = _counted("fail" if one[name] else "pass" for one in records)
@@ -298,13 +331,14 @@ def main() -> None:
     asked.add_argument("parts", nargs="*", help=", ".join(PARTS))
     asked.add_argument("--count", type=int, help="trials of each part")
     asked.add_argument("--busy", type=float, default=0.5, help="share of the time for which another program is busy")
+    asked.add_argument("--programs", type=int, default=1, help="how many such programs")
     asked.add_argument("--read", nargs="*", type=Path, help="print the table of what earlier calls wrote to stderr")
     told, records = asked.parse_args(), []
     for file in told.read or ():
         records += [json.loads(line) for line in file.read_text().splitlines() if line.startswith("{")]
     for name in told.parts:
         part, count = PARTS[name]
-        with tempfile.TemporaryDirectory() as folder, busy(told.busy):
+        with tempfile.TemporaryDirectory() as folder, busy(told.busy, told.programs):
             began = time.monotonic()
             for record in part(Bench(Path(folder)), told.count or count):
                 now = time.monotonic()

@@ -1,7 +1,7 @@
 """Runs held to a budget of instructions."""
 
 import json
-import re
+from pathlib import Path
 
 import pytest
 from compilers import needs_compiler
@@ -9,7 +9,7 @@ from compilers import needs_compiler
 from harness.errors import UserError
 from harness.system import counters
 from reports import exporters
-from reports.compare import budget
+from reports.compare import budget, gate
 from reports.run import results
 
 COUNTS = {
@@ -61,8 +61,22 @@ def test_a_cell_that_is_no_longer_counted_is_over_and_others_are_told(counted, k
 
 def test_counts_of_another_tool_are_no_verdict(counted, kept):
     run = counted("now", cpp={"version": "3.20", "instructions": 9e9}, numba={"version": "3.20"})
-    with pytest.raises(UserError, match=re.escape("version 3.19.0 -> 3.20")):
-        budget.hold(results.load(run), kept)
+    held_to = gate.of_budget(budget.hold(results.load(run), kept), kept.percent)
+    assert held_to.verdict == gate.UNKNOWN and "version 3.19.0 -> 3.20" in gate.line([held_to])
+    assert "write a new budget" in gate.line([held_to])
+
+
+def test_the_gate_of_a_budget(counted, kept):
+    for name, cpp, verdict, line in (
+        ("same", {}, gate.PASS, "gate: pass: no cell takes over 1 % more instructions than its budget"),
+        ("more", {"instructions": 9e6}, gate.FAIL, "gate: fail: over the budget, by more than 1 %: cpp, comparison: "),
+        ("other", {"version": "3.20"}, gate.UNKNOWN, "gate: cannot tell: cpp, comparison: instructions not compared: "),
+    ):
+        run = results.load(counted(name, cpp=cpp))  # numba takes no part: that is no failure
+        held_to = gate.of(run, {"slower_percent": None, "budget": kept.model_dump()})
+        assert gate.verdict(held_to) == verdict and gate.line(held_to).startswith(line)
+    apart = gate.of_budget(budget.hold(results.load(counted("apart", rust={})), kept), 1)
+    assert apart.verdict == gate.UNKNOWN and "nothing could be compared" in apart.why
 
 
 @pytest.mark.parametrize(
@@ -93,12 +107,17 @@ def test_a_run_is_held_to_it(experiment, rayrace, tmp_path):
     file, kept = experiment(["cpp"], "[measure]\ncount = true\n", scene=scene), tmp_path / "budget.json"
     rayrace("run", file, "--out", tmp_path / "a", code=0)
     rayrace("export", tmp_path / "a", "--format", "budget", "-o", kept, code=0)
-    assert "run / budget = " in rayrace("run", file, "--out", tmp_path / "b", "--budget", kept, code=0).stdout
+    done = rayrace("run", file, "--out", tmp_path / "b", "--budget", kept, code=0)
+    *_, count, verdict = done.stdout.splitlines()
+    assert "run / budget = " in count and verdict.startswith("gate: pass: no cell takes over 1 % more")
     told = json.loads(kept.read_text())
     for line in told["cells"].values():
         line["instructions"] /= 10
     kept.write_text(json.dumps(told))
     done = rayrace("run", file, "--resume", tmp_path / "b", "--budget", kept, code=1)
     assert "over the budget, by more than 1 %: cpp, scene: instructions" in done.stderr
+    assert done.stdout.splitlines()[-1].startswith("gate: fail: over the budget")
+    text = Path(rayrace("report", tmp_path / "b", code=0).stdout.strip()).with_suffix(".md").read_text("utf-8")
+    assert text.index("Gate: fail: over the budget") < 400
     done = rayrace("run", file, "--set", "measure.count=false", "--budget", kept, code=2)
     assert "the experiment counts no instructions" in done.stderr

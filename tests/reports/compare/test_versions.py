@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from harness.errors import UserError
 from harness.statistics import statistics
-from reports.compare import versions
+from reports.compare import gate, versions
 from reports.page import report
 from reports.run import results
 
@@ -35,10 +34,12 @@ def test_what_a_round_has_in_common_cancels(held):
     (found,) = versions.comparisons(held(np.linspace(1.04, 1.06, 9) * times, times))
     assert (found.name, found.other) == ("cpp, comparison", "cpp@old")
     assert found.ratio.value == pytest.approx(1.05) and found.ratio.low == pytest.approx(1.0425)
-    assert found.verdict == "slower" and found.slower_by(4.2) and not found.slower_by(4.3)
+    assert found.verdict == "slower"
+    verdicts = [gate.of_versions([found], percent).verdict for percent in (4.2, 4.3, 5.7, 5.8)]
+    assert verdicts == [gate.FAIL, gate.UNKNOWN, gate.UNKNOWN, gate.PASS]
     assert versions.verdict([found]) == "cpp, comparison: slower: 1.050 [1.042, 1.058] × the time of cpp@old"
     (found,) = versions.comparisons(held(times, 1.05 * times))
-    assert found.verdict == "faster" and not versions.failures([found], 0)
+    assert found.verdict == "faster" and gate.of_versions([found], 0).verdict == gate.PASS
 
 
 def test_two_equal_versions_are_seldom_told_apart():
@@ -61,14 +62,14 @@ def test_more_cells_take_more_processes(held):
     assert statistics.median([1.0] * 6, 0.975).note == "no interval from 6 processes, it takes 7"
     (found,) = versions.comparisons(held([1.0] * 4, [1.0] * 4))
     assert found.verdict == versions.INCOMPARABLE and "no interval from 4 processes" in found.text
-    with pytest.raises(UserError, match="no cell could be compared"):
-        versions.failures([found], 5)
+    assert gate.of_versions([found], 5).verdict == gate.UNKNOWN
 
 
 def test_a_version_that_fails_is_no_verdict_and_no_pass(held):
     (found,) = versions.comparisons(held([1.0] * 6, [1.0] * 6, status="wrong picture", reason="it is off"))
     assert found.broken and found.verdict == versions.INCOMPARABLE
-    assert versions.failures([found], 5) == [f"no longer ok: {found.text}"]
+    assert gate.details([gate.of_versions([found], 5)]) == [f"no longer ok: {found.text}"]
+    assert gate.of_versions([found], 5).verdict == gate.FAIL
 
 
 def test_the_section(held, tmp_path):
