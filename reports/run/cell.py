@@ -7,6 +7,7 @@ from functools import cached_property
 import pandas as pd
 
 from harness.statistics import statistics, steady
+from harness.statistics.digits import percentage
 from harness.statistics.statistics import Estimate
 from harness.store import record
 from harness.store.record import CONTRADICTED
@@ -281,7 +282,7 @@ class Cell:
         if isinstance(self.agrees, Missing):
             return str(self.agrees)
         masked = isinstance(self.mask, float) and self.mask > record.MASK
-        return ("✓" if self.agrees else "✗") + (f" (mask {record.percent(self.mask)})" if masked else "")
+        return ("✓" if self.agrees else "✗") + (f" (mask {percentage(self.mask)})" if masked else "")
 
     @cached_property
     def unranked(self) -> str:

@@ -8,6 +8,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.patches import Patch, Rectangle
 
+from harness.statistics.digits import percentage
 from reports.paper import markdown, style
 from reports.run.cell import Missing
 from reports.run.results import Results
@@ -74,8 +75,8 @@ def broken(curve: Curve | None) -> str:
         return "not run"
     if curve.broken:
         many = next((point for point in curve.answered if point.share >= MANY), None)
-        more = f"{look.percent(MANY)} % from {look.short(many.level)} on" if many else f"never {look.percent(MANY)} %"
-        return f"{look.short(curve.broken.level)} ({look.percent(curve.broken.share)} %; {more})"
+        more = f"{percentage(MANY)} from {look.short(many.level)} on" if many else f"never {percentage(MANY)}"
+        return f"{look.short(curve.broken.level)} ({percentage(curve.broken.share)}; {more})"
     why = next(iter(curve.missing), "")
     if not curve.answered:
         return why

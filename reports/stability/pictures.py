@@ -98,9 +98,19 @@ def draw(results: Results, row: Row, panels: list[Panel]):
     for place, panel in zip(axes.flat, panels, strict=True):
         place.imshow(panel.picture, interpolation="nearest", aspect="equal" if beside else "auto")
         place.set(xticks=[], yticks=[])
-        place.set_title(f"{panel.curve.way.name}: {_counted(panel.point)}", fontsize=look.SMALL, loc="left")
+        place.set_title(named(panel), fontsize=look.SMALL, loc="left")
     look.frame(figure, title, ([], []), note)
     return figure
+
+
+def about(row: Row, panels: list[Panel]) -> str:
+    """Returns what fails in the pictures of a row, and where."""
+    return f"{row.facts['title']}: {_where(row, panels)}"
+
+
+def named(panel: Panel) -> str:
+    """Returns the method of a picture and how many of its answers are wrong."""
+    return f"{panel.curve.way.name}: {_counted(panel.point)}"
 
 
 def _counted(point: Point) -> str:

@@ -5,6 +5,9 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from harness.statistics.digits import earned
 from harness.statistics.statistics import Estimate
 from reports.accuracy import accuracy_columns
 from reports.chart.embedded import Embedded, smaller
@@ -12,7 +15,8 @@ from reports.paper import markdown, quantity, style
 from reports.run import stored, study
 from reports.run.results import Cell, Missing, Results
 from reports.run.words import all_against
-from reports.scaling import complexity, hierarchy
+from reports.scaling import complexity, growth, hierarchy
+from reports.stability import pictures as failures
 from reports.stability import stability
 from reports.summary import doubts
 from reports.times import headline
@@ -53,13 +57,42 @@ def stress(results: Results) -> list[dict]:
     return sorted(kinds, key=lambda kind: 1.0 if kind["robust"] is None else kind["robust"])
 
 
+def failure(results: Results, pictures: Embedded) -> dict | None:
+    """Returns the first row whose picture shows a naive method failing where a robust one holds, and these pictures.
+
+    None if there is none. Adds them to `pictures`.
+    """
+    if not results.facts.get("stability") or results.left_out:
+        return None
+    for row in stability.rows(results):
+        panels = failures.choose(results, row)
+        naive = [panel for panel in panels if panel.curve.way.naive]
+        robust = [panel for panel in panels if not panel.curve.way.naive]
+        if not naive or not robust or naive[0].point.share < failures.ENOUGH:
+            continue
+        both = max(naive, key=lambda panel: panel.point.share), min(robust, key=lambda panel: panel.point.share)
+        shown = [(pictures.add_pixels(_enlarged(panel.picture, LONGEST)), panel) for panel in both]
+        if all(key for key, _ in shown):
+            return {"about": failures.about(row, panels), "pictures": [(key, failures.named(p)) for key, p in shown]}
+    return None
+
+
+def _enlarged(picture: np.ndarray, longest: int) -> np.ndarray:
+    """Returns a picture with a longest side of about so many pixels, each of a small one enlarged."""
+    pixels = smaller(picture, longest)
+    zoom = max(1, longest // max(pixels.shape))
+    return pixels.repeat(zoom, axis=0).repeat(zoom, axis=1)
+
+
 def _survived(share: float | None) -> str:
     return "no such method" if share is None else quantity.percent(share)
 
 
 def sentences(results: Results, outcome: Headline) -> list[str]:
-    """Returns the sentences of the headline, and one of each section that has a result of its own."""
-    return [*outcome.sentences, *(text for gist in GISTS if (text := gist(results)))]
+    """Returns what the run asks first: of a sweep how times grow, else the headline; then what other sections found."""
+    grown = growth.gist(results)
+    first = [*outcome.sentences, grown] if outcome.within else [grown, *outcome.sentences]
+    return list(filter(None, [*first, *(gist(results) for gist in GISTS)]))
 
 
 def _table(results: Results, outcome: Headline) -> str:
@@ -226,6 +259,7 @@ def data(results: Results, pictures: Embedded) -> dict:
         "against": all_against(bar.cell.against for bar in outcome.bars),
         "remarks": remarks(results, outcome),
         "stress": stress(results),
+        "failure": failure(results, pictures),
         "survived": SURVIVED,
     }
 
@@ -254,7 +288,7 @@ def _row(results: Results, outcome: Headline, bar: Bar, axis: Scale) -> dict:
         "study": None if study_time is None else (axis.at(study_time.value), f"{study.show(study_time)} s"),
         "time": quantity.seconds(time),
         "median": quantity.seconds(time.value),
-        "ratio": "1" if bar.ratio is None else f"{quantity.plain(bar.ratio.value, 2)} ×",
+        "ratio": "1" if bar.ratio is None else f"{earned(bar.ratio)} ×",
         "unresolved": unresolved,
         "rmse": rmse,
         "agrees": agrees,
@@ -280,8 +314,6 @@ def pictures_of(results: Results, outcome: Headline, pictures: Embedded, most: i
         picture = next((seen for cell in cells if not isinstance(seen := stored.picture(results, cell), Missing)), None)
         if picture is None or picture.ndim != 3:
             continue
-        pixels = smaller(stored.displayed(picture, cells[0]), longest)
-        zoom = max(1, longest // max(pixels.shape))
-        key = pictures.add_pixels(pixels.repeat(zoom, axis=0).repeat(zoom, axis=1))
+        key = pictures.add_pixels(_enlarged(stored.displayed(picture, cells[0]), longest))
         made += [(key, str(case or Path(scene).stem))] if key else []
     return made

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from harness.statistics import statistics
+from harness.statistics.digits import earned
 from harness.statistics.statistics import Estimate
 from reports.accuracy import accuracy_columns
 from reports.paper import quantity
@@ -70,7 +71,7 @@ def _more(bars: list[Bar]) -> str:
 def _longer(ratio: Estimate, first: bool) -> str:
     if ratio.value < PER_CENT:
         return f"{quantity.plain(100 * max(0.0, ratio.value - 1), 2)} % longer"
-    return f"{quantity.plain(ratio.value, 2)} times{' as long' * first}"
+    return f"{earned(ratio)} times{' as long' * first}"
 
 
 def of_best(best: Bar, ratio: Estimate, other: Bar, alike: list[Bar]) -> str:
@@ -78,7 +79,7 @@ def of_best(best: Bar, ratio: Estimate, other: Bar, alike: list[Bar]) -> str:
 
     alike: bars that cannot be told apart from the best.
     """
-    faster = f"{quantity.plain(ratio.value, 2)} times as fast as {other.spoken}"
+    faster = f"{earned(ratio)} times as fast as {other.spoken}"
     rmse = "" if isinstance(best.cell.error(), Missing) else f", RMSE {accuracy_columns.brief(best.cell)[0]}"
     names = listed([best.spoken, *(bar.spoken for bar in alike)])
     which = f"are {names}, which cannot be told apart" if alike else f"is {names}"
@@ -93,14 +94,14 @@ def of_others(bars: list[Bar]) -> str:
 def of_threads(most: Cell, few: Cell, ratio: Estimate, resolved: bool) -> str:
     """Says what more threads gain. ratio: the time of the cell with few over that of the one with most."""
     many, fewest = most.parameters["threads"], few.parameters["threads"]
-    gain = f"{quantity.plain(ratio.value, 2)} times as fast as with {fewest}" + " (not resolved)" * (not resolved)
+    gain = f"{earned(ratio)} times as fast as with {fewest}" + " (not resolved)" * (not resolved)
     return f"With {many} threads {most.variant} is {gain}."
 
 
 def of_means(first: str, means: list[tuple[str, Estimate]], places: int, floor: float | None) -> str:
     """Says the geometric means over places of ratios to `first`, each with a name."""
     phrases = [
-        f"{name} {quantity.plain(mean.value, 2)} times"
+        f"{name} {earned(mean)} times"
         + f" ({statistics.NOT_RESOLVED})" * (statistics.verdict(mean, floor) == statistics.NOT_RESOLVED)
         for name, mean in means
     ]
