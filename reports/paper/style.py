@@ -39,7 +39,7 @@ COLOURS = {
     "numba-cuda": "#CC79A7",
 }
 OUTLINE = [withStroke(linewidth=2, foreground="white")]  # of text that may lie over data
-SPARE = ("#000000", "#999999", "#8C6BB1", "#7F5539", "#B5A300", "#5B8DB8")
+SPARE = ("#8C6BB1", "#7F5539", "#B5A300", "#5B8DB8", "#999999")  # no black, which is that of intervals and axes
 
 FIXED = FIXED_WHITE, FIXED_BLACK = "#fffffe", "#000001"  # of text over a colour, which no dark page changes
 ON_DARK = {"#005C43": "#7FD6BC", "#000000": "#E6E9EC", "#7F5539": "#B98A66"}

@@ -23,7 +23,7 @@ from reports.times import headline
 from reports.times.headline import Bar, Headline
 
 TITLE = "At a glance"
-MOST, LISTED = 10, 60  # bars that are shown at once, and with a click
+MOST, LISTED = 14, 60  # bars that are shown at once, and with a click
 FEW_TICKS, MOST_TICKS = 3, 6
 FAR = 12  # times the fastest: bars of a longer one need a logarithmic scale
 SURVIVED = (
@@ -243,6 +243,11 @@ def data(results: Results, pictures: Embedded) -> dict:
     axis = scale([*(bar.time for bar in bars), *study_times]) if bars else None
     shown = {id(bar) for bar in few(bars, MOST)}
     rows = [{"late": id(bar) not in shown, **_row(results, outcome, bar, axis)} for bar in bars]
+    for first, row in enumerate(rows):
+        after = next((n for n, later in enumerate(rows[first:]) if not later["late"]), len(rows) - first)
+        row["gap"] = (
+            after if row["late"] and (first == 0 or not rows[first - 1]["late"]) else 0
+        )  # rows hidden from here on
     return {
         "sentences": sentences(results, outcome),
         "count": f"{len(bars)} of {len(outcome.bars)}" if len(bars) < len(outcome.bars) else f"all {len(bars)}",
@@ -287,7 +292,6 @@ def _row(results: Results, outcome: Headline, bar: Bar, axis: Scale) -> dict:
         "whisker": None if time.low is None else (axis.at(time.low), axis.at(time.high)),
         "study": None if study_time is None else (axis.at(study_time.value), f"{study.show(study_time)} s"),
         "time": quantity.seconds(time),
-        "median": quantity.seconds(time.value),
         "ratio": "1" if bar.ratio is None else f"{earned(bar.ratio)} ×",
         "unresolved": unresolved,
         "rmse": rmse,

@@ -23,7 +23,7 @@ def swept(load, record):
 
 def test_the_line_that_grows_least_and_the_one_that_grows_most_are_named(swept):
     run = swept(cpp={1: 0.1, 3: 0.2, 9: 0.65}, numba={1: 0.2, 3: 0.3, 9: 0.5}, numpy={1: 1.0, 3: 2.0, 9: 5.0})
-    sentence = "A frame takes, from 1 light to 9 lights, 2.5 (numba) to 6.5 times (cpp) as long."
+    sentence = "A frame takes 2.5 (numba) to 6.5 times (cpp) as long with 9 lights as with 1 light."
     assert growth.gist(run) == sentence
     assert glance.sentences(run, headline.of(run))[0] == sentence
 
@@ -34,5 +34,5 @@ def test_two_values_are_no_sweep(swept):
 
 def test_a_single_line_is_named_once(swept):
     assert growth.gist(swept(cpp={1: 0.1, 3: 0.2, 9: 0.65})) == (
-        "A frame takes, from 1 light to 9 lights, 6.5 times (cpp) as long."
+        "A frame takes 6.5 times (cpp) as long with 9 lights as with 1 light."
     )
