@@ -116,7 +116,7 @@ def errors(rmse: float | None, worst: float | None, beyond: float | None, most: 
     something else.
     """
     if most is not None:
-        return f"RMSE below {most:.2g}: its truth cannot tell it from 0"
+        return f"RMSE below {most:.2g}, the truth's accuracy"
     if worst is None:
         return "error unavailable"
     if rmse is None:

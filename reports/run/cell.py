@@ -188,7 +188,7 @@ class Cell:
             return ""
         status, reason = (self.table.column(name)[bad[0]] for name in ("status", "reason"))
         why = self._contradiction(bad[0]) if status == "ok" else f"{status}: {reason}"
-        return f", but {len(bad)} of {len(self.timed)} repetitions not: {why}"
+        return f", but {len(bad)} of {len(self.timed)} processes not: {why}"
 
     @cached_property
     def unsteady(self) -> str:

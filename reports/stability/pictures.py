@@ -16,9 +16,9 @@ from reports.stability.stability import Curve, Point, Row
 
 TITLE = "What failures look like"
 CAPTION = (
-    "One level, variant and precision of each row with pictures: the first level where the most naive ways have a "
-    "tenth of their answers wrong while a robust way has none, or else the level with most wrong answers. Pixels that "
-    "are not finite are magenta. Wrong answers are counted as in the chart of the row."
+    "One level, renderer and precision of each row with pictures: the first level where the most naive methods have a "
+    "tenth of their answers wrong while a robust method has none, or else the level with most wrong answers. Pixels "
+    "that are not finite are magenta. Wrong answers are counted as in the chart of the row."
 )
 FIRST = "cpp"  # the variant to show, if it has pictures
 WIDEST, LEAST = 2.3, 8  # width of a picture, inches; least pixels of a side that show something

@@ -27,8 +27,10 @@ MOST, LISTED = 14, 60  # bars that are shown at once, and with a click
 FEW_TICKS, MOST_TICKS = 3, 6
 FAR = 12  # times the fastest: bars of a longer one need a logarithmic scale
 SURVIVED = (
-    "The share of the range of stress, from mild to extreme, up to the first wrong answer of any variant and precision."
+    "The share of the range of stress, from mild to extreme, up to the first wrong answer of any renderer and "
+    "precision."
 )
+LANES = "Lanes: a processor computes several rays at once in one instruction (SIMD), which `vector` switches."
 GISTS = hierarchy.gist, complexity.gist
 PICTURES, LONGEST, SMALL = 18, 340, 120  # pictures, and pixels of a side: of one picture, of several
 
@@ -40,6 +42,7 @@ def write(results: Results, _: Path | None = None) -> str:
     parts = [f"## {TITLE}", markdown.escape(lead), markdown.escape(f"{raced(results, outcome)}.")]
     if outcome.bars:
         parts.append(_table(results, outcome))
+        parts += [LANES] * lanes(outcome)
     if kinds := stress(results):
         shares = [[kind["name"], *(_survived(kind[what]) for what in ("naive", "robust"))] for kind in kinds]
         parts += [markdown.table(["kind of failure", "naive methods", "robust methods"], shares), SURVIVED]
@@ -96,7 +99,7 @@ def sentences(results: Results, outcome: Headline) -> list[str]:
 
 
 def _table(results: Results, outcome: Headline) -> str:
-    header = ["variant", outcome.clock, f"÷ {_base(outcome).name}", "RMSE", "agrees", "the study, 2020"]
+    header = ["renderer", outcome.clock, f"÷ {_base(outcome).name}", "RMSE", "agrees", "the study, 2020"]
     rows = []
     bars = few(outcome.bars, LISTED)
     for bar in bars:
@@ -109,6 +112,11 @@ def _table(results: Results, outcome: Headline) -> str:
         header, rows = header[:-1], [row[:-1] for row in rows]
     note = f"Shown are {len(bars)} of {len(outcome.bars)} methods, the fastest; the tables' CSV files have all."
     return "\n\n".join([markdown.table(header, rows), *[note] * (len(bars) < len(outcome.bars))])
+
+
+def lanes(outcome: Headline) -> bool:
+    """Does a name of the bars have lanes, which the page then explains?"""
+    return any("lanes" in word for bar in outcome.bars for word in (*bar.words, *outcome.shared))
 
 
 def _base(outcome: Headline) -> Bar:
@@ -126,7 +134,7 @@ def _study(outcome: Headline, bar: Bar) -> Estimate | None:
 def raced(results: Results, outcome: Headline) -> str:
     """Returns what was raced: the place of the bars, its size, and what the scene consists of."""
     if not outcome.bars:
-        return f"{len(results.cells)} cells of {len(results.variants)} variants"
+        return f"{len(results.cells)} cells of {len(results.variants)} renderers"
     cell = outcome.bars[0].cell
     if outcome.clock == headline.FIRST and len(results.places) > 1:
         return outcome.where
@@ -159,9 +167,7 @@ def remarks(results: Results, outcome: Headline) -> list[tuple[str, str]]:
     notes = []
     if not results.facts.get("stability"):
         floor = results.floor
-        noise = (
-            f"Noise floor {quantity.percent(floor.value)}: smaller differences are not resolved." if floor.value else ""
-        )
+        noise = f"Differences under {quantity.percentage(floor.value)} are noise here." if floor.value else ""
         notes.append((noise or f"Noise floor: unavailable: {floor.reason}.", "summary"))
     reasons: dict[str, list[str]] = {}
     for variant, why in outcome.lacking:
@@ -174,7 +180,7 @@ def remarks(results: Results, outcome: Headline) -> list[tuple[str, str]]:
     if count := len(doubts.kinds(results)):
         notes.append(
             (
-                f"{count} kind{'s' * (count != 1)} of doubt about its repetitions.",
+                f"{count} measurement warning{'s' * (count != 1)}.",
                 "summary" if results.facts.get("stability") else "doubts",
             )
         )
@@ -260,6 +266,7 @@ def data(results: Results, pictures: Embedded) -> dict:
         "base": _base(outcome).name if outcome.bars else "",
         "axis": axis,
         "study": bool(study_times),
+        "lanes": LANES.replace("`", "") if lanes(outcome) else "",
         "unsure": any(row["unresolved"] for row in rows),
         "against": all_against(bar.cell.against for bar in outcome.bars),
         "remarks": remarks(results, outcome),

@@ -84,12 +84,14 @@ def test_beside_a_time_stands_the_distance_from_the_truth_and_not_from_the_refer
     told = [record(name, n, **own) for name in ("cpp", "numba") for n in range(5)]
     text = report_text(told)
     line = next(line for line in text.splitlines() if "a frame, RMSE" in line)
-    assert "RMSE 0.011, largest error 1.25, 0.33 % of pixels beyond 1/255" in line and "agreement ✓ (mask 2 %)" in line
+    assert (
+        "RMSE 0.011, largest error 1.25, 0.33 % of pixels beyond 1/255" in line and "agreement ✓ (mask 2.0 %)" in line
+    )
     assert not re.search("0\\.0002|0\\.0003|2e-4|3e-4|1e-05", text), "how far it is from its reference is told nowhere"
     for heading in ("Times (", "Start-up"):
         for row in rows(text, heading):
             assert (row["RMSE"], row["largest error"], row["beyond 1/255 (%)"]) == ("0.011", "1.25", "0.33")
-            assert row.get("agrees", "✓ (mask 2 %)") == "✓ (mask 2 %)"
+            assert row.get("agrees", "✓ (mask 2.0 %)") == "✓ (mask 2.0 %)"
     figure = times_figure.draw(results.load(make_run(told, name="drawn")), told[0]["scene"])
     beside = [text.get_text() for text in figure.axes[0].texts]
     assert beside == [*["0.011", "1.25", "0.33 %", "✓"] * 2, "RMSE", "largest", "beyond 1/255", "agrees"]
@@ -169,7 +171,7 @@ def test_warnings_are_told_once_for_each_kind(report_text, record):
 
 def test_a_process_that_did_not_get_its_core_is_doubtful(report_text, record):
     starved = record("numba", cpu={"user_s": 0.5, "system_s": 0.1, "series_s": 0.6})  # of 2 s
-    text = report_text([record("cpp"), starved]).split("## Doubtful")[1].split("## Machine")[0]
+    text = report_text([record("cpp"), starved]).split("## Measurement warnings")[1].split("## Machine")[0]
     assert "- numba: used 30 % of one core" in text and "cpp" not in text
 
 
