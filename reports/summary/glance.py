@@ -134,7 +134,7 @@ def _study(outcome: Headline, bar: Bar) -> Estimate | None:
 def raced(results: Results, outcome: Headline) -> str:
     """Returns what was raced: the place of the bars, its size, and what the scene consists of."""
     if not outcome.bars:
-        return f"{len(results.cells)} cells of {len(results.variants)} renderers"
+        return f"{len(results.places)} configurations of {len(results.variants)} renderers"
     cell = outcome.bars[0].cell
     if outcome.clock == headline.FIRST and len(results.places) > 1:
         return outcome.where
@@ -176,7 +176,7 @@ def remarks(results: Results, outcome: Headline) -> list[tuple[str, str]]:
     bad = Counter(cell.status for cell in results.cells if cell.status != "ok" and not cell.as_meant)
     wrong = [f"{count} {status}" for status, count in bad.items() if status not in ("unavailable", "unsupported")]
     if wrong:
-        notes.append((f"Cells without a result: {', '.join(wrong)}.", "summary"))
+        notes.append((f"Without a result: {', '.join(wrong)}.", "summary"))
     if count := len(doubts.kinds(results)):
         notes.append(
             (

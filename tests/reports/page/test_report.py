@@ -37,7 +37,7 @@ def test_rows_without_a_time_have_a_reason_and_no_rank(report_text, record, bad)
         ]
     )
     assert "only cpp is ranked" in text
-    found = {row["variant"]: row for row in rows(text, "Times (")}
+    found = {row["renderer"]: row for row in rows(text, "Times (")}
     reasons = {
         "numba": "failed: exit 1: it broke",
         "numpy": "unavailable: no module numpy",
@@ -63,7 +63,7 @@ def test_no_time_without_an_error(report_text, record):
     for heading in ("Times (", "Start-up"):
         for row in rows(text, heading):
             assert row["largest error"] and row["RMSE"] and row["beyond 1/255 (%)"]
-    found = {row["variant"]: row for row in rows(text, "Times (")}
+    found = {row["renderer"]: row for row in rows(text, "Times (")}
     assert found["numba"]["RMSE"] == "unavailable: no truth"
     assert found["numba"]["agrees"] == "unavailable: no other renderer" and found["cpp"]["agrees"] == "✓ (mask 25 %)"
     assert found["numba"]["time ÷ cpp"].startswith("unavailable: not ranked: its picture was not judged")

@@ -58,7 +58,7 @@ def test_what_limits_the_result_is_said_with_the_section_that_has_more(load, tol
         "Noise floor: unavailable: the run has no A/A pair.": "summary",
         "cuda: unavailable: no device.": "summary",
         "jax, pypy: failed: it broke.": "summary",
-        "Cells without a result: 2 failed.": "summary",
+        "Without a result: 2 failed.": "summary",
         "1 measurement warning.": "doubts",
     }
     assert len(doubts.kinds(results)) == 1
