@@ -75,7 +75,7 @@ def broken(curve: Curve | None) -> str:
         return "not run"
     if curve.broken:
         many = next((point for point in curve.answered if point.share >= MANY), None)
-        more = f"{percentage(MANY)} from {look.short(many.level)} on" if many else f"never {percentage(MANY)}"
+        more = f"{100 * MANY:g} % from {look.short(many.level)} on" if many else f"never {100 * MANY:g} %"
         return f"{look.short(curve.broken.level)} ({percentage(curve.broken.share)}; {more})"
     why = next(iter(curve.missing), "")
     if not curve.answered:

@@ -134,7 +134,8 @@ def _study(outcome: Headline, bar: Bar) -> Estimate | None:
 def raced(results: Results, outcome: Headline) -> str:
     """Returns what was raced: the place of the bars, its size, and what the scene consists of."""
     if not outcome.bars:
-        return f"{len(results.places)} configurations of {len(results.variants)} renderers"
+        counted = (len(results.places), "configuration"), (len(results.variants), "renderer")
+        return " of ".join(f"{count} {word}{'s' * (count != 1)}" for count, word in counted)
     cell = outcome.bars[0].cell
     if outcome.clock == headline.FIRST and len(results.places) > 1:
         return outcome.where
