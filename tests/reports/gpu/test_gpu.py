@@ -56,7 +56,7 @@ def test_exhibits_and_simulators_are_in_no_comparison_and_no_failure(report_text
     assert "numba-cuda-index-fault: exhibit: the study's figure 2.9; its picture is wrong, as meant" in shown
     assert "numba-cuda: ran in the CUDA simulator" in shown
     assert "numba-cuda" not in said.split("Shown,")[0] and "Not ranked" not in said
-    (times,) = report_tables.tables(text.split("## Times\n")[1].split("\n## ")[0])
+    (times,) = report_tables.tables(text.split("## Times")[1].split("\n## ")[0])
     assert [row["renderer"].partition(",")[0] for row in times] == [
         "cpp", "numba", "numba-cuda-index-fault", "numba-cuda (simulator)",
     ]  # fmt: skip
