@@ -15,10 +15,10 @@ from reports.paper import markdown, quantity, style
 from reports.run import stored, study
 from reports.run.results import Cell, Missing, Results
 from reports.run.words import all_against
-from reports.scaling import complexity, growth, hierarchy
+from reports.scaling import complexity, hierarchy
 from reports.stability import pictures as failures
 from reports.stability import stability
-from reports.summary import doubts
+from reports.summary import doubts, growth
 from reports.times import headline
 from reports.times.headline import Bar, Headline
 

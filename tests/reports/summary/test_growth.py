@@ -2,8 +2,7 @@
 
 import pytest
 
-from reports.scaling import growth
-from reports.summary import glance
+from reports.summary import glance, growth
 from reports.times import headline
 
 
