@@ -180,7 +180,7 @@ def test_the_report_says_who_broke_and_what_did_not_run(report_text, curve):
     assert list(naive.values()).count("1e4") == 1 and naive["theory"] == "1e4"
     assert (naive["cpp"], naive["numba"]) == ("100 (0.40 %; 1 % from 1e3 on)", "not run")
     robust = next(row for row in table if row["method"] == "robust")
-    assert (robust["cpp"], robust["numba"]) == ("1e5 (0.2 %; never 1 %)", "unavailable: failed: no memory")
+    assert (robust["cpp"], robust["numba"]) == ("1e5 (0.20 %; never 1 %)", "unavailable: failed: no memory")
     assert "Of 1 kind of failure, naive methods give wrong answers in 1 of 1 and robust methods in 1 of 1." in text
     assert "## Machine" in text and "## Provenance" in text and "Every renderer is ranked" not in text
     assert "| S1 far | float64 | textbook / robust | cpp 1 [1, 1] |".replace("[", r"\[").replace("]", r"\]") in text
