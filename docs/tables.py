@@ -217,7 +217,8 @@ def times() -> str:
                 "" if isinstance(published, Missing) else study.show(published),
             ]
         )
-    floor = f"The noise floor of the run, from running `cpp` twice in every round, is {100 * run.floor.value:.2g} %."
+    share = quantity.percentage(run.floor.value)
+    floor = f"The noise floor of the run, from running `cpp` twice in every round, is {share}."
     return _table([*header, "the study, 2020 (s)"], rows) + f"\n\n{floor}"
 
 
@@ -261,7 +262,7 @@ def equation() -> str:
             one.factor: complexity_text.power(one) for one in found.powers if one.model == complexity_models.STUDY
         }
         lines = [found.line(model) for model in (complexity_models.STUDY, complexity_models.COUNTED)]
-        spreads = ["unavailable" if line is None else complexity_text.percent(line.spread) for line in lines]
+        spreads = ["unavailable" if line is None else quantity.percentage(line.spread) for line in lines]
         rows.append([series.label, *(powers[factor] for factor in ("p", "d", "o + l")), *spreads])
     header = [f"exponent of {factor}" for factor in ("p", "d", "o + l")]
     return _table(["variant", *header, "spread of a + b p d (o + l)", "of a + b rays (o + l)"], rows)
@@ -392,7 +393,7 @@ def peers() -> str:
             label = name if case == PICTURES[0] else f"{name}, {case}"
             over = "1" if cell is base else _shown(run, ranking.ratio(cell, base))
             rows.append([label, over, _tracing(run, pov_ray, cell), accuracy_columns.shown_rmse(cell), cell.agreement])
-    floor = f"The noise floor of the run is {100 * run.floor.value:.2g} %."
+    floor = f"The noise floor of the run is {quantity.percentage(run.floor.value)}."
     header = ["variant", "time ÷ cpp", TRACING, "RMSE", "agrees"]
     return f"{_table(header, sorted(rows))}\n\n{floor}"
 
@@ -427,7 +428,7 @@ def naive() -> str:
             timed = not isinstance(cell.steady, Missing)
             row.append(_shown(run, ranking.ratio(base, cell)) if timed else cell.verdict)
         rows.append(row)
-    floor = f"The noise floor of the run is {100 * run.floor.value:.2g} %."
+    floor = f"The noise floor of the run is {quantity.percentage(run.floor.value)}."
     header = ["cpp's time ÷ that of", *(f"{one}, {WAYS[way]}" for one, way in columns)]
     return f"{_table(header, rows)}\n\n{floor}"
 
@@ -496,7 +497,7 @@ def balls() -> str:
     for name in ("povray", "povray-threads"):
         cell = _cell(run, variant=name, size=LARGEST)
         rows.append([name, quantity.text(cell.steady), _tracing(run, cell, cell), cell.agreement])
-    floor = f"The noise floor of the run is {100 * run.floor.value:.2g} %."
+    floor = f"The noise floor of the run is {quantity.percentage(run.floor.value)}."
     return _table(["variant", "steady frame (s)", TRACING, "agrees"], rows) + f"\n\n{floor}"
 
 

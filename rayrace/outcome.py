@@ -7,6 +7,7 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
+from harness.statistics.digits import earned
 from harness.store import store
 from rayrace.terminal import console
 from reports.paper import quantity
@@ -76,13 +77,13 @@ def _ranking(loaded, ranking, steady: bool, notes: dict[str, None]) -> Table:
     """The contestants, the fastest first. steady: by steady frames, of one place. notes: gets what is said below."""
     from reports.accuracy import accuracy_columns
 
-    of = [f"one of {len(loaded.places)} places"] * (steady and len(loaded.places) > 1)
+    of = [f"one of {len(loaded.places)} configurations"] * (steady and len(loaded.places) > 1)
     base = next(bar for bar in ranking.bars if bar.ratio is None)
     table = _table(
         ", ".join([ranking.where, *ranking.shared, *of]), "", ranking.clock, f"÷ {base.name}", "RMSE", "agrees"
     )
     for bar in ranking.bars[:MOST]:
-        ratio = "1" if bar.ratio is None else quantity.plain(bar.ratio.value)
+        ratio = "1" if bar.ratio is None else earned(bar.ratio)
         if bar.ratio and bar.ratio.low is not None and not bar.resolved:
             ratio += ", not resolved"
         rmse, _, _, agrees = accuracy_columns.brief(bar.cell)
@@ -100,11 +101,11 @@ def _purchase(loaded, bars: list, notes: dict[str, None]) -> Table:
     compared = [bar for bar in bars if bar.compared]
     base = next((bar for bar in compared if bar.cell.variant == "python"), compared[-1])
     table = _table(
-        f"in place of {base.name}, with nothing compiled before",
+        f"compared with {base.name}, from an empty compile cache",
         "",
         "speed-up",
         "compile, build",
-        "pays from",
+        "breaks even",
         "lines",
         "memory",
     )
@@ -128,7 +129,7 @@ def _pays(startup_table, bar, base) -> str:
     span = startup_table.lead(starts[0], bar.time.value, starts[1], base.time.value)
     if span is None:
         return "never"
-    return f"frame {span[0]}" + (f" to {span[1]}" if span[1] else "")
+    return f"at frame {span[0]}" + (f" to {span[1]}" if span[1] else "")
 
 
 def _table(title: str, first: str, *numbers: str) -> Table:

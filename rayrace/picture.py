@@ -128,7 +128,8 @@ def render(
         print(f"{made['scene']}: scene for {made['exporter']}")
     else:
         facts.show(made, image.precision)
-        print(record.error_of(made["error"]))
+        unknown = made["error"].get("unavailable") == single.NOT_MEASURED
+        print("accuracy not measured (add --max-error)" if unknown else record.error_of(made["error"]))
         print(record.agreement_of(made["agreement"]))
 
 

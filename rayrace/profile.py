@@ -101,10 +101,10 @@ def profile(
         print(json.dumps({**about, "total": cost_profile.total, "functions": functions}, indent=1))
         return
     print(title)
-    print(f"{'own':>7} {'whole':>7}  function")
+    print(f"{'own':>8} {'whole':>8}  function")
     rows = cost_profile.functions()
     for name, own, whole in rows[:ROWS]:
-        print(f"{100 * own / cost_profile.total:6.1f}% {100 * whole / cost_profile.total:6.1f}%  {name}")
+        print(f"{100 * own / cost_profile.total:6.1f} % {100 * whole / cost_profile.total:6.1f} %  {name}")
     if len(rows) > ROWS:
         print(f"and {len(rows) - ROWS} more", file=sys.stderr)
 

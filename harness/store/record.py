@@ -4,6 +4,7 @@ import json
 
 from harness.process.process import UNWATCHED
 from harness.process.repetition import BY_OTHERS
+from harness.statistics.digits import percentage
 from harness.store import clean
 
 # Keys by origin: from the process and its measurer; verdicts on its result; everything else.
@@ -127,17 +128,17 @@ def errors(rmse: float | None, worst: float | None, beyond: float | None, most: 
     something else.
     """
     if most is not None:
-        return f"RMSE below {most:.2g}: its truth cannot tell it from 0"
+        return f"RMSE below {most:.2g}, the truth's accuracy"
     if worst is None:
         return "error unavailable"
     if rmse is None:
         share = "how many hit something else is unavailable"
         if beyond is not None:
-            share = f"{percent(beyond)} of rays hit something else" if beyond else "no ray hits something else"
+            share = f"{percentage(beyond)} of rays hit something else" if beyond else "no ray hits something else"
         return f"largest error of a distance {worst:.3g}, {share}"
     share = "share beyond 1/255 unavailable"
     if beyond is not None:
-        share = f"{percent(beyond)} of pixels beyond 1/255" if beyond else "no pixel beyond 1/255"
+        share = f"{percentage(beyond)} of pixels beyond 1/255" if beyond else "no pixel beyond 1/255"
     return f"RMSE {rmse:.2g}, largest error {worst:.3g}, {share}"
 
 
@@ -166,14 +167,5 @@ def agreement_of(agreement: dict | None) -> str:
     if "unavailable" in agreement:
         return f"agreement unavailable: {agreement['unavailable']}"
     share = agreement.get("mask_fraction") or 0.0
-    mask = f" outside a mask of {percent(share)} of the pixels" if share > MASK else ""
+    mask = f" outside a mask of {percentage(share)} of the pixels" if share > MASK else ""
     return f"agreement ✗: {agreement['wrong']}" if agreement.get("wrong") else f"agreement ✓{mask}"
-
-
-def percent(share: float) -> str:
-    return percentage(share) if share else "none"
-
-
-def percentage(share: float) -> str:
-    """Formats a share in per cent, to two digits and without an exponent: "0.31 %", "110 %"."""
-    return f"{float(f'{100 * share:.2g}'):g} %"

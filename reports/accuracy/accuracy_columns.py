@@ -110,8 +110,6 @@ def _short_most(value: Estimate | float) -> str:
 
 
 def _short_percent(value: Estimate | float) -> str:
-    return (
-        f"≤ {record.percent(value.high)}"
-        if isinstance(value, Estimate) and value.high
-        else record.percent(value.high if isinstance(value, Estimate) else value)
-    )
+    if isinstance(value, Estimate) and value.high:
+        return f"≤ {quantity.percentage(value.high)}"
+    return quantity.percent(value.high if isinstance(value, Estimate) else value)

@@ -14,7 +14,7 @@ CAPTION = (
     "clipped to 0..1: FLIP is the mean difference that a viewer sees at 67 pixels a degree, 0 to 1; SSIM is 1 for "
     "equal pictures. One wrong pixel hardly moves the three, and none of them tells a right picture from a wrong one: "
     "that is what agreement is for. Truth known to: the root mean square of its own standard error and of what it may "
-    "lack: deeper rays (ERR-4), and what no sample has met (ERR-5). Of several repetitions the worst is shown."
+    "lack: deeper rays (ERR-4), and what no sample has met (ERR-5). Of several processes the worst is shown."
 )
 
 

@@ -16,12 +16,12 @@ from reports.run.results import Results
 TITLE = "Mirror chaos: growth of rounding per bounce"
 CAPTION = (
     "Light of bounce k: the picture of depth k minus that of depth k - 1. Its difference: the largest difference of a "
-    "channel, linear RGB, from the same variant in strict float64, all else equal (for strict float64: from another "
-    "variant's); the median is over the pixels that bounce k reaches. Growth g: least squares of the log of the median "
-    f"on k, over at least {LEAST_BOUNCES} successive bounces that reach {LEAST_PIXELS} pixels, with the median above "
-    f"{FLOOR} u of the picture's, the rounding of sums, and below {ALIKE:g} of the difference between two random "
-    f"pixels, where growth ends. [low, high]: 95 % interval from {RESAMPLES} resamples of blocks of pixels. Useful "
-    f"bounces: ln(1/{SMALL}u) / ln g, after which a first {SMALL} u has grown to 1; u is 2^-24 or 2^-53; "
+    "channel, linear RGB, from the same renderer in strict float64, all else equal (for strict float64: from "
+    "another renderer's); the median is over the pixels that bounce k reaches. Growth g: least squares of the log of "
+    f"the median on k, over at least {LEAST_BOUNCES} successive bounces that reach {LEAST_PIXELS} pixels, with the "
+    f"median above {FLOOR} u of the picture's, the rounding of sums, and below {ALIKE:g} of the difference between "
+    f"two random pixels, where growth ends. [low, high]: 95 % interval from {RESAMPLES} resamples of blocks of pixels. "
+    f"Useful bounces: ln(1/{SMALL}u) / ln g, after which a first {SMALL} u has grown to 1; u is 2^-24 or 2^-53; "
     "dashed in the figure. Crosses: bounces that are not fitted."
 )
 CSV_HEADER = (
@@ -60,7 +60,7 @@ def _table(growths: list[Growth]) -> str:
         passes = f"at none that reaches {LEAST_PIXELS} pixels" if growth.passes is None else str(growth.passes)
         rows.append([growth.label, growth.against, quantity.text(growth.growth), ends, pixels, useful, passes])
     header = [
-        "variant", "against float64 strict of", "growth per bounce", "fitted bounces", "pixels that reach them",
+        "renderer", "against float64 strict of", "growth per bounce", "fitted bounces", "pixels that reach them",
         "useful bounces", "median beyond 1/255 at bounce",
     ]  # fmt: skip
     return markdown.table(header, rows)

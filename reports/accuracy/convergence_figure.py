@@ -140,7 +140,7 @@ def _table(views: list[tuple[View, list[Line]]]) -> str:
             names = ", ".join(line.variants)
             slope = quantity.text(line.slope)
             rows.append([_label(view), names, line.label, slope, theory, off, near, octaves, pixels])
-    header = ["view", "variants", "sampler", "slope", "theory", "difference", f"within {CLOSE}", "octaves", "pixels"]
+    header = ["view", "renderers", "sampler", "slope", "theory", "difference", f"within {CLOSE}", "octaves", "pixels"]
     return markdown.table(header, rows)
 
 

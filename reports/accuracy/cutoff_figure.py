@@ -27,7 +27,7 @@ CSV_HEADER = (
 )  # fmt: skip
 KINDS = "primary", "reflected", "transmitted", "shadow"
 CAPTION = (
-    "Change: largest absolute difference in any channel of linear RGB from the picture of the same variant without a "
+    "Change: largest absolute difference in any channel of linear RGB from the picture of the same renderer without a "
     "cut-off, all else equal; it is no error, which is held against the truth of the scene. Bound of a pixel: the "
     "weight that was cut there times the largest radiance of a ray (CUT-3); the renderer computes it with the picture "
     f"and needs no other one. Change ÷ bound is the largest over pixels, after {SLACK} u of the pixel's brightest "
@@ -198,7 +198,7 @@ def _table(sweeps: list[Sweep]) -> str:
                 f"{100 * point.bad:.3g}", rays, quantity.text(point.time, 100),
             ])  # fmt: skip
     header = [
-        "variant", "cut-off", "largest change", "largest bound", "mean bound", "change ÷ bound", "beyond 1/255 (%)",
+        "renderer", "cut-off", "largest change", "largest bound", "mean bound", "change ÷ bound", "beyond 1/255 (%)",
         "rays kept (%)", "time kept (%)",
     ]  # fmt: skip
     return markdown.table(header, rows)

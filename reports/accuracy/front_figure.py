@@ -18,7 +18,7 @@ CAPTION = (
     "Faint: every method that was measured. Lines: for each renderer the methods that are worth their time, which none "
     "of its own beats and which reduce the error by a tenth at least. Named are the methods that are worth their time "
     "over all renderers, where there is room. Error: distance from the truth of the scene, RMSE over all pixels, "
-    "linear RGB, of the worst repetition; time: the median over processes. The charts of all methods, with intervals, "
+    "linear RGB, of the worst process; time: the median over processes. The charts of all methods, with intervals, "
     "follow."
 )
 MOST = 24  # charts

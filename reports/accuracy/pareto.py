@@ -88,7 +88,7 @@ class Chart:
     def cheapest(self, results: Results, budget: float) -> tuple[Point, list[Point]] | Missing:
         """Returns the fastest point with an error of at most `budget`, and the next ones not resolved from it."""
         if budget < self.resolution:
-            return Missing(f"below {self.resolution:.2g} the truth cannot tell")
+            return Missing(f"below the truth's accuracy, {self.resolution:.2g}")
         able = sorted((p for p in self.points if p.error <= budget), key=lambda point: point.time.value)
         if not able:
             return Missing("no method is so near to the truth")

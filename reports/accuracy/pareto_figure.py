@@ -19,12 +19,12 @@ from reports.run.results import Results
 
 TITLE = "Speed against accuracy"
 CAPTION = (
-    "Error: distance from the truth of the scene, RMSE over all pixels, linear RGB, of the worst repetition; time: of "
+    "Error: distance from the truth of the scene, RMSE over all pixels, linear RGB, of the worst process; time: of "
     "a steady frame, the median over processes with its 95 % interval as a bar. All methods of a scene have the same "
     "truth, so pictures with one sample a pixel, hard shadows or few reflections stand beside those with more. Where "
-    "an experiment asks for errors from something else, axis and text say from what. Lines: one variant along one "
+    "an experiment asks for errors from something else, axis and text say from what. Lines: one renderer along one "
     "dial. Stairs: the front, points that no other beats in both; numbered, the fastest first. Opacity: the share of "
-    f"{RESAMPLES} resamples of the processes that have a point on the front. Grey: from here on the truth cannot tell; "
+    f"{RESAMPLES} resamples of the processes that have a point on the front. Grey: below the truth's accuracy; "
     "smaller errors count as equal, and then the truth's own error is at most a quarter of what is shown. Guides: the "
     "slope of an error that falls with the written power of the number of samples N, if time grows with N. Dotted: an "
     "error below which a biased curve does not fall, however many samples it takes. Efficiency, 1 / (mean squared "
@@ -136,7 +136,7 @@ def regions(axes, chart: Chart) -> list:
     if chart.resolution > left:
         axes.axvspan(left, chart.resolution, color="#E4E4E4", lw=0, zorder=0)
         of_truth = chart.resolution > pareto.ALIKE
-        why = "from here on the truth cannot tell" if of_truth else "float64 pictures are not told apart"
+        why = "below the truth's accuracy" if of_truth else "float64 pictures are not told apart"
         upright.append(_upright(axes, chart.resolution, why, ha="right"))
     names = [(VISIBLE, "1/255")]
     axes.axvline(VISIBLE, color="black", lw=0.8)
@@ -318,7 +318,7 @@ def _never(charts: list[Chart]) -> str:
         for names, what in zip(pareto.never_pays(charts), ("by any method", "by any renderer"), strict=True)
         if names
     ]
-    return markdown.escape(f"Never worth the time (on no front of any chart): {'; '.join(names)}.") if names else ""
+    return markdown.escape(f"Not on any front: {'; '.join(names)}.") if names else ""
 
 
 def _equal(charts: list[Chart]) -> str:

@@ -11,7 +11,7 @@ from reports.run.cell import Cell, Missing
 from reports.run.results import Results, grouped
 
 HEADER = (
-    "number", "variant and method", "RMSE", "largest error", "beyond 1/255 (%)", "FLIP", "steady frame",
+    "number", "renderer and method", "RMSE", "largest error", "beyond 1/255 (%)", "FLIP", "steady frame",
     "peak memory", "on the front (%)", "efficiency (1/s)", "command",
 )  # fmt: skip
 CSV_HEADER = (

@@ -68,7 +68,15 @@ def _table(methods: list[Method]) -> str:
         fields |= {depth: ["unavailable"] * 3 + [why] for depth, why in method.lacking.items()}
         name = [method.variant, precision.name(method.arithmetic)]
         rows += [[*name, str(depth), *fields[depth]] for depth in sorted(fields)]
-    header = ["variant", "arithmetic", "depth", "beyond 1/255 (%)", "largest difference", "median difference", "status"]
+    header = [
+        "renderer",
+        "arithmetic",
+        "depth",
+        "beyond 1/255 (%)",
+        "largest difference",
+        "median difference",
+        "status",
+    ]
     some = thinning.few(rows, table.MOST)
     more = thinning.note(len(some), len(rows), "rows", "the CSV file has all")
     return "\n\n".join(filter(None, [markdown.table(header, some), more]))

@@ -13,7 +13,7 @@ from reports.run.results import Results
 MOST = 2000  # points of a page
 MOST_SEEN = 240  # pictures of points
 LONGEST = 132  # pixels of such a picture
-TOLD = ("error (RMSE, linear RGB)", "agrees", "steady frame", "peak memory", "efficiency", "its repetitions")
+TOLD = ("error (RMSE, linear RGB)", "agrees", "steady frame", "peak memory", "efficiency", "its processes")
 
 
 def data(results: Results, pictures: Embedded) -> dict:

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from harness.errors import UserError
+from harness.statistics.digits import change
 from harness.statistics.statistics import Estimate
 from reports.compare.instructions import of_two
 from reports.run import ranking, results
@@ -53,8 +54,8 @@ class Step:
 
     @property
     def text(self) -> str:
-        more = f"{100 * (self.ratio - 1):+.3g} % {self.of}"
-        time = "" if self.time is None else f", {100 * (self.time - 1):+.2g} % time"
+        more = f"{change(self.ratio)} {self.of}"
+        time = "" if self.time is None else f", {change(self.time)} time"
         return f"{self.after.commit[:9]} {self.after.subject}: {more}{time} ({self.place})"
 
 

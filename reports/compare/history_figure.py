@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
+from harness.statistics.digits import change
 from reports.compare.history import Point, Step
 from reports.paper import style
 from reports.run.missing import Missing
@@ -35,7 +36,7 @@ def draw(points: list[Point], steps: list[Step]) -> Figure:
     for step in steps:
         axes.axvline(places[step.after.commit] - 0.5, color=STEP, lw=1, ls="--")
         axes.text(
-            places[step.after.commit] - 0.5, 1.01, f"{100 * (step.ratio - 1):+.2g} %", color=STEP, fontsize=7,
+            places[step.after.commit] - 0.5, 1.01, change(step.ratio), color=STEP, fontsize=7,
             ha="center", transform=axes.get_xaxis_transform(),
         )  # fmt: skip
     every = -(-len(points) // MOST)

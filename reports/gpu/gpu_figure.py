@@ -14,7 +14,7 @@ TITLE = "GPU use"
 CAPTION = (
     "NVML's utilisation is the share of a short past period, 1/6 s to 1 s depending on the device, in which a kernel "
     "ran; it does not say how much of the device that kernel used, and it lags behind the phases. Power is the whole "
-    "device's. Shown is the first good repetition of the repeated-load pass, which lasts long enough for these slow "
+    "device's. Shown is the first good process of the repeated-load pass, which lasts long enough for these slow "
     "sensors, else of the timed ones."
 )
 CURVES = ("gpu_percent", "GPU use (%)"), ("gpu_power_w", "power (W)")
@@ -58,7 +58,7 @@ def draw(results: Results, cells: list[Cell]):
                 panel.set_ylabel(label)
         panels[0].set_title(cell.label, loc="left", fontweight="bold", pad=3)
         if record is not None:
-            which = "repeated-load pass" if cell.loaded else "timed repetition"
+            which = "repeated-load pass" if cell.loaded else "timed process"
             panels[0].set_title(f"{which}, {record['wall_s']:.3g} s", loc="right", fontsize=7, pad=3)
     figure.text(
         0.535, (FOOT + 0.06) / height, "time since the process started (s)", ha="center", va="bottom", fontsize=8

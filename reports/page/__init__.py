@@ -108,8 +108,9 @@ def _fingerprint(script: str) -> str:
 
 
 def _lead(results: Results) -> str:
-    """Returns a line on the run: variants, processes, places and time."""
+    """Returns a line on the run: renderers, configurations (a scene with its swept values), processes and time."""
     facts, places = results.facts, len(results.places)
-    counts = f"{len(results.variants)} variants, {len(results.records)} processes"
-    many = f", {places} places" if places > 1 else ""
-    return f"{counts}{many}; begun {facts['started'][:16].replace('T', ' ')} UTC"
+    counted = (len(results.variants), "renderer"), (places, "configuration"), (len(results.records), "process")
+    plural = {"process": "processes"}
+    counts = [f"{count} {word if count == 1 else plural.get(word, word + 's')}" for count, word in counted]
+    return f"{', '.join(counts)}; begun {facts['started'][:16].replace('T', ' ')} UTC"

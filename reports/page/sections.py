@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 from markdown_it import MarkdownIt
+from markdown_it.token import Token
 from markupsafe import Markup, escape
 from PIL import Image
 
@@ -18,6 +19,7 @@ from reports.paper import markdown
 # Bytes of an SVG file; a larger one is embedded as pixels.
 LARGEST_DRAWING, LARGEST_WITH_PICTURES = 700_000, 220_000
 LONGEST = 1400  # pixels of such a figure
+LONG, REST = 70, "How to read this, in full"  # words of a paragraph that is shown whole; what the rest is under
 POINT = 96 / 72  # pixels of a page
 LAST = "pictures_figure", "gallery_figure"  # modules whose figures get the room that all others leave
 
@@ -46,7 +48,7 @@ def of(parts: list[tuple[str, str]], folder: Path, figures: Embedded) -> list[Se
     reader.add_render_rule("table_close", lambda *_: "</table></div>\n")
     pieces = [(name, title, body) for name, text in parts for title, body in _parts(text)]
     order = sorted(range(len(pieces)), key=lambda number: pieces[number][0] in LAST)
-    rendered = {number: Markup(reader.render(pieces[number][2])) for number in order}
+    rendered = {number: Markup(_html(reader, pieces[number][2])) for number in order}
     sections: list[Section] = []
     for number, (name, title, _) in enumerate(pieces):
         html = rendered[number]
@@ -57,6 +59,19 @@ def of(parts: list[tuple[str, str]], folder: Path, figures: Embedded) -> list[Se
             anchor = f"s{len(sections)}-{markdown.slug(title or name)}"
             sections.append(Section(name, anchor, _plain(reader, title or name), html))
     return sections
+
+
+def _html(reader: MarkdownIt, text: str) -> str:
+    """Returns Markdown as HTML; of a paragraph with more than LONG words the first sentence, and the rest folded."""
+    tokens = reader.parse(text)
+    for number, token in enumerate(tokens):
+        if token.type == "inline" and tokens[number - 1].type == "paragraph_open" and token.level == 1:
+            first, _, rest = token.content.partition(". ")
+            if rest and len(token.content.split()) > LONG:
+                token.children = reader.parseInline(f"{first}.")[0].children
+                folded = f"<details><summary>{REST}</summary><p>{reader.renderInline(rest)}</p></details>\n"
+                tokens[number + 1] = Token("html_block", "", 0, content=f"</p>\n{folded}")
+    return reader.renderer.render(tokens, reader.options, {})
 
 
 def _parts(text: str) -> Iterator[tuple[str | None, str]]:

@@ -126,7 +126,7 @@ def _lost(folder: Path) -> list[str]:
     _, records = store.read(folder, list(store.hosts(folder)))
     reasons = Counter((record["status"], record["reason"]) for record in records if record.get("lost"))
     return [
-        markdown.escape(f"{packed.name(folder)}: {count} repetitions: {status}: {reason}")
+        markdown.escape(f"{packed.name(folder)}: {count} processes: {status}: {reason}")
         for (status, reason), count in reasons.items()
     ]
 

@@ -5,7 +5,7 @@ from collections import Counter
 from itertools import count
 from string import ascii_lowercase
 
-# A status with its reason: "unavailable: no driver", "ok, but 2 of 10 repetitions not: timeout".
+# A status with its reason: "unavailable: no driver", "ok, but 2 of 10 processes not: timeout".
 REASONED = re.compile(
     r"(unavailable|unsupported|failed|timeout|killed|wrong picture|not run|ok)(?:: |, but |; )(.+)", re.DOTALL
 )

@@ -4,6 +4,7 @@ import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+ROOT = "a frame"  # over functions that nothing else calls, such as those of threads
 LEAST = 0.002  # of the width, of a function that is drawn
 LETTER = 0.0072  # of the width, that a letter takes
 ROW = 0.22  # inches
@@ -11,7 +12,12 @@ COLOURS = "#E69F00", "#F0C05A", "#D98E3F", "#EBB34D"
 
 
 def draw(stacks: dict[tuple[str, ...], float], title: str) -> Figure:
-    """Draws each stack as wide as its share of all."""
+    """Draws each stack as wide as its share of all, as one tree."""
+    roots: dict[str, float] = {}
+    for stack, weight in stacks.items():
+        roots[stack[0]] = roots.get(stack[0], 0.0) + weight
+    if sum(weight >= LEAST * sum(stacks.values()) for weight in roots.values()) > 1:
+        stacks = {(ROOT, *stack): weight for stack, weight in stacks.items()}
     total, deep = sum(stacks.values()), max(map(len, stacks))
     figure, axes = plt.subplots(figsize=(11, 0.8 + ROW * deep), layout="constrained")
     _draw(axes, sorted(stacks.items()), 0, 0.0, total)

@@ -12,6 +12,7 @@ from reports.paper import quantity, style, thinning
 
 SIDE = 0.58  # least side of a square, inches
 MOST = 11, 16  # columns and rows
+ROWS = 4  # of squares, beside which a bar of shades has room for many numbers
 ROOMY = 8  # columns up to which an interval fits into a square
 NARROW = 5.6  # least width, which a title needs, inches
 LETTER = 0.075  # width of a letter beside the squares, inches
@@ -73,7 +74,7 @@ def draw(shown: Map, title: str, mark: str = "") -> Figure:
     style.entitle(figure, title)
     bar = figure.colorbar(plt.cm.ScalarMappable(norm, shades), ax=axes, shrink=0.8)
     bar.set_label(f"{shown.what} ({unit})")
-    style.log_ticks(bar.ax.yaxis)
+    style.log_ticks(bar.ax.yaxis, narrow=len(rows) < ROWS)
     style.across(axes, mark)
     return figure
 

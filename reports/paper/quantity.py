@@ -1,8 +1,7 @@
 """Formats numbers for people: as many digits as the interval justifies, and the reason where a number is missing."""
 
-import math
-
 from harness.statistics import statistics
+from harness.statistics.digits import interval, percentage, plain
 from harness.statistics.statistics import Estimate
 from reports.run.missing import Missing
 
@@ -50,11 +49,6 @@ def percent(share: float) -> str:
     return {0: "none", 1: "all"}.get(share) or percentage(share)
 
 
-def percentage(share: float) -> str:
-    """Returns a share to two digits: "0.31 %", "2.0 %", "110 %"."""
-    return f"{plain(100 * share, 2)} %"
-
-
 def unit(value: float, units: tuple = SECONDS) -> tuple[float, str]:
     """Returns the size and the name of the unit in which `value` has one to three digits before the point."""
     if value == 0:
@@ -66,30 +60,6 @@ def unit(value: float, units: tuple = SECONDS) -> tuple[float, str]:
 def exact(value: Missing | float, scale: float = 1.0) -> str:
     """Returns an error times `scale` as text; "exactly 0" for 0."""
     return "exactly 0" if value == 0 else text(value, scale)
-
-
-def plain(value: float, digits: int = 3) -> str:
-    """Returns `digits` significant digits, without an exponent from 0.001 up to a million."""
-    value = float(f"{value:.{digits}g}")  # 9.999 has one digit more once it is rounded
-    if value == 0 or not 1e-3 <= abs(value) < 1e6:
-        return f"{value:.{digits}g}"
-    return _fixed(value, digits - 1 - math.floor(math.log10(abs(value))))
-
-
-def interval(value: float, low: float, high: float) -> str:
-    """Returns `value [low, high]` to one common digit: 2.13 [2.08, 2.20]e-6, 149 [147, 152], 0.0365 [0.0360, 0.0370].
-
-    The last digit is where the nearer end differs from the value, but at most a thousandth of the value.
-    """
-    if low == high:
-        return f"{plain(value)}, all equal"
-    size = math.floor(math.log10(max(abs(value), abs(low), abs(high))))
-    shift = 0 if -3 <= size < 6 else size
-    value, low, high = (number / 10**shift for number in (value, low, high))
-    near = min((side for side in (value - low, high - value) if side > 0), default=high - low)
-    places = _places(max(near, abs(value) / 1000))
-    value, low, high = (_fixed(number, places) for number in (value, low, high))
-    return f"{value} [{low}, {high}]" + (f"e{shift}" if shift else "")
 
 
 def ratio(value: Estimate | str, floor: float | None = None) -> str:
@@ -116,13 +86,3 @@ def _with_unit(value: Estimate | Missing | float | str, size: float, name: str) 
     if value.low == value.high:
         return f"{plain(value.value / size)} {name}, all equal"
     return f"{interval(value.value / size, value.low / size, value.high / size)} {name}"
-
-
-def _places(half: float) -> int:
-    """Returns the decimals that show one digit of `half`, two if the first is a 1; negative left of the point."""
-    size = math.floor(math.log10(half))
-    return -size + (half / 10**size < 1.95)
-
-
-def _fixed(value: float, places: int) -> str:
-    return f"{round(value, places):.{max(0, places)}f}"

@@ -17,6 +17,7 @@ from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 from harness.system import output
 from reports.paper import drawn, markdown
@@ -39,7 +40,7 @@ COLOURS = {
     "numba-cuda": "#CC79A7",
 }
 OUTLINE = [withStroke(linewidth=2, foreground="white")]  # of text that may lie over data
-SPARE = ("#000000", "#999999", "#8C6BB1", "#7F5539", "#B5A300", "#5B8DB8")
+SPARE = ("#8C6BB1", "#7F5539", "#B5A300", "#5B8DB8", "#999999")  # no black, which is that of intervals and axes
 
 FIXED = FIXED_WHITE, FIXED_BLACK = "#fffffe", "#000001"  # of text over a colour, which no dark page changes
 ON_DARK = {"#005C43": "#7FD6BC", "#000000": "#E6E9EC", "#7F5539": "#B98A66"}
@@ -119,7 +120,7 @@ def dark(colour: str) -> str:
 
 
 def log_ticks(axis, narrow: bool = False) -> None:
-    """Labels a logarithmic axis: decades, on a short axis also 2 and 5, on a very short one all.
+    """Labels a logarithmic axis: decades, on a short axis also 2 and 5, on a very short one all; two labels at least.
 
     Decades are powers of ten where one of them would have more than five digits. An axis that is linear near 0 (symlog)
     has a 0, and nothing below or beside it. narrow: there is no room for all.
@@ -129,9 +130,7 @@ def log_ticks(axis, narrow: bool = False) -> None:
         low, high = sorted(axis.get_view_interval())
         if low <= 0:
             return ""
-        if (high / low < 6 and not narrow) or (high / low < 30 and f"{value:.3e}"[:5] in ("2.000", "5.000")):
-            return f"{value:.3g}"
-        return ""
+        return f"{value:.3g}" if any(math.isclose(value, label) for label in _between(low, high, narrow)) else ""
 
     def major(value, _):
         low, high = axis.get_view_interval()
@@ -143,8 +142,48 @@ def log_ticks(axis, narrow: bool = False) -> None:
         power = round(math.log10(value))
         return f"10{str(power).translate(SUPERSCRIPT)}" if power else "1"
 
+    if isinstance(axis.get_minor_locator(), LogLocator):
+        axis.set_minor_locator(_Minor(subs=range(2, 10)))
     axis.set_major_formatter(major)
     axis.set_minor_formatter(minor)
+
+
+class _Minor(LogLocator):
+    """Places multiples of powers of ten, and between two of them even steps where an axis has no more than one."""
+
+    def tick_values(self, vmin: float, vmax: float):
+        low, high = sorted((vmin, vmax))
+        if low > 0 and len(_multiples(low, high, range(1, 10))) < 2:
+            return [value for value in _even(low, high) if value not in _multiples(low, high, (1,))]
+        return super().tick_values(vmin, vmax)
+
+
+def _between(low: float, high: float, narrow: bool) -> list[float]:
+    """Returns the numbers between decades that get a label on an axis from low to high."""
+    every, some = _multiples(low, high, range(1, 10)), _multiples(low, high, (1, 2, 5))
+    decades = _multiples(low, high, (1,))
+    if len(every) < 2:
+        chosen = _even(low, high)
+    elif high / low < 6 and not narrow:
+        chosen = every
+    elif high / low < 30 or len(decades) < 2:
+        chosen = some if len(some) > 1 else [every[0], every[-1]]
+    else:
+        chosen = []
+    return [value for value in chosen if value not in decades]
+
+
+def _multiples(low: float, high: float, digits) -> list[float]:
+    """Returns the numbers from low to high that are a digit times a power of ten."""
+    powers = range(math.floor(math.log10(low)), math.floor(math.log10(high)) + 1)
+    return [value for power in powers for digit in digits if low <= (value := float(f"{digit}e{power}")) <= high]
+
+
+def _even(low: float, high: float) -> list[float]:
+    """Returns a few round numbers from low to high, which lie in one step of a digit."""
+    return [
+        value for value in MaxNLocator(nbins=3, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high) if low <= value <= high
+    ]
 
 
 def figure(path: Path, alt: str, draw: Callable[..., Figure], *arguments) -> str:

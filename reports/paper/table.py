@@ -109,7 +109,7 @@ def to_texts(
     A row gives each reason once, its last column why a cell is not ok.
     """
     names = naming.short(cells, silent)
-    header = ["point", "variant", *(column.title for column in columns), "status"]
+    header = ["configuration", "renderer", *(column.title for column in columns), "status"]
     body = [[names.where[cell], names.full(cell), *_shown(cell, columns), cell.verdict] for cell in cells]
     if not any(row[0] for row in body):
         header, body = header[1:], [row[1:] for row in body]

@@ -15,8 +15,8 @@ from reports.run.results import Cell, Missing, Results
 
 NAMED = re.compile(r"figure (\d+\.\d+)([a-z]?)(?:, (.*))?")
 CAPTION = (
-    "Scenes of our own that show what the study's figure shows: the first variant of each case that is ok, enlarged by "
-    "a whole factor, with its error and whether it agrees with another renderer's."
+    "Scenes of our own that show what the study's figure shows: the first renderer of each case that is ok, enlarged "
+    "by a whole factor, with its error and whether it agrees with another renderer's."
 )
 HEAD, GAP, BELOW = 60, 30, 110  # pixels
 LARGE, WIDE = 750, 1600  # pixels: up to which small pictures are enlarged; of a figure

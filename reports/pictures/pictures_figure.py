@@ -187,6 +187,7 @@ def _bar(figure, axes, norm) -> None:
     room = axes.get_window_extent().width / TICK
     ticks = [*(few if norm.vmin < LEAST else more[:3]), more[3], *(() if norm.vmin < LEAST else more[5:]), (1, "1")]
     ticks = [tick for tick in ticks if tick[1] != "1e-3"] if len(ticks) > room else ticks  # beside 1/255
+    ticks = [ticks[0], more[3], ticks[-1]] if len(ticks) > room else ticks
     bar.set_ticks([tick for tick, _ in ticks], labels=[label for _, label in ticks])
     bar.minorticks_off()
     bar.set_label("error: largest difference of a channel\nfrom the truth, linear RGB (grey: exactly 0)")
@@ -208,7 +209,9 @@ def write(results: Results, out: Path) -> str:
     parts = [f"## {title}"]
     all_places = places(results)
     drawn = _few(all_places)
-    parts.append(thinning.note(len(drawn), len(all_places), "places", "those where something is not ok come first"))
+    parts.append(
+        thinning.note(len(drawn), len(all_places), "configurations", "those where something is not ok come first")
+    )
     for number, (place, cells) in enumerate(drawn):
         label = naming.called(results, place)
         if cells[0].pixels == 1:

@@ -7,6 +7,7 @@ from functools import cached_property
 import pandas as pd
 
 from harness.statistics import statistics, steady
+from harness.statistics.digits import percentage
 from harness.statistics.statistics import Estimate
 from harness.store import record
 from harness.store.record import CONTRADICTED
@@ -187,7 +188,7 @@ class Cell:
             return ""
         status, reason = (self.table.column(name)[bad[0]] for name in ("status", "reason"))
         why = self._contradiction(bad[0]) if status == "ok" else f"{status}: {reason}"
-        return f", but {len(bad)} of {len(self.timed)} repetitions not: {why}"
+        return f", but {len(bad)} of {len(self.timed)} processes not: {why}"
 
     @cached_property
     def unsteady(self) -> str:
@@ -281,7 +282,7 @@ class Cell:
         if isinstance(self.agrees, Missing):
             return str(self.agrees)
         masked = isinstance(self.mask, float) and self.mask > record.MASK
-        return ("✓" if self.agrees else "✗") + (f" (mask {record.percent(self.mask)})" if masked else "")
+        return ("✓" if self.agrees else "✗") + (f" (mask {percentage(self.mask)})" if masked else "")
 
     @cached_property
     def unranked(self) -> str:

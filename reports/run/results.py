@@ -197,7 +197,7 @@ def _apart(records: list[dict]) -> str:
     doubts = [record["unranked"] for record in good if record.get("unranked")]
     if len(doubts) <= MOST_CONTRADICTED * len(good):
         return ""
-    return doubts[0] if len(good) == 1 else f"{doubts[0]} (in {len(doubts)} of {len(good)} repetitions)"
+    return doubts[0] if len(good) == 1 else f"{doubts[0]} (in {len(doubts)} of {len(good)} processes)"
 
 
 def grouped(items: Iterable, key: Callable) -> dict[Any, list]:

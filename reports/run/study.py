@@ -84,7 +84,7 @@ def case(cell: Cell) -> str | None:
 
 
 def heading(cells: list[Cell], what: str, number: str) -> str:
-    """Returns a heading, with the number of the study's figure where a cell repeats a case of the study."""
+    """Returns a heading, with the number of the study's figure or table where a cell repeats a case of the study."""
     return f"{what} (the study's {number})" if any(map(case, cells)) else what
 
 

@@ -68,7 +68,7 @@ def gist(results: Results) -> str:
     for fit in _fitted(results)[1].values():
         if fit.line(models.STUDY):
             errors = fit.errors[models.STUDY][fit.series.points["d"] > 0].abs()
-            off.append(f"{text.percent(errors.max())} ({fit.series.label})")
+            off.append(f"{quantity.percentage(errors.max())} ({fit.series.label})")
     return f"The study's equation 4.1 is off by at most {', '.join(off)}." if off else ""
 
 
@@ -103,7 +103,8 @@ def _lines(fit: Fitted) -> str:
             continue
         worst = fit.errors[model][fit.series.points["d"] > 0 if model == models.STUDY else slice(None)].abs().max()
         a, b = _scaled(line.a, 1e3), _scaled(line.b, 1e9)
-        rows.append([f"a + b·{model}", a, b, text.percent(line.spread), text.percent(worst), f"{line.cells} cells"])
+        shares = [quantity.percentage(share) for share in (line.spread, worst)]
+        rows.append([f"a + b·{model}", a, b, *shares, f"{line.cells} cells"])
     return markdown.table(["model of T", "a (ms)", "b (ns)", "spread", "off by at most", "fitted to"], rows)
 
 

@@ -3,9 +3,10 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from harness.statistics.digits import percentage
 from reports.paper import style, thinning
 from reports.scaling.complexity_models import COUNTED, ORDERS, STUDY, Fitted
-from reports.scaling.complexity_text import FAIR, GOOD, percent
+from reports.scaling.complexity_text import FAIR, GOOD
 
 MARKS = {STUDY: ("#D55E00", "o"), ORDERS: ("#56B4E9", "s"), COUNTED: ("#005C43", "^")}
 NAMES = {"p": "pixels p", "d": "order d", "o": "objects o", "l": "lights l"}
@@ -37,7 +38,7 @@ def _times(row, fit: Fitted, models: list[str]) -> None:
         colour, mark = MARKS[model]
         axes.plot(seconds[some], modelled[some], mark, color=colour, ms=3.5, mew=0, alpha=0.8)
         axes.set(xscale="log", yscale="log", xlabel="measured (s)")
-        axes.set_title(f"a + b·{model}\nspread {percent(fit.line(model).spread)}", fontsize=7)
+        axes.set_title(f"a + b·{model}\nspread {percentage(fit.line(model).spread)}", fontsize=7)
         for axis in (axes.xaxis, axes.yaxis):
             style.log_ticks(axis)
         axes.grid(color="#CCCCCC")

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from harness.statistics.digits import percentage
 from reports.paper import quantity
 from reports.run.cell import Missing
 from reports.scaling.complexity_models import COUNTED, FAR, ORDERS, STUDY, Fitted, Power
@@ -24,11 +25,6 @@ def power(value: Power) -> str:
     return str(exponent) if isinstance(exponent, Missing) else quantity.interval(*exponent)
 
 
-def percent(share: float) -> str:
-    """Formats a share below 1 in per cent; two digits below 10 %."""
-    return f"{100 * share:.2g} %" if abs(share) < 0.0995 else f"{100 * share:.0f} %"
-
-
 def _fitted(fit: Fitted, model: str) -> pd.DataFrame:
     """Returns the points that a model was fitted to, with how far it is off as `error`.
 
@@ -47,13 +43,13 @@ def _holds(fit: Fitted, model: str, name: str) -> str:
     count = len(points)
     if off.max() <= FAIR:
         beyond = int((off > GOOD).sum())
-        some = f", and within {percent(GOOD)} in all but {beyond}" if beyond else ""
-        verdict = f"holds within {percent(FAIR if beyond else GOOD)} in all {count} cells{some}"
+        some = f", and within {percentage(GOOD)} in all but {beyond}" if beyond else ""
+        verdict = f"holds within {percentage(FAIR if beyond else GOOD)} in all {count} cells{some}"
     else:
         worst = points.loc[off.idxmax()]
         where = ", ".join(f"{name} = {worst[name]:g}" for name in FACTORS)
         verdict = (
-            f"does not hold: in {int((off > FAIR).sum())} of {count} cells it is more than {percent(FAIR)} off, "
+            f"does not hold: in {int((off > FAIR).sum())} of {count} cells it is more than {percentage(FAIR)} off, "
             f"most at {where}, where it is {_off(worst['error'])}"
         )
     return f"{name} {verdict}. {_spread(line.spread, fit.series.points['noise'])}"
@@ -62,16 +58,16 @@ def _holds(fit: Fitted, model: str, name: str) -> str:
 def _spread(spread: float, noise: pd.Series) -> str:
     """Compares the spread of a model with the scatter of the processes."""
     own = float(np.sqrt((noise**2).mean()))
-    text = f"Its relative residuals have a spread of {percent(spread)}"
+    text = f"Its relative residuals have a spread of {percentage(spread)}"
     if not np.isfinite(own):
         return f"{text}; one process a cell tells nothing of how much of it is noise."
     share = "nearly all of it is" if spread > MOST * own else "more than half of it is" if spread > MUCH * own else ""
     why = f"{share} the model's" if share else "which noise may explain"
-    return f"{text}, where the processes' own scatter gives {percent(own)}: {why}."
+    return f"{text}, where the processes' own scatter gives {percentage(own)}: {why}."
 
 
 def _off(error: float) -> str:
-    return f"{percent(abs(error))} too {'high' if error > 0 else 'low'}"
+    return f"{percentage(abs(error))} too {'high' if error > 0 else 'low'}"
 
 
 def _ends(fit: Fitted, model: str) -> str:
@@ -88,9 +84,9 @@ def _ends(fit: Fitted, model: str) -> str:
     beyond = [text for size, text in ends if size > FAIR]
     some = [text for size, text in ends if GOOD < size <= FAIR]
     if not beyond + some:
-        return f"At no end of a factor is it off by more than {percent(GOOD)} in the median."
-    parts = [f"beyond {percent(FAIR)}: {', '.join(beyond)}"] * bool(beyond)
-    parts += [f"beyond {percent(GOOD)}: {', '.join(some)}"] * bool(some)
+        return f"At no end of a factor is it off by more than {percentage(GOOD)} in the median."
+    parts = [f"beyond {percentage(FAIR)}: {', '.join(beyond)}"] * bool(beyond)
+    parts += [f"beyond {percentage(GOOD)}: {', '.join(some)}"] * bool(some)
     return f"In the median at the ends of the factors it is {'; '.join(parts)}."
 
 
@@ -103,7 +99,7 @@ def _exponents(fit: Fitted) -> list[str]:
         return [f"Exponents: {why}."]
     texts = [
         f"Exponents, from {powers[0].cells} cells of at least {FAR} times a: {_judged(powers)}. "
-        + (f"There a is up to {percent(fit.share)} of the time, which lowers the model's own." if fit.share else "")
+        + (f"There a is up to {percentage(fit.share)} of the time, which lowers the model's own." if fit.share else "")
     ]
     pair = [value for value in of[ORDERS] if value.factor in ("o", "l") and not isinstance(value.exponent, Missing)]
     if len(pair) == 2:
@@ -145,11 +141,11 @@ def _range(values: pd.Series) -> str:
 def _local(fit: Fitted) -> str:
     """Says what the model misses at d = 0, and how d + 1 orders change it."""
     orders = fit.line(ORDERS)
-    text = "" if orders is None else f"With d + 1 orders in place of d the spread is {percent(orders.spread)}."
+    text = "" if orders is None else f"With d + 1 orders in place of d the spread is {percentage(orders.spread)}."
     errors = fit.errors.loc[fit.series.points["d"] == 0, STUDY].dropna()
     if errors.empty:
         return text
-    share = percent(1 + errors.median())
+    share = percentage(1 + errors.median())
     return (
         f"Where d = 0 ({len(errors)} cell{'s' * (len(errors) != 1)}, not in that fit) equation 4.1 leaves a alone, "
         f"which is {share} of the measured time (median): it forgets the local light, of order 0. {text}"
@@ -175,7 +171,7 @@ def _rays(fit: Fitted) -> list[str]:
         verdict = "Counting rays mends most of it"
     else:
         verdict = f"Counting rays mends {'a part' if after < 0.9 * before else 'nothing'}"
-    return [*texts, f"{verdict}: the spread goes from {percent(before)} to {percent(after)}."]
+    return [*texts, f"{verdict}: the spread goes from {percentage(before)} to {percentage(after)}."]
 
 
 def _exponents_of_rays(fit: Fitted) -> list[str]:

@@ -154,7 +154,9 @@ def break_even(line: Line) -> BreakEven | Missing:
         if faster <= 1:
             share = math.log(faster) / (math.log(faster) - math.log(later))
             return BreakEven(n * (m / n) ** share, seconds * (later_seconds / seconds) ** share, (n, m))
-    return Missing(f"they do not cross: it is the faster way from {sizes[0][0]} objects on, the fewest with both times")
+    return Missing(
+        f"they do not cross: it is the faster method from {sizes[0][0]} objects on, the fewest with both times"
+    )
 
 
 def columns(results: Results, points: dict[int, Point]) -> list[Column]:
@@ -212,7 +214,7 @@ def _table(crossings: list[tuple[Line, BreakEven | Missing]]) -> str:
         between = f"{crossing.between[0]} and {crossing.between[1]} objects" if crosses else ""
         faster = f"{quantity.plain(crossing.objects)} objects" if crosses else str(crossing)
         rows.append([Path(line.scene).stem, line.label, faster, between or "unavailable"])
-    return markdown.table(["scene", "variant", "faster from", "measured at"], rows)
+    return markdown.table(["scene", "renderer", "faster from", "measured at"], rows)
 
 
 def _csv(crossings: list[tuple[Line, BreakEven | Missing]]) -> Iterator[tuple]:

@@ -19,7 +19,7 @@ CAPTION = (
     'features of the renderer). Ratio, interval and "not resolved" as in the table of times; the ratio is to the same '
     "variant's kernel as needed, and above 1 the unused features cost time. Compile: with an empty cache, or the build "
     "of a program that is compiled beforehand, marked (build). Memory: peak of the process, without the memory of "
-    "compiling where code is loaded from a cache. Same picture: do all repetitions have the bytes of the picture of "
+    "compiling where code is loaded from a cache. Same picture: do all processes have the bytes of the picture of "
     "the kernel as needed? Grey in the figure: not distinguishable from noise, by the A/A pair of the run."
 )
 NO_GPU = "it does not run on a GPU (rayrace doctor --cuda compiles its kernels without one)"

@@ -23,7 +23,7 @@ TITLE = "Sweeps: what grows with what"
 CAPTION = (
     "A panel for each number that the run varies; its title has the others. A line for each renderer or method, "
     "medians over processes, ranked cells alone; bands: 95 % intervals, where there are enough processes. Error: the "
-    "worst repetition's. Rays: primary, reflected, transmitted and shadow rays. Where lines lie on each other, the "
+    "worst process's. Rays: primary, reflected, transmitted and shadow rays. Where lines lie on each other, the "
     "wider one is behind. Ringed and numbered: where one line crosses another, interpolated on the chart's axes; only "
     "where intervals on both sides order the two differently, by more than the noise floor. Light: slope 1, twice as "
     "much takes twice as long; dotted: slope 2."

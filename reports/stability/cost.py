@@ -21,8 +21,8 @@ from reports.stability.stability import Curve, Point, Row, Way
 
 TITLE = "Speed against stability"
 CAPTION = (
-    "Each mark: the time of a frame over that of the default way (at 1) of the same variant and precision at the same "
-    "level: the median over levels, with a bar from quartile to quartile. Across: the stress survived, as in the "
+    "Each mark: the time of a frame over that of the default method (at 1) of the same renderer and precision at the "
+    "same level: the median over levels, with a bar from quartile to quartile. Across: the stress survived, as in the "
     "overview. Low and to the right is best. Full marks are float64, hollow ones other precisions."
 )
 COLUMNS, PANEL = 5, (1.5, 1.6)  # inches
@@ -138,7 +138,7 @@ def _table(by_name: dict[str, tuple[Row, list[Cost]]]) -> str:
                     times = ", ".join(f"{cost.curve.variant} {_times(cost)}" for cost in some)
                     gains = ", ".join(f"{cost.curve.variant} {row.survival(cost.curve).mark}" for cost in some)
                     lines.append([row.label, precision, f"{way.name} / {some[0].against.name}", times, gains])
-    header = ["row", "precision", "ways", "time of a frame, median over levels [quartiles]", "survived"]
+    header = ["row", "precision", "methods", "time of a frame, median over levels [quartiles]", "survived"]
     return markdown.table(header, lines)
 
 
@@ -169,7 +169,7 @@ def draw(results: Results, rows: list[tuple[Row, list[Cost]]], variants: list[st
         axes.set_visible(False)
     here = look.variants(results, [row for row, _ in rows])
     handles = [Line2D([], [], ls="", color="black", **look.marker(variant, variants)) for variant in here]
-    title = f"{TITLE}: time of a frame over the default way's"
+    title = f"{TITLE}: time of a frame over the default method's"
     note = look.origin(results, [cell for row, _ in rows for cell in row.cells])
     look.frame(figure, title, (handles, here), note)
     return figure

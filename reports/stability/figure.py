@@ -20,9 +20,9 @@ CAPTION = (
     "Left: the share of wrong answers at each level, with its 95 % interval: Wilson's, or the rule of three where none "
     "or all fail, as if answers failed independently. The dotted grey line is 3 / n, the largest share that 0 failures "
     "of n leave possible. A mark is full where a curve breaks: at the first level with a failure. Upright lines: the "
-    "level at which theory lets a way break, where the chart contains it. Right: the error of answers that have one; "
-    "the line is the median, the thin one above it the 99th percentile, the dotted one the theory. 0 is at the lower "
-    "edge. Curves of a row with the same precision have the same inputs at a level."
+    "level at which theory lets a method break, where the chart contains it. Right: the error of answers that have "
+    "one; the line is the median, the thin one above it the 99th percentile, the dotted one the theory. 0 is at the "
+    "lower edge. Curves of a row with the same precision have the same inputs at a level."
 )
 CSV_HEADER = (
     "row", "code", "variant", "precision", "way", "naive", "level", "count", "failures", "share", "share_low",

@@ -8,6 +8,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.patches import Patch, Rectangle
 
+from harness.statistics.digits import percentage
 from reports.paper import markdown, style
 from reports.run.cell import Missing
 from reports.run.results import Results
@@ -15,14 +16,14 @@ from reports.stability import stability
 from reports.stability import style as look
 from reports.stability.stability import Curve, Row, Way
 
-TITLE = "Overview: where each way breaks"
+TITLE = "Overview: where each method breaks"
 CAPTION = (
     "A number: decades of stress from the mildest level of the row to the last one before the first failure; for a row "
     "whose levels are not decades, such as 5/8, levels. Colour: the share of all levels that were run. all: no failure "
     "at any level. ×: failures at the mildest level. ≥, grey: no failure, but further levels have no answer; <, grey: "
-    "failures, but milder levels have no answer. Hatched: the renderer has no such way or feature; crossed: it ran and "
-    "gave no answer; empty: not run. Naive ways are those that programs often use; they are not the defaults. 32 and "
-    "64: float32 and float64."
+    "failures, but milder levels have no answer. Hatched: the renderer has no such method or feature; crossed: it ran "
+    "and gave no answer; empty: not run. Naive methods are those that programs often use; they are not the defaults. "
+    "32 and 64: float32 and float64."
 )
 SIGNS = (
     "Number: decades before the first failure (5/8: levels). all: none at any level. ×: at the mildest. ≥, <, grey: "
@@ -30,7 +31,7 @@ SIGNS = (
 )
 TABLE = (
     "The first level with a failure, the share of wrong answers there, and the first level with 1 % or more, beside "
-    "the level where theory expects the way to break. Theory says where most answers fail; of many thousand answers "
+    "the level where theory expects the method to break. Theory says where most answers fail; of many thousand answers "
     "those nearest to an edge fail earlier."
 )
 MANY = 0.01  # of the answers
@@ -59,7 +60,7 @@ def _table(results: Results, rows: list[Row]) -> str:
                 if any(curves):
                     head = [row.label, row.facts["stress"], precision, f"{way.name}{' (naive)' * way.naive}"]
                     lines.append([*head, _theory(curves), *map(broken, curves)])
-    header = ["row", "stress", "precision", "way", "theory", *variants]
+    header = ["row", "stress", "precision", "method", "theory", *variants]
     return markdown.table(header, lines)
 
 
@@ -74,8 +75,8 @@ def broken(curve: Curve | None) -> str:
         return "not run"
     if curve.broken:
         many = next((point for point in curve.answered if point.share >= MANY), None)
-        more = f"{look.percent(MANY)} % from {look.short(many.level)} on" if many else f"never {look.percent(MANY)} %"
-        return f"{look.short(curve.broken.level)} ({look.percent(curve.broken.share)} %; {more})"
+        more = f"{100 * MANY:g} % from {look.short(many.level)} on" if many else f"never {100 * MANY:g} %"
+        return f"{look.short(curve.broken.level)} ({percentage(curve.broken.share)}; {more})"
     why = next(iter(curve.missing), "")
     if not curve.answered:
         return why
@@ -94,7 +95,7 @@ def draw(results: Results, rows: list[Row]):
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(0, wide), ylim=(high, 0))
     axes.axis("off")
-    for start, kind, columns in zip(starts, ("robust ways", "naive ways"), blocks, strict=True):
+    for start, kind, columns in zip(starts, ("robust methods", "naive methods"), blocks, strict=True):
         _head(axes, start, kind, columns)
     top, code = HEAD, None
     for row, count in zip(rows, lines, strict=True):
@@ -173,7 +174,7 @@ def _legend(figure, axes, wide: float, high: float) -> None:
     drawn.outline.set_linewidth(0.4)
     _text(axes, 0.3, high - 0.78, "survived, of the stress that was run", ha="left")
     handles = [Patch(**_hatch({"unsupported"})), Patch(**_hatch({"failed"}))]
-    labels = ["no such way or feature", "asked, no answer"]
+    labels = ["no such method or feature", "asked, no answer"]
     axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(2.4 / wide, 0.86 / high), ncols=2, fontsize=TEXT)
     text = textwrap.fill(SIGNS, max(30, int((wide - 2.5) * 24)))
     _text(axes, 2.45, high - 0.62, text, ha="left", va="top")

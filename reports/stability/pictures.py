@@ -16,9 +16,9 @@ from reports.stability.stability import Curve, Point, Row
 
 TITLE = "What failures look like"
 CAPTION = (
-    "One level, variant and precision of each row with pictures: the first level where the most naive ways have a "
-    "tenth of their answers wrong while a robust way has none, or else the level with most wrong answers. Pixels that "
-    "are not finite are magenta. Wrong answers are counted as in the chart of the row."
+    "One level, renderer and precision of each row with pictures: the first level where the most naive methods have a "
+    "tenth of their answers wrong while a robust method has none, or else the level with most wrong answers. Pixels "
+    "that are not finite are magenta. Wrong answers are counted as in the chart of the row."
 )
 FIRST = "cpp"  # the variant to show, if it has pictures
 WIDEST, LEAST = 2.3, 8  # width of a picture, inches; least pixels of a side that show something
@@ -98,9 +98,19 @@ def draw(results: Results, row: Row, panels: list[Panel]):
     for place, panel in zip(axes.flat, panels, strict=True):
         place.imshow(panel.picture, interpolation="nearest", aspect="equal" if beside else "auto")
         place.set(xticks=[], yticks=[])
-        place.set_title(f"{panel.curve.way.name}: {_counted(panel.point)}", fontsize=look.SMALL, loc="left")
+        place.set_title(named(panel), fontsize=look.SMALL, loc="left")
     look.frame(figure, title, ([], []), note)
     return figure
+
+
+def about(row: Row, panels: list[Panel]) -> str:
+    """Returns what fails in the pictures of a row, and where."""
+    return f"{row.facts['title']}: {_where(row, panels)}"
+
+
+def named(panel: Panel) -> str:
+    """Returns the method of a picture and how many of its answers are wrong."""
+    return f"{panel.curve.way.name}: {_counted(panel.point)}"
 
 
 def _counted(point: Point) -> str:

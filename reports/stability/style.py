@@ -44,11 +44,6 @@ def short(value: float) -> str:
     return f"{number}e{int(exponent)}" if exponent else number
 
 
-def percent(share: float) -> str:
-    """Returns a share in per cent with two digits, without the sign."""
-    return f"{float(f'{100 * share:.2g}'):g}"
-
-
 def stress_axis(axes, row: Row) -> None:
     """Sets the axis of stress, from mild at the left to extreme at the right."""
     levels = row.levels

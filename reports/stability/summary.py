@@ -14,10 +14,10 @@ def write(results: Results, _: Path | None = None) -> str:
     """Returns the section of the report."""
     rows = stability.rows(results)
     parts = ["## Summary", markdown.escape(_counts(rows)), markdown.bullets([_first(row) for row in rows])]
-    parts += markdown.listed("Robust ways with failures:", _robust(rows)) or ["No robust way has a failure."]
+    parts += markdown.listed("Robust methods with failures:", _robust(rows)) or ["No robust method has a failure."]
     parts += markdown.listed("Without an answer:", _lacking(rows)) or ["Every cell has an answer."]
     doubts = Counter(text for record in results.records for text in record["warnings"]).most_common()
-    parts += markdown.listed("Doubtful:", [f"{text} ({count} repetitions)" for text, count in doubts])
+    parts += markdown.listed("Measurement warnings:", [f"{text} ({count} processes)" for text, count in doubts])
     return "\n\n".join(parts)
 
 
@@ -29,7 +29,7 @@ def _counts(rows: list[Row]) -> str:
     answers = sum(point.answers["count"] for point in answered)
     return (
         f"{len(rows)} rows of the catalogue, {len(points)} cells, {len(answered)} of them with an answer, {answers} "
-        f"answers judged. Of {len(curves)} curves, one for each row, variant, precision and way, {broken} break."
+        f"answers judged. Of {len(curves)} curves, one for each row, renderer, precision and method, {broken} break."
     )
 
 

@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 
+from harness.statistics.digits import percentage
 from reports.run.results import Results
 from reports.stability import style as look
 from reports.stability.stability import Curve, Row
@@ -38,9 +39,7 @@ def draw(results: Results, row: Row):
             x = levels.index(point.level)
             if point.fails:
                 axes.plot(x, place, "x", color=WRONG, ms=6, mew=1.5)
-                axes.text(
-                    x + 0.14, place, f"{look.percent(point.share)} %", va="center", fontsize=look.SMALL, color=WRONG
-                )
+                axes.text(x + 0.14, place, f"{percentage(point.share)}", va="center", fontsize=look.SMALL, color=WRONG)
             else:
                 axes.plot(x, place, "o", color=RIGHT, ms=6, mew=0)
     axes.set_yticks(range(len(row.curves)), [_name(row, curve) for curve in row.curves], fontsize=look.SMALL)

@@ -91,7 +91,7 @@ def write(results: Results, out: Path) -> str:
     parts = [f"## {TITLE}"]
     if drawn:
         parts.append(style.figure(out / "stability-window", TITLE, draw, results, drawn))
-    header = ["precision", "way", "variant", "usable window"]
+    header = ["precision", "method", "renderer", "usable window"]
     lines = [[precision, way.name, window.acne.variant, window.text]
              for (precision, way), group in by_way.items() for window in group]  # fmt: skip
     return "\n\n".join([*parts, markdown.table(header, lines), markdown.escape(CAPTION)])

@@ -15,7 +15,7 @@ CAPTION = (
     "rounds of the ratio within a round, with a 95 % interval; above 1 is faster. Accounted for: the logarithm of the "
     "product of all factors over that of the measured factor of first and last rung, the smaller over the larger. "
     "Memory: the largest of a process and its descendants. Error: RMSE from the truth of the scene, linear RGB. "
-    "Lines: of the source of the whole renderer, all its variants and methods, without blank ones. "
+    "Lines: of the source of the whole renderer, all its programs and methods, without blank ones. "
     "Instructions, if the run counted them, have a section of their own."
 )
 ESTIMATE = (

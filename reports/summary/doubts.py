@@ -16,8 +16,9 @@ SHORTEST = 0.2  # s of a process; of a shorter one starting is a large part
 
 def write(results: Results, _: Path | None = None) -> str:
     """Returns the section of the report."""
-    doubtful = kinds(results)
-    return f"## Doubtful\n\n{markdown.bullets(doubtful) if doubtful else 'No scene and no repetition has a warning.'}"
+    warnings = kinds(results)
+    text = markdown.bullets(warnings) if warnings else "No scene and no process has a warning."
+    return f"## Measurement warnings\n\n{text}"
 
 
 def kinds(results: Results) -> list[str]:
@@ -48,9 +49,9 @@ def _doubts(results: Results, cell: Cell) -> list[tuple[str, str]]:
     doubts = [(_kind(cell.lost), f"ok{cell.lost}")] if cell.lost and cell.status == "ok" else []
     doubts += _of_rows([results.records[row] for row in cell.timed])
     loaded = [results.records[row] for row in cell.loaded]
-    doubts += _of_rows(loaded, "" if cell.as_meant else "a repetition of its load pass")
+    doubts += _of_rows(loaded, "" if cell.as_meant else "a process of its load pass")
     if not cell.apart and _are_unchecked([results.records[row] for row in cell.counting]):
-        text = f"{UNCHECKED}none of its repetitions had its turn before the run ended"
+        text = f"{UNCHECKED}none of its processes had its turn before the run ended"
         doubts.append((text, text))
     share = _share_of_a_core(cell)
     if share is not None and share < STARVED and not cell.gpu:

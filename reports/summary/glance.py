@@ -5,6 +5,9 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from harness.statistics.digits import earned
 from harness.statistics.statistics import Estimate
 from reports.accuracy import accuracy_columns
 from reports.chart.embedded import Embedded, smaller
@@ -14,18 +17,21 @@ from reports.run import stored, study
 from reports.run.results import Cell, Missing, Results
 from reports.run.words import all_against
 from reports.scaling import complexity, hierarchy
+from reports.stability import pictures as failures
 from reports.stability import stability
-from reports.summary import doubts
+from reports.summary import doubts, growth
 from reports.times import headline
 from reports.times.headline import Bar, Headline
 
 TITLE = "At a glance"
-MOST, LISTED = 10, 60  # bars that are shown at once, and with a click
+MOST, LISTED = 14, 60  # bars that are shown at once, and with a click
 FEW_TICKS, MOST_TICKS = 3, 6
 FAR = 12  # times the fastest: bars of a longer one need a logarithmic scale
 SURVIVED = (
-    "The share of the range of stress, from mild to extreme, up to the first wrong answer of any variant and precision."
+    "The share of the range of stress, from mild to extreme, up to the first wrong answer of any renderer and "
+    "precision."
 )
+LANES = "Lanes: a processor computes several rays at once in one instruction (SIMD), which `vector` switches."
 GISTS = hierarchy.gist, complexity.gist
 PICTURES, LONGEST, SMALL = 18, 340, 120  # pictures, and pixels of a side: of one picture, of several
 
@@ -37,6 +43,7 @@ def write(results: Results, _: Path | None = None) -> str:
     parts = [f"## {TITLE}", markdown.escape(lead), markdown.escape(f"{raced(results, outcome)}.")]
     if outcome.bars:
         parts.append(_table(results, outcome))
+        parts += [LANES] * lanes(outcome)
     if kinds := stress(results):
         shares = [[kind["name"], *(_survived(kind[what]) for what in ("naive", "robust"))] for kind in kinds]
         parts += [markdown.table(["kind of failure", "naive methods", "robust methods"], shares), SURVIVED]
@@ -54,21 +61,50 @@ def stress(results: Results) -> list[dict]:
     return sorted(kinds, key=lambda kind: 1.0 if kind["robust"] is None else kind["robust"])
 
 
+def failure(results: Results, pictures: Embedded) -> dict | None:
+    """Returns the first row whose picture shows a naive method failing where a robust one holds, and these pictures.
+
+    None if there is none. Adds them to `pictures`.
+    """
+    if not results.facts.get("stability") or results.left_out:
+        return None
+    for row in stability.rows(results):
+        panels = failures.choose(results, row)
+        naive = [panel for panel in panels if panel.curve.way.naive]
+        robust = [panel for panel in panels if not panel.curve.way.naive]
+        if not naive or not robust or naive[0].point.share < failures.ENOUGH:
+            continue
+        both = max(naive, key=lambda panel: panel.point.share), min(robust, key=lambda panel: panel.point.share)
+        shown = [(pictures.add_pixels(_enlarged(panel.picture, LONGEST)), panel) for panel in both]
+        if all(key for key, _ in shown):
+            return {"about": failures.about(row, panels), "pictures": [(key, failures.named(p)) for key, p in shown]}
+    return None
+
+
+def _enlarged(picture: np.ndarray, longest: int) -> np.ndarray:
+    """Returns a picture with a longest side of about so many pixels, each of a small one enlarged."""
+    pixels = smaller(picture, longest)
+    zoom = max(1, longest // max(pixels.shape))
+    return pixels.repeat(zoom, axis=0).repeat(zoom, axis=1)
+
+
 def _survived(share: float | None) -> str:
     return "no such method" if share is None else quantity.percent(share)
 
 
 def sentences(results: Results, outcome: Headline) -> list[str]:
-    """Returns the verdict of the run's gates, that on its two versions, the sentences of the headline, and one of each
-    section that has a result of its own."""
+    """Returns the verdict of the run's gates, and that on its two versions; then what the run asks first, of a sweep how
+    times grow, else the headline; then what other sections found."""
     gates, compared = gate.of(results, results.facts.get("gate")), versions.comparisons(results)
     verdict = [f"G{gate.line(gates)[1:]}."] if gates else []
     verdict += [f"This version: {versions.verdict(compared)}."] if compared else []
-    return [*verdict, *outcome.sentences, *(text for gist in GISTS if (text := gist(results)))]
+    grown = growth.gist(results)
+    first = [*outcome.sentences, grown] if outcome.within else [grown, *outcome.sentences]
+    return list(filter(None, [*verdict, *first, *(gist(results) for gist in GISTS)]))
 
 
 def _table(results: Results, outcome: Headline) -> str:
-    header = ["variant", outcome.clock, f"÷ {_base(outcome).name}", "RMSE", "agrees", "the study, 2020"]
+    header = ["renderer", outcome.clock, f"÷ {_base(outcome).name}", "RMSE", "agrees", "the study, 2020"]
     rows = []
     bars = few(outcome.bars, LISTED)
     for bar in bars:
@@ -81,6 +117,11 @@ def _table(results: Results, outcome: Headline) -> str:
         header, rows = header[:-1], [row[:-1] for row in rows]
     note = f"Shown are {len(bars)} of {len(outcome.bars)} methods, the fastest; the tables' CSV files have all."
     return "\n\n".join([markdown.table(header, rows), *[note] * (len(bars) < len(outcome.bars))])
+
+
+def lanes(outcome: Headline) -> bool:
+    """Does a name of the bars have lanes, which the page then explains?"""
+    return any("lanes" in word for bar in outcome.bars for word in (*bar.words, *outcome.shared))
 
 
 def _base(outcome: Headline) -> Bar:
@@ -98,7 +139,8 @@ def _study(outcome: Headline, bar: Bar) -> Estimate | None:
 def raced(results: Results, outcome: Headline) -> str:
     """Returns what was raced: the place of the bars, its size, and what the scene consists of."""
     if not outcome.bars:
-        return f"{len(results.cells)} cells of {len(results.variants)} variants"
+        counted = (len(results.places), "configuration"), (len(results.variants), "renderer")
+        return " of ".join(f"{count} {word}{'s' * (count != 1)}" for count, word in counted)
     cell = outcome.bars[0].cell
     if outcome.clock == headline.FIRST and len(results.places) > 1:
         return outcome.where
@@ -131,9 +173,7 @@ def remarks(results: Results, outcome: Headline) -> list[tuple[str, str]]:
     notes = []
     if not results.facts.get("stability"):
         floor = results.floor
-        noise = (
-            f"Noise floor {quantity.percent(floor.value)}: smaller differences are not resolved." if floor.value else ""
-        )
+        noise = f"Differences under {quantity.percentage(floor.value)} are noise here." if floor.value else ""
         notes.append((noise or f"Noise floor: unavailable: {floor.reason}.", "summary"))
     reasons: dict[str, list[str]] = {}
     for variant, why in outcome.lacking:
@@ -142,11 +182,11 @@ def remarks(results: Results, outcome: Headline) -> list[tuple[str, str]]:
     bad = Counter(cell.status for cell in results.cells if cell.status != "ok" and not cell.as_meant)
     wrong = [f"{count} {status}" for status, count in bad.items() if status not in ("unavailable", "unsupported")]
     if wrong:
-        notes.append((f"Cells without a result: {', '.join(wrong)}.", "summary"))
+        notes.append((f"Without a result: {', '.join(wrong)}.", "summary"))
     if count := len(doubts.kinds(results)):
         notes.append(
             (
-                f"{count} kind{'s' * (count != 1)} of doubt about its repetitions.",
+                f"{count} measurement warning{'s' * (count != 1)}.",
                 "summary" if results.facts.get("stability") else "doubts",
             )
         )
@@ -215,6 +255,11 @@ def data(results: Results, pictures: Embedded) -> dict:
     axis = scale([*(bar.time for bar in bars), *study_times]) if bars else None
     shown = {id(bar) for bar in few(bars, MOST)}
     rows = [{"late": id(bar) not in shown, **_row(results, outcome, bar, axis)} for bar in bars]
+    for first, row in enumerate(rows):
+        after = next((n for n, later in enumerate(rows[first:]) if not later["late"]), len(rows) - first)
+        row["gap"] = (
+            after if row["late"] and (first == 0 or not rows[first - 1]["late"]) else 0
+        )  # rows hidden from here on
     return {
         "sentences": sentences(results, outcome),
         "count": f"{len(bars)} of {len(outcome.bars)}" if len(bars) < len(outcome.bars) else f"all {len(bars)}",
@@ -227,10 +272,12 @@ def data(results: Results, pictures: Embedded) -> dict:
         "base": _base(outcome).name if outcome.bars else "",
         "axis": axis,
         "study": bool(study_times),
+        "lanes": LANES.replace("`", "") if lanes(outcome) else "",
         "unsure": any(row["unresolved"] for row in rows),
         "against": all_against(bar.cell.against for bar in outcome.bars),
         "remarks": remarks(results, outcome),
         "stress": stress(results),
+        "failure": failure(results, pictures),
         "survived": SURVIVED,
     }
 
@@ -258,8 +305,7 @@ def _row(results: Results, outcome: Headline, bar: Bar, axis: Scale) -> dict:
         "whisker": None if time.low is None else (axis.at(time.low), axis.at(time.high)),
         "study": None if study_time is None else (axis.at(study_time.value), f"{study.show(study_time)} s"),
         "time": quantity.seconds(time),
-        "median": quantity.seconds(time.value),
-        "ratio": "1" if bar.ratio is None else f"{quantity.plain(bar.ratio.value, 2)} ×",
+        "ratio": "1" if bar.ratio is None else f"{earned(bar.ratio)} ×",
         "unresolved": unresolved,
         "rmse": rmse,
         "agrees": agrees,
@@ -285,8 +331,6 @@ def pictures_of(results: Results, outcome: Headline, pictures: Embedded, most: i
         picture = next((seen for cell in cells if not isinstance(seen := stored.picture(results, cell), Missing)), None)
         if picture is None or picture.ndim != 3:
             continue
-        pixels = smaller(stored.displayed(picture, cells[0]), longest)
-        zoom = max(1, longest // max(pixels.shape))
-        key = pictures.add_pixels(pixels.repeat(zoom, axis=0).repeat(zoom, axis=1))
+        key = pictures.add_pixels(_enlarged(stored.displayed(picture, cells[0]), longest))
         made += [(key, str(case or Path(scene).stem))] if key else []
     return made

@@ -8,7 +8,7 @@ from pathlib import Path
 from reports.paper import markdown
 from reports.run.results import Results
 
-RENDERER_HEADER = ["variant", "source", "reference", "built with", "versions", "methods"]
+RENDERER_HEADER = ["renderer", "source", "reference", "built with", "versions", "methods"]
 
 
 def write(results: Results, _: Path | None = None) -> str:
@@ -41,7 +41,7 @@ def write(results: Results, _: Path | None = None) -> str:
             markdown.table(RENDERER_HEADER, _renderers(results)),
             "### State of the machine",
             markdown.bullets(list(map(markdown.escape, doubts))) if doubts else "Nothing disturbs timings.",
-            "Every repetition, one row each: [repetitions.csv](repetitions.csv)",
+            "Every process, one row each: [repetitions.csv](repetitions.csv)",
         ]
     )
 

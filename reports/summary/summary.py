@@ -24,7 +24,7 @@ def write(results: Results, _: Path | None = None) -> str:
     if apart:
         parts += ["Shown, and in no comparison:", markdown.bullets(apart)]
     if not unranked + apart:
-        parts.append("Every variant is ranked.")
+        parts.append("Every renderer is ranked.")
     return "\n\n".join(parts)
 
 
@@ -84,7 +84,7 @@ def _counts(results: Results, places: list[tuple[str, str]]) -> str:
     """Counts how often each variant is the fastest."""
     winners = Counter(_winner(results, place) for place in places)
     said = ", ".join(f"{markdown.escape(what)} in {count}" for what, count in winners.most_common())
-    return f"Of {len(places)} places: {said}. The times of all are in the tables' CSV files; of {MOST}, evenly spread:"
+    return f"Of {len(places)} configurations: {said}. All times are in the tables' CSV files; of {MOST}, evenly spread:"
 
 
 def _winner(results: Results, place: tuple[str, str]) -> str:
@@ -105,7 +105,7 @@ def _launches(results: Results, place: tuple[str, str], others: list[Cell]) -> s
     (first,) = ranking.ranked(results, place)
     rivals = _rivals(results, [first, *others])
     sure = f"the lowest median, not resolved from {len(rivals)} others," if rivals else "the fastest"
-    return f" It is {sure} of {1 + len(others)} ways to launch it."
+    return f" It is {sure} of {1 + len(others)} launches."
 
 
 def _ranking(results: Results, place: tuple[str, str]) -> str:
@@ -151,5 +151,5 @@ def where(results: Results, places: list[tuple[str, str]]) -> str:
     if len(places) == len(results.places) > 1:
         return "everywhere"
     if len(places) > MOST_NAMED:
-        return f"in {len(places)} of {len(results.places)} places"
+        return f"in {len(places)} of {len(results.places)} configurations"
     return markdown.escape("; ".join(naming.called(results, place) for place in places))

@@ -13,7 +13,7 @@ CAPTION = (
     "CPU time between two samples of the measurer, divided by the time between them; 100 % is one core, the "
     "scale on the right is of all logical cores, as in the study. The CPU time of children that have ended "
     "is counted in ticks of 10 ms. Dashed: the mean over the whole process, from "
-    "wait4, which does not depend on the samples. Shown is the first good repetition, which finds caches "
+    "wait4, which does not depend on the samples. Shown is the first good process, which finds caches "
     "cold. Each panel has its own time scale; samples nearer than 1/150 of it are merged. White between phases: "
     "no phase was marked."
 )

@@ -9,7 +9,7 @@ from reports.run.results import Cell, Missing, Results
 CAPTION = (
     "CPU time: user and system time of the process and its descendants, from wait4, median over processes with its "
     "95 % interval. Measured: the integral of the measurer's curve over the same processes, as a share of it; 100 % is "
-    "agreement. Flagged: repetitions whose two numbers differ by over 10 %, more than the clock's ticks explain: "
+    "agreement. Flagged: processes whose two numbers differ by over 10 %, more than the clock's ticks explain: "
     "do not trust their curves. Interval: between two samples of the measurer, the median over processes of the "
     "50th and the largest of the 99th percentiles; missed: late samples, of all. The measurer is a process "
     "beside the renderer's; its own CPU time is the median over processes."

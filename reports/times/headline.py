@@ -59,7 +59,8 @@ class Headline:
 
     sentences: plain text; the first says who won. bars: of one task, the fastest first; [] where nothing has a time.
     where: their place in words. clock: what their times are of. shared: parts of the names of methods that all bars
-    have. lacking: (variant, reason) of variants without a bar.
+    have. lacking: (variant, reason) of variants without a bar. within: its question is who is the fastest within an
+    error.
     """
 
     sentences: list[str]
@@ -68,6 +69,7 @@ class Headline:
     clock: str
     shared: list[str]
     lacking: list[tuple[str, str]]
+    within: bool = False
 
     @property
     def sentence(self) -> str:
@@ -252,7 +254,7 @@ def _budget(results: Results, cells: list[Cell]) -> Headline | None:
         (name, why if why != "" else sentence.too_far(budget, _nearest(own_chart, name)))
         for name, why in _lacking_of(results, bars)
     ]
-    return Headline(sentences, bars, own_chart.view.title, STEADY, shared, lacking)
+    return Headline(sentences, bars, own_chart.view.title, STEADY, shared, lacking, within=True)
 
 
 def _cheapest(results: Results, chart: Chart, budget: float) -> tuple[str, float] | None:

@@ -46,4 +46,4 @@ def write(results: Results, out: Path) -> str:
     tables = [
         (scene, [part for cell in results.of(scene) for part in cell.by_cache()], COLUMNS) for scene in results.scenes
     ]
-    return table.section(out, "memory", "Memory (the study's table 4.2)", tables, CAPTION)
+    return table.section(out, "memory", study.heading(results.cells, "Memory", "table 4.2"), tables, CAPTION)

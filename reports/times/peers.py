@@ -12,7 +12,7 @@ from reports.times import memory_table, startup_table
 MANY = 6  # technologies that a run needs for the comparison
 CAPTION = (
     "Ratios, times and errors as in the tables above, which have the rest. Lines: those of the renderer's own folder "
-    "that are not blank, all its variants and features together, so a renderer that can do more has more of them; a "
+    "that are not blank, all its programs and features together, so a renderer that can do more has more of them; a "
     "library or an outside program that does the work is not counted. Memory: the peak of the whole process, of what "
     "was compiled in it too."
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from harness.statistics import statistics
+from harness.statistics.digits import earned
 from harness.statistics.statistics import Estimate
 from reports.accuracy import accuracy_columns
 from reports.paper import quantity
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from reports.times.headline import Bar
 
 EQUAL = 0.05  # two times are called equal if their interval and the noise floor lie within this of 1
-PER_CENT = 1.095  # ratios below are told in per cent
+PER_CENT = 1.095  # ratios below are said in per cent
 MOST = 6  # others that a sentence names
 NAMED = {1 / 255: "1/255", 1 / 32: "1/32"}  # errors
 
@@ -36,7 +37,7 @@ def of_bars(bars: list[Bar], floor: float | None, what: str = "a frame") -> str:
         return f"{first.spoken} is the fastest, {time}; {_more(others)}."
     best = listed([first.spoken, *(bar.spoken for bar in rivals)])
     rest = _more([bar for bar in others if bar not in rivals])
-    return ". ".join(filter(None, [f"{best} {_alike(rivals, floor)}, {time}", rest])) + "."
+    return ". ".join(filter(None, [f"{best} {_alike([first, *rivals], floor, what)}", rest])) + "."
 
 
 def _too_few(bars: list[Bar]) -> str:
@@ -45,13 +46,23 @@ def _too_few(bars: list[Bar]) -> str:
     return f"{each} no difference: {statistics.LEAST} are needed."
 
 
-def _alike(rivals: list[Bar], floor: float | None) -> str:
-    """Says that bars are as fast as the first: equal where the data show it, else that they cannot be told apart."""
-    ends = [end for bar in rivals for end in (bar.ratio.low, bar.ratio.high)]
+def _alike(bars: list[Bar], floor: float | None, what: str) -> str:
+    """Says that bars are as fast as the first of them: equal where the data show it, else that they tie."""
+    ends = [end for bar in bars[1:] for end in (bar.ratio.low, bar.ratio.high)]
     within = max(floor or 0.0, *map(statistics.difference, ends))
+    time = quantity.seconds(bars[0].time.value)
     if within <= EQUAL:
-        return f"are equally fast (within {_share(within)})" if within else "are equally fast"
-    return f"cannot be told apart (within {_share(within)})"
+        return f"are equally fast{f' (within {_share(within)})' * bool(within)}, {time} {what}"
+    return f"tie at {_span([bar.time.value for bar in bars])} {what}; the difference could be up to {_share(within)}"
+
+
+def _span(times: list[float]) -> str:
+    """Returns the least and the largest of times as text: "25.4 to 26.4 ms"."""
+    least, most = (quantity.seconds(end(times)) for end in (min, max))
+    if least == most:
+        return least
+    same = least.rpartition(" ")[2] == most.rpartition(" ")[2]
+    return f"{least.rpartition(' ')[0] if same else least} to {most}"
 
 
 def _share(difference: float) -> str:
@@ -70,18 +81,18 @@ def _more(bars: list[Bar]) -> str:
 def _longer(ratio: Estimate, first: bool) -> str:
     if ratio.value < PER_CENT:
         return f"{quantity.plain(100 * max(0.0, ratio.value - 1), 2)} % longer"
-    return f"{quantity.plain(ratio.value, 2)} times{' as long' * first}"
+    return f"{earned(ratio)} times{' as long' * first}"
 
 
 def of_best(best: Bar, ratio: Estimate, other: Bar, alike: list[Bar]) -> str:
     """Says which of all methods is the fastest. ratio: the time of `other`, which does not use it, over its time.
 
-    alike: bars that cannot be told apart from the best.
+    alike: bars whose difference from the best is not resolved.
     """
-    faster = f"{quantity.plain(ratio.value, 2)} times as fast as {other.spoken}"
+    faster = f"{earned(ratio)} times as fast as {other.spoken}"
     rmse = "" if isinstance(best.cell.error(), Missing) else f", RMSE {accuracy_columns.brief(best.cell)[0]}"
     names = listed([best.spoken, *(bar.spoken for bar in alike)])
-    which = f"are {names}, which cannot be told apart" if alike else f"is {names}"
+    which = f"are {names}, which tie" if alike else f"is {names}"
     return f"The fastest of all {which}: {quantity.seconds(best.time.value)}, {faster}{rmse}."
 
 
@@ -93,18 +104,18 @@ def of_others(bars: list[Bar]) -> str:
 def of_threads(most: Cell, few: Cell, ratio: Estimate, resolved: bool) -> str:
     """Says what more threads gain. ratio: the time of the cell with few over that of the one with most."""
     many, fewest = most.parameters["threads"], few.parameters["threads"]
-    gain = f"{quantity.plain(ratio.value, 2)} times as fast as with {fewest}" + " (not resolved)" * (not resolved)
+    gain = f"{earned(ratio)} times as fast as with {fewest}" + " (not resolved)" * (not resolved)
     return f"With {many} threads {most.variant} is {gain}."
 
 
 def of_means(first: str, means: list[tuple[str, Estimate]], places: int, floor: float | None) -> str:
     """Says the geometric means over places of ratios to `first`, each with a name."""
     phrases = [
-        f"{name} {quantity.plain(mean.value, 2)} times"
+        f"{name} {earned(mean)} times"
         + f" ({statistics.NOT_RESOLVED})" * (statistics.verdict(mean, floor) == statistics.NOT_RESOLVED)
         for name, mean in means
     ]
-    return f"Over {places} places, geometric means: {listed(phrases)} the time of {first}."
+    return f"Over {places} configurations, geometric means: {listed(phrases)} the time of {first}."
 
 
 def of_budget(
@@ -150,7 +161,7 @@ def of_starts(warm: list[Bar], cold: list[Bar], floor: float | None) -> list[str
     sentences = [f"To the first frame, warm: {of_bars(warm, floor, 'from the start of the process')}"] if warm else []
     slow = ", ".join(f"{bar.cell.variant} {quantity.seconds(bar.time.value)}" for bar in cold)
     if cold:
-        sentences.append(f"With nothing compiled yet, the build of a program included: {slow}.")
+        sentences.append(f"From an empty compile cache, the build of a program included: {slow}.")
     return sentences
 
 

@@ -148,7 +148,7 @@ def _table(starts: list[Start]) -> str:
         ]
         for start in starts
     ]
-    return markdown.table(["variant", "cache", *names, "sum", BUILD], rows)
+    return markdown.table(["renderer", "cache", *names, "sum", BUILD], rows)
 
 
 def _csv(by_place: dict[tuple[str, str], list[Start]]) -> list[tuple]:

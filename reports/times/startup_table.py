@@ -16,7 +16,7 @@ CAPTION = (
     "compile, cold: with an empty cache, or the build of a program that is compiled beforehand, marked (build). "
     "compile, warm: with code from an earlier process. none: it has no such phase. Break-even: the frames, "
     "counted from 1, for which compile + first frame + (frames - 1) × steady frame is less than the same sum of "
-    "the other variant, from the medians; start and import of a process and loading of the scene are left out on "
+    "the other renderer, from the medians; start and import of a process and loading of the scene are left out on "
     "both sides. The study's compile times are about, from its section 4.2.1."
 )
 
@@ -87,8 +87,8 @@ def break_even(results: Results, cell: Cell, warm: bool):
     span = lead(start, steady, its, its_steady)
     if span is None:
         return f"never ahead of {other.name}"
-    end = f" to {span[1]}" if span[1] else ""
-    return Estimate(span[0], None, None, len(cell.counting), f"ahead of {other.name} from frame {span[0]}{end}")
+    end = f", until {span[1]}" if span[1] else ""
+    return Estimate(span[0], None, None, len(cell.counting), f"breaks even with {other.name} at frame {span[0]}{end}")
 
 
 def _show_lead(value) -> str:

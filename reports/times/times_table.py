@@ -72,4 +72,4 @@ def _count(value: float) -> str:
 def write(results: Results, out: Path) -> str:
     """Writes times-*.csv for each scene; returns the section of the report."""
     tables = [(scene, results.of(scene), columns(results, scene)) for scene in results.scenes]
-    return table.section(out, "times", "Times (the study's table 4.1)", tables, CAPTION)
+    return table.section(out, "times", study.heading(results.cells, "Times", "table 4.1"), tables, CAPTION)

@@ -139,7 +139,7 @@ def test_a_cell_is_told_by_what_varies():
 def test_elsewhere_each_is_a_line(shown):
     assert shown(False, (CPP, None, 2, 12, 90.0), (CPP, RECORD, 3, 12, 90.0)) == [
         "[3/12, 90 s left] cpp, [comparison]: first 500 ms, 250 ms a frame, RMSE 0.011, largest error 1.25, "
-        "0.33 % of pixels beyond 1/255, agreement ✓ outside a mask of 2 % of the pixels"
+        "0.33 % of pixels beyond 1/255, agreement ✓ outside a mask of 2.0 % of the pixels"
     ]
 
 

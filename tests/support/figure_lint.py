@@ -65,6 +65,8 @@ def faults(figure: Figure) -> list[str]:
         found += _struck(axes)
         for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
             labels = [label.get_text() for label in ticks(axis) if label.get_text()]
+            if axis.get_scale() == "log" and len(labels) == 1:
+                found.append(f"axes {number}: one number along {name}: {labels}")
             if any(map(EXPONENT.match, labels)) and any(map(PLAIN.match, labels)):
                 found.append(f"axes {number}: two ways to write numbers along {name}: {labels}")
     return found

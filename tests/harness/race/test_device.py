@@ -177,7 +177,7 @@ def test_rows_of_the_simulator_are_ranked_with_none(race):
         assert each["shapes"] == dict.fromkeys(("sphere", "box", "polygon", "ellipsoid", "triangle", "csg"), 0)
     assert "1 ok (unranked), 1 ok\n" in done.stdout or "1 ok, 1 ok (unranked)\n" in done.stdout
     assert f"  device: unranked: {UNRANKED}\n" in done.stdout
-    assert "RMSE below 0.0028: its truth cannot tell it from 0, agreement ✓, unranked" in done.stderr
+    assert "RMSE below 0.0028, the truth's accuracy, agreement ✓, unranked" in done.stderr
 
 
 def test_parameters_of_a_gpu_reach_it(race):

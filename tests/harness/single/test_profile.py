@@ -102,10 +102,25 @@ def test_functions_count_a_recursion_once():
     [
         ("main", "main"),
         ("void render<double, Box<float> >(Scene const&, int)", "render"),
-        ("Vec3<double> operator-<double>(Vec3<double> const&)", "Vec3 operator-"),
+        ("Vec3<double> operator-<double>(Vec3<double> const&)", "operator-"),
         ("std::vector<int, std::allocator<int> >::push_back(int&&)", "std::vector::push_back"),
         ("(anonymous namespace)::spin(long)", "spin"),
         ("0x0000000000012340", "0x0000000000012340"),
+        ("std::ostream& operator<< <char>(std::ostream&, char)", "operator<<"),
+        ("bool operator<(A const&, B)", "operator<"),
+        ("A<B>::operator->() const", "A::operator->"),
+        ("operator new(unsigned long)", "operator new"),
+        ("Foo::operator bool() const", "Foo::operator bool"),
+        ("operator_like(int)", "operator_like"),
+        ("Walker<double>::chain(Branch<double>, Desk<double>&) const", "Walker::chain"),
+        ("Picture<double> render<double, with<A> >(Job const&)", "render"),
+        (
+            "Sampler<double>::render(int) const::{lambda(int)#1}::operator()(int) const",
+            "Sampler::render::lambda::operator()",
+        ),
+        ("std::string::insert(unsigned long, char const*) [clone .constprop.0]", "std::string::insert"),
+        ("pow@@GLIBC_2.29", "pow"),
+        ("(below main)", "(below main)"),
     ],
 )
 def test_names_are_short(name, wanted):
@@ -129,3 +144,18 @@ def test_what_callgrind_writes(tmp_path):
 def test_samples_of_py_spy():
     text = "a (x.py:1);b (y.py:2) 3\na (x.py:1) 4\n\nnothing\na (x.py:1);b (y.py:2) 1\n"
     assert profile.collapsed(text) == {("a (x.py:1)", "b (y.py:2)"): 4, ("a (x.py:1)",): 4}
+
+
+def test_stacks_that_callgrind_cuts_begin_where_the_others_do():
+    """Of a recursion with more callers than callgrind names; a function without a name is called by its file."""
+    costs = {
+        ("/none/a.out", "main'(below main)", 1): 1,
+        ("/none/a.out", "render'main'(below main)", 2): 2,
+        ("/none/a.out", "trace'render'main'(below main)", 3): 4,
+        ("/none/a.out", "trace'trace'trace'trace'trace'trace'trace", 4): 8,
+        ("/none/libm.so.6", "0x000abc'trace'trace'trace'trace'trace'trace", 5): 16,
+    }
+    stacks = callgrind.stacks(costs)
+    assert {stack[:3] for stack in stacks if len(stack) > 2} == {("main", "render", "trace")}
+    assert stacks["main", "render", *["trace"] * 7] == 8 and stacks["main", "render", *["trace"] * 6, "libm.so.6"] == 16
+    assert stacks["main",] == 1 and sum(stacks.values()) == 31

@@ -142,7 +142,7 @@ def test_the_cheapest_within_a_budget(load, cell):
     assert (point.name, rivals) == ("cpp, jittered 2 × 2", [])
     point, rivals = chart.cheapest(run, 1 / 255)
     assert {point.cell.variant, *(rival.cell.variant for rival in rivals)} == {"cpp", "numba"}
-    assert "no method" in str(chart.cheapest(run, 1e-3)) and "below 0.00048 the truth cannot tell" in str(
+    assert "no method" in str(chart.cheapest(run, 1e-3)) and "below the truth's accuracy, 0.00048" in str(
         chart.cheapest(run, 1e-4)
     )
 
@@ -158,7 +158,7 @@ def test_budgets_are_a_table_and_a_file(load, many, tmp_path):
     assert f"`{exact['command']}`" in text
     table, _ = report_tables.tables(text)
     told = {row["error at most"]: row["fastest"] for row in table}
-    assert "1/255" in told and told["1e-09"] == "unavailable: below 0.00048 the truth cannot tell"
+    assert "1/255" in told and told["1e-09"] == "unavailable: below the truth's accuracy, 0.00048"
     for row in rows:
         assert all(value or name in ("note", "not_resolved_from", "command") for name, value in row.items())
         assert row["command"] or row["note"]

@@ -61,7 +61,7 @@ def test_a_lost_repetition_is_told(make_run, cell, bad, tmp_path):
     run = make_run([*cell("cpp"), bad("cpp", "killed", "out of memory", 5)])
     suite, left_out = exported(run, "pyperf", tmp_path / "a.json")
     assert len(suite["benchmarks"][0]["runs"]) == 5
-    assert left_out == ["cpp, comparison: ok, but 1 of 6 repetitions not: killed: out of memory"]
+    assert left_out == ["cpp, comparison: ok, but 1 of 6 processes not: killed: out of memory"]
 
 
 def test_pyperf_reads_what_was_measured(make_run, cell, tmp_path):

@@ -31,7 +31,7 @@ def test_a_failed_load_pass_is_told_and_spoils_no_time(load, gpu_record, bad):
     results = load([gpu_record(), bad("numba-cuda", "failed", "it broke", 1, **{"pass": "load"})])
     assert results.cells[0].verdict == "ok" and not results.cells[0].unranked
     assert gpu.observed(results, results.cells[0], "power_w") == Missing("failed: it broke")
-    assert "a repetition of its load pass is not ok: failed: it broke" in doubts.write(results)
+    assert "a process of its load pass is not ok: failed: it broke" in doubts.write(results)
 
 
 def test_an_old_run_has_timed_repetitions_and_no_part_of_a_gpu(report_text, load, record):
@@ -56,8 +56,8 @@ def test_exhibits_and_simulators_are_in_no_comparison_and_no_failure(report_text
     assert "numba-cuda-index-fault: exhibit: the study's figure 2.9; its picture is wrong, as meant" in shown
     assert "numba-cuda: ran in the CUDA simulator" in shown
     assert "numba-cuda" not in said.split("Shown,")[0] and "Not ranked" not in said
-    (times,) = report_tables.tables(text.split("## Times (")[1].split("\n## ")[0])
-    assert [row["variant"].partition(",")[0] for row in times] == [
+    (times,) = report_tables.tables(text.split("## Times")[1].split("\n## ")[0])
+    assert [row["renderer"].partition(",")[0] for row in times] == [
         "cpp", "numba", "numba-cuda-index-fault", "numba-cuda (simulator)",
     ]  # fmt: skip
     assert "time ÷ cpp" in text
@@ -248,7 +248,7 @@ def test_of_many_launches_the_fastest_is_spoken_of(load, gpu_record):
     results = load(sweep(gpu_record, [(1, 1), (2, 2), (4, 4)], kernel=lambda w, h, t: 0.2 * w))
     said = summary.write(results)
     assert said.count("only numba-cuda is ranked") == 1 and "comparison, block width 1, block height 1" in said
-    assert "It is the fastest of 3 ways to launch it" in said
+    assert "It is the fastest of 3 launches" in said
 
 
 def test_memory_kinds_are_divided_by_global(report_text, gpu_record):

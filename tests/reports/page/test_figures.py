@@ -31,6 +31,7 @@ def test_the_figures_of_reference_runs_have_no_fault(run, tmp_path):
         (lambda figure, axes: figure.add_axes((0.9, 0.9, 0.05, 0.05), xticks=[], yticks=[]), "empty"),
         (lambda figure, axes: figure.set_size_inches(4, 30), "larger than a page"),
         (lambda figure, axes: axes.set_xticks([1e5, 1e6], ["100000", "1e+06"]), "two ways"),
+        (lambda figure, axes: (axes.set_xticks([1e5], ["100000"]), axes.set_xticks([], minor=True)), "one number"),
     ],
 )
 def test_each_fault_is_found(spoil, fault):

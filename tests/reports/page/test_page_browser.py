@@ -201,7 +201,7 @@ def test_the_page_of_a_folder_of_runs(once, visit, make_run, record, tmp_path, w
 
 def test_a_link_into_a_closed_section_opens_it(visit, path):
     page = visit(path, 1280)
-    link = page.locator("nav a", has_text="Doubtful")
+    link = page.locator("nav a", has_text="Measurement warnings")
     place = link.get_attribute("href")
     assert page.locator(f"details{place}[open]").count() == 0
     link.click()

@@ -37,7 +37,7 @@ def test_rows_without_a_time_have_a_reason_and_no_rank(report_text, record, bad)
         ]
     )
     assert "only cpp is ranked" in text
-    found = {row["variant"]: row for row in rows(text, "Times (")}
+    found = {row["renderer"]: row for row in rows(text, "Times")}
     reasons = {
         "numba": "failed: exit 1: it broke",
         "numpy": "unavailable: no module numpy",
@@ -60,10 +60,10 @@ def test_no_time_without_an_error(report_text, record):
             record("numpy", agreement=None),
         ]
     )
-    for heading in ("Times (", "Start-up"):
+    for heading in ("Times", "Start-up"):
         for row in rows(text, heading):
             assert row["largest error"] and row["RMSE"] and row["beyond 1/255 (%)"]
-    found = {row["variant"]: row for row in rows(text, "Times (")}
+    found = {row["renderer"]: row for row in rows(text, "Times")}
     assert found["numba"]["RMSE"] == "unavailable: no truth"
     assert found["numba"]["agrees"] == "unavailable: no other renderer" and found["cpp"]["agrees"] == "✓ (mask 25 %)"
     assert found["numba"]["time ÷ cpp"].startswith("unavailable: not ranked: its picture was not judged")
@@ -84,12 +84,14 @@ def test_beside_a_time_stands_the_distance_from_the_truth_and_not_from_the_refer
     told = [record(name, n, **own) for name in ("cpp", "numba") for n in range(5)]
     text = report_text(told)
     line = next(line for line in text.splitlines() if "a frame, RMSE" in line)
-    assert "RMSE 0.011, largest error 1.25, 0.33 % of pixels beyond 1/255" in line and "agreement ✓ (mask 2 %)" in line
+    assert (
+        "RMSE 0.011, largest error 1.25, 0.33 % of pixels beyond 1/255" in line and "agreement ✓ (mask 2.0 %)" in line
+    )
     assert not re.search("0\\.0002|0\\.0003|2e-4|3e-4|1e-05", text), "how far it is from its reference is told nowhere"
-    for heading in ("Times (", "Start-up"):
+    for heading in ("Times", "Start-up"):
         for row in rows(text, heading):
             assert (row["RMSE"], row["largest error"], row["beyond 1/255 (%)"]) == ("0.011", "1.25", "0.33")
-            assert row.get("agrees", "✓ (mask 2 %)") == "✓ (mask 2 %)"
+            assert row.get("agrees", "✓ (mask 2.0 %)") == "✓ (mask 2.0 %)"
     figure = times_figure.draw(results.load(make_run(told, name="drawn")), told[0]["scene"])
     beside = [text.get_text() for text in figure.axes[0].texts]
     assert beside == [*["0.011", "1.25", "0.33 %", "✓"] * 2, "RMSE", "largest", "beyond 1/255", "agrees"]
@@ -115,7 +117,7 @@ def test_no_cell_of_a_table_is_blank_or_a_bare_zero(report_text, tmp_path, recor
         if line.startswith("|"):
             cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
             assert "" not in cells and "0" not in cells and "nan" not in line.lower(), line
-    (row,) = rows(text, "Times (")
+    (row,) = rows(text, "Times")
     assert row["steady frame"] == "unavailable: no steady frames" and "nothing is ranked" in text
     assert "unavailable: nobody else makes it" in (row["RMSE"], row["agrees"])
     assert "wait4, floor 8.00 MB" in text
@@ -133,14 +135,14 @@ def test_names_of_others_are_escaped(report_text, record, bad):
     text = report_text([told | files, failed], title=evil, command=["rayrace", evil])
     assert "<script>" not in text
     assert "a\\|b&lt;script&gt;" in text
-    times = text.split("## Times (")[1].split("## Times, drawn")[0]
+    times = text.split("## Times")[1].split("## Times, drawn")[0]
     assert len({len(re.split(r"(?<!\\)\|", line)) for line in times.splitlines() if line.startswith("|")}) == 1
     assert not re.search(r"(?<!\\)\*c\*", text)
 
 
 def test_one_process_has_no_interval(report_text, record):
     text = report_text([record("cpp", frames=(1, 0.5)), record("numba", frames=(1, 1.0))])
-    row = rows(text, "Times (")[1]
+    row = rows(text, "Times")[1]
     assert row["steady frame"] == "1.00 s (no interval, n = 1)"
     assert row["time ÷ cpp"] == "2.00 (no interval, n = 1)"
     assert "**cpp** has the lowest median, not resolved from numba" in text
@@ -169,7 +171,7 @@ def test_warnings_are_told_once_for_each_kind(report_text, record):
 
 def test_a_process_that_did_not_get_its_core_is_doubtful(report_text, record):
     starved = record("numba", cpu={"user_s": 0.5, "system_s": 0.1, "series_s": 0.6})  # of 2 s
-    text = report_text([record("cpp"), starved]).split("## Doubtful")[1].split("## Machine")[0]
+    text = report_text([record("cpp"), starved]).split("## Measurement warnings")[1].split("## Machine")[0]
     assert "- numba: used 30 % of one core" in text and "cpp" not in text
 
 

@@ -29,7 +29,7 @@ def test_a_row_without_a_result_shares_nothing_and_keeps_its_reason():
 
 def test_reasons_are_notes_each_once():
     rows = [
-        ["cpp", "1 s (no interval, n = 2)", "unavailable: no /proc", "ok, but 1 of 2 repetitions not: failed: x; y"],
+        ["cpp", "1 s (no interval, n = 2)", "unavailable: no /proc", "ok, but 1 of 2 processes not: failed: x; y"],
         ["numba", "2 s (no interval, n = 2)", "unavailable: no /proc", "failed: exit 1"],
         ["numpy", "3 s", "9 MB", "ok"],
     ]

@@ -106,7 +106,7 @@ def test_a_wrong_picture_in_one_repetition_spoils_the_cell(load, record):
 
 def test_a_failure_beside_good_repetitions_is_told(load, record, bad):
     (cell,) = load([record("cpp"), bad("cpp", "timeout", "killed after 9 s", 1)]).cells
-    assert cell.verdict == "ok, but 1 of 2 repetitions not: timeout: killed after 9 s"
+    assert cell.verdict == "ok, but 1 of 2 processes not: timeout: killed after 9 s"
     assert cell.median("steady_s", "").processes == 1
 
 

@@ -4,6 +4,11 @@ import os
 import subprocess
 import sys
 
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from figure_lint import faults, ticks
+
 from reports.paper import markdown, style
 
 
@@ -35,3 +40,23 @@ def test_names_of_files_are_short_and_differ():
     long = [markdown.slug("a" * 245 + end) for end in ("", "b", "\udcff")]
     assert len(set(long)) == 3 and all(len(name) == markdown.LONGEST for name in long)
     assert markdown.slug("a" * markdown.LONGEST) == "a" * markdown.LONGEST
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_logarithmic_axis_has_two_numbers_at_least(seed):
+    """Of any ends, and of decades as before; none lies over another."""
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    low, span = 10 ** rng.uniform(-3, 3), 10 ** (10 ** rng.uniform(-1.5, 0.5))
+    for narrow in (False, True):
+        with style.styled():
+            figure, axes = plt.subplots(figsize=(5, 2), layout="constrained")
+            axes.plot([low, low * span], [0, 1])
+            axes.set(xscale="log", xlim=(low, low * span))
+            style.log_ticks(axes.xaxis, narrow)
+            figure.canvas.draw()
+        labels = [label.get_text() for label in ticks(axes.xaxis) if label.get_text()]
+        print(low, low * span, labels)
+        assert len(set(labels)) == len(labels) >= 2
+        assert faults(figure) == []
+        plt.close(figure)

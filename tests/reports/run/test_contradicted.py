@@ -33,7 +33,7 @@ def test_nowhere_is_it_first(load, records):
     assert ranking.baseline(loaded, loaded.scenes[0]) == "numpy"
     (chart,) = pareto.charts(loaded)
     assert {point.cell.variant for point in chart.points} == {"numpy"} and chart.front
-    assert {(cell.variant, why) for cell, why in chart.lacking} == {("cpp", f"{WHY} (in 5 of 5 repetitions)")}
+    assert {(cell.variant, why) for cell, why in chart.lacking} == {("cpp", f"{WHY} (in 5 of 5 processes)")}
     best, _ = chart.cheapest(loaded, 1.0)
     assert best.cell.variant == "numpy"
 
@@ -42,7 +42,7 @@ def test_the_report_says_why(report_text, records, tmp_path):
     text = report_text(records, **FACTS)
     summary = text.partition("## Summary")[2].partition("\n## ")[0]
     assert "only numpy is ranked" in summary and "**cpp**" not in summary
-    assert f"cpp: {WHY} (in 5 of 5 repetitions) (everywhere)" in summary.partition("Not ranked:")[2]
+    assert f"cpp: {WHY} (in 5 of 5 processes) (everywhere)" in summary.partition("Not ranked:")[2]
     assert "in no comparison" not in summary
     assert "1e-06 s a frame" not in text and "1.0 µs" not in text
     with open(tmp_path / "report" / "times-0-mirrors.csv", encoding="utf-8", newline="") as lines:

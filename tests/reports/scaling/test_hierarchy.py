@@ -162,11 +162,11 @@ def test_in_the_report(section, told, tmp_path):
     rows = [*told(), *told("numba", none={10: 1.0, 40: 4.0}, bvh={10: 0.5, 40: 0.5})]
     text, figures = section(rows, hierarchy.TITLE)
     table, crossings = report_tables.tables(text.replace("\\", ""))
-    assert [(row["variant"], row["faster from"].partition(" on")[0], row["measured at"]) for row in crossings] == [
+    assert [(row["renderer"], row["faster from"].partition(" on")[0], row["measured at"]) for row in crossings] == [
         ("cpp", "20.0 objects", "10 and 40 objects"),
         ("numba", "unavailable: they do not cross: it is the faster way from 10 objects", "unavailable"),
     ]
-    row = next(row for row in table if (row["variant"], row["objects"]) == ("cpp", "40"))
+    row = next(row for row in table if (row["renderer"], row["objects"]) == ("cpp", "40"))
     assert [row[name] for name in ("frame, none", "frame, bvh", "none ÷ bvh")] == [
         "400 [392, 408] ms", "200 [196, 204] ms", "2.00, all equal",
     ]  # fmt: skip

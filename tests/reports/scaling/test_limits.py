@@ -206,7 +206,7 @@ def test_section(section, told):
     text, figures = section(told(), limits.TITLE)
     (table,) = report_tables.tables(text)
     row = next(row for row in table if (row["precision"], row["lanes"], row["threads"]) == ("float32", "on", "1"))
-    assert row["variant"] == "cpp" and row["time ÷ readable cpp"].startswith("0.125")
+    assert row["renderer"] == "cpp" and row["time ÷ readable cpp"].startswith("0.125")
     figure = figures["limits-0-comparison"]
     top, below = figure.axes
     assert [label.get_text() for label in below.get_yticklabels()] == ["cpp-threads, float64"]

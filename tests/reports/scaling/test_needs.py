@@ -111,7 +111,7 @@ def test_in_the_report(section, told, tmp_path):
     text, figures = section(told(), needs.TITLE)
     (table,) = report_tables.tables(text)
     row = next(row for row in table if row["carries"] == "general")
-    assert row["variant"] == "cpp" and "4.00, all equal" in row.values()
+    assert row["renderer"] == "cpp" and "4.00, all equal" in row.values()
     assert "Registers, local and constant memory: unavailable: it does not run on a GPU" in text
     names = [label.get_text() for label in figures["needs"].axes[0].get_yticklabels()]
     assert names == ["needed", "shadows", "lens, csg", "general"]

@@ -4,10 +4,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from reports.chart.embedded import Embedded
 from reports.paper import style
 from reports.run import results
 from reports.stability import pictures as stability_pictures
 from reports.stability import stability
+from reports.summary import glance
 
 FACTS = {
     "code": "S7", "title": "Acne", "stress": "scale", "failure": "dark points", "error": "", "logarithmic": True,
@@ -18,11 +20,10 @@ GREY = np.full((12, 12, 3), 0.5)
 
 
 @pytest.fixture
-def shown(record, make_run, tmp_path, monkeypatch):
-    """A function that gives the panels of a row, and the section: failures of 100 by level, for each offset."""
+def stressed(record, make_run):
+    """A function that gives a run of one row: failures of 100 by level, for each offset."""
 
-    def show(pictures=GREY, **failures):
-        monkeypatch.setattr(style, "save", lambda figure, path: plt.close(figure))
+    def make(pictures=GREY, **failures):
         told, files = [], {}
         for offset, counts in failures.items():
             for level, failed in counts.items():
@@ -38,7 +39,18 @@ def shown(record, make_run, tmp_path, monkeypatch):
                         agreement=None,
                     )
                 )  # fmt: skip
-        run = results.load(make_run(told, files=files, stability={"acne": FACTS}))
+        return results.load(make_run(told, files=files, stability={"acne": FACTS}))
+
+    return make
+
+
+@pytest.fixture
+def shown(stressed, tmp_path, monkeypatch):
+    """A function that gives the panels of the row, and the section."""
+
+    def show(pictures=GREY, **failures):
+        monkeypatch.setattr(style, "save", lambda figure, path: plt.close(figure))
+        run = stressed(pictures, **failures)
         (row,) = stability.rows(run)
         return stability_pictures.choose(run, row), stability_pictures.write(run, tmp_path)
 
@@ -90,3 +102,15 @@ def test_pixels_that_are_no_numbers_are_magenta(shown):
     panels, _ = shown(pictures=broken, none={1: 50}, bounded={1: 0})
     assert panels[0].picture[3, 4].tolist() == [255, 0, 255]
     assert panels[0].picture[0, 0].tolist() == [188, 188, 188]
+
+
+def test_the_first_screen_shows_the_failure_beside_what_holds(stressed):
+    pictures = Embedded(100_000)
+    shown = glance.failure(stressed(none={1: 2, 10: 30}, fixed={1: 0, 10: 60}, bounded={1: 0, 10: 0}), pictures)
+    assert [name for _, name in shown["pictures"]] == ["fixed: 60 of 100 wrong", "bounded: 0 of 100 wrong"]
+    assert all(key in pictures.images for key, _ in shown["pictures"])
+    assert shown["about"] == "Acne: cpp, float32, scale 10."
+
+
+def test_the_first_screen_shows_no_picture_where_nothing_fails_visibly(stressed):
+    assert glance.failure(stressed(none={1: 2, 10: 5}, bounded={1: 0, 10: 0}), Embedded(100_000)) is None

@@ -176,13 +176,13 @@ def test_the_report_says_who_broke_and_what_did_not_run(report_text, curve):
     assert "S1 far, robust, float64: from 1e5 on in cpp (theory: 1e4)" in text
     assert "numba: unavailable: failed: no memory (4 cells: far)" in text
     table = next(table for table in report_tables.tables(text) if "theory" in table[0])
-    naive = next(row for row in table if row["way"] == "textbook (naive)")
+    naive = next(row for row in table if row["method"] == "textbook (naive)")
     assert list(naive.values()).count("1e4") == 1 and naive["theory"] == "1e4"
-    assert (naive["cpp"], naive["numba"]) == ("100 (0.4 %; 1 % from 1e3 on)", "not run")
-    robust = next(row for row in table if row["way"] == "robust")
-    assert (robust["cpp"], robust["numba"]) == ("1e5 (0.2 %; never 1 %)", "unavailable: failed: no memory")
+    assert (naive["cpp"], naive["numba"]) == ("100 (0.40 %; 1 % from 1e3 on)", "not run")
+    robust = next(row for row in table if row["method"] == "robust")
+    assert (robust["cpp"], robust["numba"]) == ("1e5 (0.20 %; never 1 %)", "unavailable: failed: no memory")
     assert "Of 1 kind of failure, naive methods give wrong answers in 1 of 1 and robust methods in 1 of 1." in text
-    assert "## Machine" in text and "## Provenance" in text and "Every variant is ranked" not in text
+    assert "## Machine" in text and "## Provenance" in text and "Every renderer is ranked" not in text
     assert "| S1 far | float64 | textbook / robust | cpp 1 [1, 1] |".replace("[", r"\[").replace("]", r"\]") in text
 
 
@@ -197,7 +197,7 @@ def test_what_was_not_run_to_the_end_did_not_hold_to_the_end(load, curve):
 
 def test_an_ordinary_run_has_no_part_of_this(report_text, record):
     text = report_text([record("cpp")], stability={})
-    assert "Every variant is ranked" in text and overview.TITLE not in text
+    assert "Every renderer is ranked" in text and overview.TITLE not in text
 
 
 def test_a_run_without_an_answer_is_told(report_text, curve):

@@ -57,7 +57,7 @@ def test_a_difference_below_the_floor_is_not_resolved_anywhere(report_text, reco
         records, facts = with_pair(record, cpp, [shift * value for value in cpp], *rounds(record, "numba", numba))
         text = report_text(records, name=f"shifted-{shift}", **facts)
         said = text.split("## Machine")[0]
-        row = next(line for line in text.split("## Times (")[1].splitlines() if "| numba |" in line)
+        row = next(line for line in text.split("## Times")[1].splitlines() if "| numba |" in line)
         assert ("**cpp** is the fastest" in said) == resolved
         assert ("not resolved from numba" in said) == ("not resolved" in row) == (not resolved)
 
@@ -91,8 +91,8 @@ def test_no_steady_state_is_no_time_and_no_failure(report_text, record):
     text = report_text([*rounds(record, "cpp", [1.0] * 5), *drifting])
     reason = "no steady state: the frames of 5 processes became 21 % faster"
     assert f"- numba: {reason}" in text.split("Not ranked:")[1]
-    table = report_tables.tables(text.split("## Times (")[1])[0]
-    row = next(row for row in table if row["variant"] == "numba")
+    table = report_tables.tables(text.split("## Times")[1])[0]
+    row = next(row for row in table if row["renderer"] == "numba")
     assert row["steady frame"].startswith(f"unavailable: {reason}") and row["status"] == "ok"
     assert "only cpp is ranked" in text
 
@@ -141,9 +141,9 @@ def test_frames_of_the_warm_up_are_in_no_time(load, record):
 def test_outlying_processes_are_marked_and_kept(report_text, tmp_path, record):
     times = [1.0, 1.01, 0.99, 1.0, 1.02, 0.98, 1.0, 3.0]
     text = report_text([*rounds(record, "cpp", times), *rounds(record, "numba", times[:4])])
-    section = text.split("## Times (")[1].split("\n## ")[0]
+    section = text.split("## Times")[1].split("\n## ")[0]
     (table,) = report_tables.tables(section)
-    shown = {row["variant"]: [row["processes"], row["outlying"]] for row in table}
+    shown = {row["renderer"]: [row["processes"], row["outlying"]] for row in table}
     assert shown == {"cpp": ["8", "1"], "numba": ["4", "unavailable: needs 5 processes"]}
     with open(tmp_path / "report" / "repetitions.csv", newline="") as file:
         told = [row["outlier"] for row in csv.DictReader(file) if row["variant"] == "cpp"]
@@ -172,7 +172,7 @@ def test_the_audit_of_the_measurer_is_a_table(report_text, record):
     doubt = "CPU time: wait4 says 4 s, the measurer saw 2 s"
     records = [record("cpp", measurer=audit), record("cpp", 1, measurer=audit, cpu=off, warnings=[doubt])]
     text = report_text([*records, record("numba", cpu=off | {"series_s": None})])
-    rows = {row["variant"]: row for row in report_tables.tables(text.split("## CPU time, and")[1])[0]}
+    rows = {row["renderer"]: row for row in report_tables.tables(text.split("## CPU time, and")[1])[0]}
     # CPU times 2 and 4 s, of which 2 and 2 were seen: 4 / 6
     told = [rows["cpp"][name] for name in ("measured (%)", "flagged", "interval, p50", "p99", "missed")]
     assert told == ["66.7", "1 of 2", "50.0 ms (no interval, n = 2)", "60.0 ms", "2 of 40"]

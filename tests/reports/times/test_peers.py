@@ -34,7 +34,7 @@ def test_the_table(record, bad, load, tmp_path):
     text = peers.write(load(run(record, [lost, *compiled], lines=None)), tmp_path)
     assert text.startswith("## Technologies beside each other")
     (table,) = report_tables.tables(text)
-    embree = next(row for row in table if row["variant"] == "embree")
+    embree = next(row for row in table if row["renderer"] == "embree")
     assert embree["status"] == "unavailable: no Python module embreex (pip install embreex)"
     with open(next(tmp_path.glob("peers-0-*.csv")), newline="", encoding="utf-8") as file:
         rows = {(row["variant"], row["quantity"]): row for row in csv.DictReader(file)}

@@ -91,7 +91,7 @@ def test_the_cold_pass_is_in_no_other_time(load, told):
 def test_in_the_report(section, told, tmp_path):
     text, figures = section(told(), startup_figure.TITLE)
     (table,) = report_tables.tables(text)
-    told = [table[3][name] for name in ("variant", "cache", "start", "import", "load", "compile", "first frame")]
+    told = [table[3][name] for name in ("renderer", "cache", "start", "import", "load", "compile", "first frame")]
     assert told == ["cpp", "warm", "250 ms", "500 ms", "200 ms", "none", "500 ms"]
     assert [row["compiled beforehand"] for row in table] == ["none", "none", "3.00 s", "none"]
     axes = figures["start-0-comparison"].axes[0]
