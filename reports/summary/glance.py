@@ -93,8 +93,8 @@ def _survived(share: float | None) -> str:
 
 
 def sentences(results: Results, outcome: Headline) -> list[str]:
-    """Returns the verdict of the run's gates, and that on its two versions; then what the run asks first, of a sweep how
-    times grow, else the headline; then what other sections found."""
+    """Returns the verdict of the run's gates, and that on its two versions; then what the run asks first, of a sweep
+    how times grow, else the headline; then what other sections found."""
     gates, compared = gate.of(results, results.facts.get("gate")), versions.comparisons(results)
     verdict = [f"G{gate.line(gates)[1:]}."] if gates else []
     verdict += [f"This version: {versions.verdict(compared)}."] if compared else []
