@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from harness.picture import colour
+from harness.renderer import sobol
 from harness.scene import load, text
 from harness.scene.flatten import flatten
 
@@ -49,9 +50,9 @@ def contract():
 
 @pytest.mark.parametrize("content", [CAMERA, SCENE, (ROOT / "experiments/scenes/local.txt").read_text()])
 def test_arrays_are_those_of_the_contract(content, tmp_path):
-    arrays = flatten(text.read(content))
+    arrays = {**flatten(text.read(content)), "sobol": sobol.matrices()}  # which every job has
     expected = contract()
-    assert len(expected) == 28
+    assert len(expected) == 29
     assert arrays.keys() == expected.keys()
     for name, (dtype, sizes) in expected.items():
         array = arrays[name]
