@@ -101,8 +101,8 @@ struct Sequence {
 // Who draws (RND-3, SOB-1): a sample of a pixel. What the numbers are for comes with each draw.
 struct Draws {
     std::uint32_t pixel = 0, sample = 0, seed = 0;
-    [[no_unique_address]] Only<needs::sobol, Sequence, 's'> sequence{};
-    [[no_unique_address]] Only<needs::sobol, int, 'o'> order{0};  // of the ray
+    Sequence sequence{};  // without the need `sobol` nobody asks for it
+    int order = 0;        // of the ray; likewise
 
     // The sample's own: its place in the pixel, and on the lens.
     template<typename Real>

@@ -57,7 +57,7 @@ struct Tracer {
     Real epsilon;
     int depth, feelers, glossy_rays;  // G of GLO-1
     bool shadows, study_weight;
-    [[no_unique_address]] Only<needs::sobol, Sequence, 's'> sequence;  // its matrices are the scene's
+    Sequence sequence;  // its matrices are the scene's
 
     Tracer(const Scene& scene, const Job& job)
         : shapes(scene, job), media(scene), contact(made_contact(scene, job)),

@@ -128,5 +128,5 @@ struct alignas(128) LaneWorker {
     [[no_unique_address]] List<needs::cutoff, Real, 'w'> dropped;           // CUT-2
     [[no_unique_address]] List<needs::random, std::uint32_t, 'n'> numbers;  // of the samples' pixels (RND-3)
     std::uint32_t sample = 0;
-    [[no_unique_address]] Only<needs::sobol, int, 'o'> order{0};  // of the rays that are shaded
+    int order = 0;  // of the rays that are shaded
 };
