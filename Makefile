@@ -4,6 +4,7 @@ BIN = .venv/bin
 
 study: .venv/installed  ## run the study's comparison and write its report
 	$(BIN)/rayrace run experiments/comparison.toml --report
+	@echo "on the disk:"; du -sh .venv results
 
 # Most tests share the cores, with a process more than there are, as a test often waits; those that measure run alone.
 SHARED = -n $$(($$(nproc) + 1)) --dist

@@ -60,7 +60,8 @@ def write(folder: Path) -> None:
         rows = {row.name: row for row in stability.rows(loaded)}
         out = folder / "stability"
         out.mkdir(exist_ok=True)
-        _draw(out / "overview", overview.draw, loaded, list(rows.values()))
+        for naive in overview.KINDS:
+            _draw(out / f"overview{'-naive' * naive}", overview.draw, loaded, list(rows.values()), naive)
         _draw(out / "window", window.draw, loaded, window.drawable(window.windows(list(rows.values()))))
         for name, module in FAILING.items():
             _draw(out / name, module.draw, loaded, rows[name])
@@ -68,8 +69,7 @@ def write(folder: Path) -> None:
 
 def _draw(path: Path, draw, *data) -> None:
     """Writes a figure of a report as `path`.svg and `path`.json."""
-    with style.styled():
-        style.save(draw(*data), path)
+    style.figure(path, "", draw, *data)
     for suffix in (".png", ".pdf"):
         path.with_suffix(suffix).unlink()
 

@@ -5,6 +5,7 @@ results, made here.
 """
 
 import re
+from itertools import count
 from pathlib import Path
 
 from mkdocs.structure.files import File, Files
@@ -31,7 +32,13 @@ def on_files(files, config):
 
 
 def _reports(config):
-    index.make(ROOT / REFERENCE, MADE / REFERENCE / "reports")
+    runs = len(index.runs(ROOT / REFERENCE, MADE / REFERENCE / "reports")[0])
+    done = count(1)
+    index.make(
+        ROOT / REFERENCE,
+        MADE / REFERENCE / "reports",
+        say=lambda text: print(f"[{next(done)} of {runs} at most] {text}", flush=True),
+    )
     found = (path for path in sorted(MADE.rglob("*")) if path.is_file() and path.suffix not in ("", ".md"))
     return [File(path.relative_to(MADE).as_posix(), str(MADE), config["site_dir"], False) for path in found]
 

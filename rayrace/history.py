@@ -156,5 +156,4 @@ def _charts(points: dict[str, list], steps: list, folder: Path) -> None:
 
     for number, (place, series) in enumerate(points.items(), start=1):
         path = folder / ("history" if number == 1 else f"history-{number}")
-        with style.styled():
-            style.save(history_figure.draw(series, [step for step in steps if step.place == place]), path)
+        style.figure(path, "", history_figure.draw, series, [step for step in steps if step.place == place])

@@ -133,6 +133,14 @@ def report(
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing: make it again and tell what has other data; exit 1 if any.")
     ] = False,
+    figures: Annotated[
+        str,
+        typer.Option(
+            help="Size of figures and tables: page (HTML), thesis (150 mm; also PGF, for LaTeX), slides (300 mm), or a "
+            "width in mm.",
+            metavar="FORM",
+        ),
+    ] = "page",
 ) -> None:
     """Write every table and figure of a run, and report.html and report.md, which hold them.
 
@@ -141,17 +149,24 @@ def report(
     """
     from harness.errors import UserError
     from reports.page import index, several
+    from reports.paper import form
 
+    shape = form.parse(figures)
     if out is None and (len(runs) > 1 or runs[0].is_file()):
         raise UserError("name the folder of the report with -o FOLDER")
     folder = (out.resolve() if out.is_symlink() else out) if out else runs[0] / "report"
     if len(runs) == 1 and runs[0].is_dir() and not (runs[0] / "run.json").exists():
         if check:
             raise UserError(f"{runs[0]}: a folder of runs", remedy="--check takes runs")
+        if shape.width:
+            raise UserError(f"{runs[0]}: a folder of runs", remedy="--figures takes runs")
         print(index.make(runs[0], folder, pool, print))
         return
     if not check:
-        print(several.make(runs, folder, pool))
+        print(several.make(runs, folder, pool, shape))
+        if shape.smallest < form.LEAST:
+            small = f"{shape.smallest:.2g} points; they have {form.LEAST:g} from {form.COLUMN:g} mm on"
+            print(f"warning: the smallest letters of figures {shape.width:g} mm wide have {small}", file=sys.stderr)
         return
     said = several.check(runs, folder, pool)
     for line in said:

@@ -24,7 +24,11 @@ def run(
         bool, typer.Option("--dry-run", help="Print the cells, what will not run, and the predicted time; and stop.")
     ] = False,
     only: Annotated[
-        list[str] | None, typer.Option(help="Only these of its renderers, by commas or one by one.", metavar="NAME,..")
+        list[str] | None,
+        typer.Option(
+            help="Only these renderers, by commas or one by one, also others than the experiment lists.",
+            metavar="NAME,..",
+        ),
     ] = None,
     settings: Annotated[
         list[str] | None, typer.Option("--set", help="Put key=value over the file: image.depth=5.")

@@ -170,7 +170,8 @@ def rounds(members: list, count: int, seed: int) -> Iterator[list]:
 def make(
     experiment: Experiment, file: Path, entries: dict[str, Entry], only: tuple[str, ...] = (), against: str = ""
 ) -> Plan:
-    """The plan of an experiment read from `file`. entries: variants by name; only: names, if not all are to run.
+    """The plan of an experiment read from `file`. entries: variants by name; only: names of those that are to run,
+    also of such as the experiment does not list; if there are none, all that it lists.
 
     against: where another version of them is, if they are to be held against it (renderer/versions.py): each cell then
     has one more beside it.
@@ -178,12 +179,14 @@ def make(
     UserError for an unknown renderer, a faulty scene, swept value or constraint, and for two equal cells unless they
     are from different [[points]] tables.
     """
-    chosen = [registry.find(name, entries, file) for name in experiment.renderers]
-    if unknown := [name for name in only if name not in experiment.renderers]:
-        near = get_close_matches(unknown[0], experiment.renderers, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"they are: {', '.join(experiment.renderers)}"
-        raise UserError(f"--only {', '.join(unknown)}: not among the experiment's renderers", remedy=hint)
-    chosen = [entry for entry in chosen if not only or entry.name in only]
+    listed = [registry.find(name, entries, file) for name in experiment.renderers]
+    if unknown := [name for name in only if name not in entries]:
+        near = get_close_matches(unknown[0], entries, n=1)
+        names = f"the experiment lists {', '.join(experiment.renderers)}; `rayrace list` has all"
+        hint = f'did you mean "{near[0]}"?' if near else names
+        raise UserError(f"--only {', '.join(unknown)}: no such renderer", remedy=hint)
+    more = [entries[name] for name in only if name not in experiment.renderers]
+    chosen = [entry for entry in (*listed, *more) if not only or entry.name in only]
     others = versions.others(against, chosen) if against else {}
     equal = [name for name, other in others.items() if other.renderer.version == entries[name].renderer.version]
     chosen = [version for entry in chosen for version in (entry, others.get(entry.name)) if version]

@@ -1,6 +1,7 @@
 """Runs a plan: one repetition at a time, each judged and stored before the next begins."""
 
 import math
+import statistics
 import sys
 import time
 from collections import Counter
@@ -204,12 +205,19 @@ class _Loop:
         self.tell(turn.cell, record, len(self.records), self.total, self._time_left())
 
     def _time_left(self) -> float | None:
-        """Predicted seconds of what is due; None while a cell of it cannot be predicted. Worked out once a second."""
+        """Predicts the seconds of what is due, at most those of the budget; None before any of it can be predicted.
+
+        What cannot be predicted yet takes the mean of what can. Worked out once a second.
+        """
         if self.clock() - self.looked > 1:
-            parts = [self._seconds(cell, count) for cell in self.plan.cells if (count := self.left[cell.key]) > 0]
-            counts = (cell for key, cell in self.uncounted.items() if key not in self.idle)
-            parts += [self.predictor.count(cell) for cell in counts]
-            self.left_s = None if None in parts else sum(parts) + len(self._truths_left()) * self.predictor.truth
+            cells = [cell for cell in self.plan.cells if self.left[cell.key] > 0 and cell.key not in self.idle]
+            parts = [self._seconds(cell, self.left[cell.key]) for cell in cells]
+            parts += [self.predictor.count(cell) for key, cell in self.uncounted.items() if key not in self.idle]
+            predicted = [part for part in parts if part is not None]
+            if predicted or not parts:
+                unknown = (len(parts) - len(predicted)) * (statistics.mean(predicted) if predicted else 0.0)
+                left_s = sum(predicted) + unknown + len(self._truths_left()) * self.predictor.truth
+                self.left_s = max(0.0, min(left_s, self.end - self.clock()))
             self.looked = self.clock()
         return self.left_s
 
@@ -221,8 +229,6 @@ class _Loop:
 
     def _seconds(self, cell: Cell, count: int) -> float | None:
         """Predicted for `count` more repetitions of a cell."""
-        if cell.key in self.idle:
-            return 0.0
         later = self.predictor.seconds(cell)
         if later is None:
             return None

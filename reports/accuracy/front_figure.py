@@ -74,7 +74,7 @@ def draw(results: Results, chart: Chart):
         boxes.append(_name(axes, variant, at, BESIDE, taken, boxes, **bold)[1])
     for at, name in named:
         drawn, box, free = _name(
-            axes, textwrap.fill(name, WRAP), at, AROUND, taken, boxes, color="#333333", fontsize=6.5
+            axes, textwrap.fill(name, WRAP), at, AROUND, taken, boxes, color="#333333", fontsize=style.SMALL
         )
         if free:
             boxes.append(box)
@@ -105,8 +105,8 @@ def _shade(axes):
     """Shades errors that an 8-bit screen cannot show; returns the box of the words that say so."""
     axes.axvspan(axes.get_xlim()[0], VISIBLE, color="#EAF3EA", lw=0, zorder=0)
     drawn = axes.text(
-        VISIBLE, 0.985, f"{INVISIBLE} ", transform=axes.get_xaxis_transform(), ha="right", va="top", fontsize=7,
-        color="#447744",
+        VISIBLE, 0.985, f"{INVISIBLE} ", transform=axes.get_xaxis_transform(), ha="right", va="top",
+        fontsize=style.SMALL, color="#447744",
     )  # fmt: skip
     if drawn.get_window_extent().x0 < axes.get_window_extent().x0:
         drawn.set(text=f" ← {INVISIBLE}", ha="left")

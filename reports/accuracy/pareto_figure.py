@@ -36,7 +36,7 @@ MOST_NAMED = 12  # in a sentence
 LONGEST = 120  # letters of a name in the legend
 MARKERS = "osD^vP*X<>phd8"
 FAINT = 0.25  # opacity of a point that is never on the front
-WIDTH, PLOT, HEAD, LEFT, RIGHT, LABEL, LINE = 7.2, 4.0, 0.55, 0.65, 0.15, 0.5, 0.145  # inches
+WIDTH, PLOT, HEAD, LEFT, RIGHT, LABEL, LINE = 7.2, 4.0, 0.55, 0.65, 0.15, 0.5, 0.162  # inches
 GUIDES = (("-1/2", 2.0, 0.95), ("-3/4", 4 / 3, 0.7), ("-1", 1.0, 0.45))  # name, fall of log time, length (inches)
 
 
@@ -51,8 +51,8 @@ def draw(results: Results, chart: Chart):
         for names in (variants, [textwrap.shorten(name, LONGEST, placeholder=" ..") for name in shown])
     ]
     rows = sum(-(-len(names) // columns) for names, columns in legends)
-    fastest, lost = _fastest(results, chart), textwrap.wrap(_lost(chart), 150)[:4]
-    foot = LABEL + LINE * (rows + 1 + len(lost) + (len(shown) < len(families)))
+    fastest, lost = _fastest(results, chart), textwrap.wrap(_lost(chart), 130)[:4]
+    foot = LABEL + 0.12 + LINE * (rows + 1 + len(lost) + (len(shown) < len(families)))
     height = HEAD + LINE * len(fastest) + PLOT + foot
     figure = plt.figure(figsize=(WIDTH, height))
     box = LEFT / WIDTH, foot / height, 1 - (LEFT + RIGHT) / WIDTH, PLOT / height
@@ -67,7 +67,7 @@ def draw(results: Results, chart: Chart):
         _guides(axes)
     _numbers(axes, chart, zero, upright)
     figure.text(0.01, 1 - 0.08 / height, chart.view.title, va="top", fontweight="bold")
-    figure.text(0.01, 1 - 0.26 / height, "\n".join(fastest), va="top", fontsize=7)
+    figure.text(0.01, 1 - 0.26 / height, "\n".join(fastest), va="top", fontsize=style.SMALL)
     handles = [Line2D([], [], color=style.colour(name, results.variants), lw=4) for name in variants]
     marks = [Line2D([], [], ls="", marker=markers[family], color="#555555", ms=5) for family in shown]
     at, size = foot - LABEL, {"loc": "upper left", "columnspacing": 1, "borderaxespad": 0}
@@ -76,7 +76,7 @@ def draw(results: Results, chart: Chart):
         at -= LINE * (-(-len(names) // columns)) + 0.06
     left = len(families) - len(shown)
     more = [f"and {left} more method{'s' * (left > 1)}: the CSV file names them"] * (left > 0)
-    figure.text(0.03, at / height, "\n".join(more + lost), va="top", fontsize=6.5, linespacing=1.35)
+    figure.text(0.03, at / height, "\n".join(more + lost), va="top", fontsize=style.SMALL, linespacing=1.35)
     return figure
 
 

@@ -18,21 +18,22 @@ from reports.compare import hosts, side_by_side
 from reports.compare.hosts import Member
 from reports.page import card, report, study_again
 from reports.page.card import Card
-from reports.paper import drawn, markdown, quantity
+from reports.paper import drawn, form, markdown, quantity
+from reports.paper.form import Form
 from reports.run import results
 
 TITLE = "Several runs"
 MARK = ".rayrace-report"  # a file in the folder of a report
 
 
-def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
+def make(runs: list[Path], out: Path, pool: bool = False, shape: Form = form.PAGE) -> Path:
     """Writes the report of the runs into the folder `out`; returns the path of its report.html.
 
     A run on several hosts of a cluster counts as one run per host. pool: hosts that differ only in their names count
-    as one machine.
+    as one machine. shape: of figures and tables.
     """
     may_write(out)
-    with ExitStack() as stack:
+    with ExitStack() as stack, form.written_in(shape):
         folders = [stack.enter_context(packed.opened(run)) for run in runs]
         loaded = [run for folder in folders for run in _by_host(folder, pool)]
         begin(out)  # nothing is written before all runs were checked
@@ -44,7 +45,7 @@ def make(runs: list[Path], out: Path, pool: bool = False) -> Path:
         # The largest first, so that none is written alone in the end.
         order = sorted(members, key=lambda member: -len(member.results.cells))
         with workers(len(members)) as writing:
-            written = writing.map(_report, [(member.results, out / member.name) for member in order])
+            written = writing.map(_report, [(member.results, out / member.name, shape) for member in order])
             made = dict(zip(order, written, strict=True))
         texts = {member: made[member][0] for member in members}
         cards = [(made[member][1], f"{member.name}/{page.NAME}") for member in members]
@@ -65,10 +66,11 @@ def workers(reports: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(max(1, min(reports, len(trouble.usable()))))
 
 
-def _report(job: tuple[results.Results, Path]) -> tuple[list[str], Card]:
-    """Writes the report of a run into a folder; returns the texts of its sections, and its card."""
-    loaded, out = job
-    return [text for _, text in report.write_loaded(loaded, out)], card.write(loaded, out)
+def _report(job: tuple[results.Results, Path, Form]) -> tuple[list[str], Card]:
+    """Writes the report of a run into a folder, in a form; returns the texts of its sections, and its card."""
+    loaded, out, shape = job
+    with form.written_in(shape):
+        return [text for _, text in report.write_loaded(loaded, out)], card.write(loaded, out)
 
 
 def may_write(out: Path) -> None:

@@ -13,19 +13,18 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 from matplotlib import font_manager
-from matplotlib.backends.backend_pdf import FigureCanvasPdf
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 
 from harness.system import output
-from reports.paper import drawn, markdown
+from reports.paper import drawn, form, markdown, vector
 from reports.run.method import SUPERSCRIPT
 from reports.run.stored import STEP
 
 DPI = 200
 LETTERS = 15  # of a title, to the inch
+SMALL = 7.4  # points of small letters, 6 of a figure 7.2 inches wide in a column (form.py)
 EM, KEY = 0.55, 0.4  # width of a letter over its size; of a legend's sign with the gaps around it, inches
 ACROSS = "across"  # gid of a text that lies over a chart on purpose
 
@@ -93,9 +92,10 @@ RC = {
     "grid.linewidth": 0.4,
     "grid.color": "#DDDDDD",
     "legend.frameon": False,
-    "legend.fontsize": 7,
+    "legend.fontsize": SMALL,
     "xtick.minor.pad": 5.0,  # labels of minor ticks stand on the line of the others
     "ytick.minor.pad": 5.0,
+    "pgf.rcfonts": False,  # letters in the font of the document
     "text.parse_math": False,  # a "$" in a name is a "$"
     "svg.hashsalt": "rayrace",
 }
@@ -189,7 +189,9 @@ def _even(low: float, high: float) -> list[float]:
 def figure(path: Path, alt: str, draw: Callable[..., Figure], *arguments) -> str:
     """Saves the figure `draw(*arguments)` in the style (see `save`); returns the Markdown that shows it."""
     with styled():
-        save(draw(*arguments), path)
+        made = draw(*arguments)
+        form.legible(made)
+        save(made, path)
     return markdown.figure(path.name, alt)
 
 
@@ -226,18 +228,22 @@ def across(axes, text: str) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Writes `path`.png, .svg and .pdf, without dates, and `path`.json with the hash of the data; closes the figure."""
-    save_as(figure, path.with_suffix(".png"), own=True, metadata={"Software": None})
+    """Writes `path`.png, .svg and .pdf, without dates, and `path`.json with the hash of the data; closes the figure.
+
+    They are as wide as the form says (form.py). For a text or slides there is also `path`.pgf, unless the figure shows
+    pictures.
+    """
+    shape = form.current()
+    scale = shape.scale(figure)
+    size = {"pil_kwargs": {"dpi": (DPI / scale, DPI / scale)}} if shape.width else {}  # the same pixels
+    save_as(figure, path.with_suffix(".png"), own=True, metadata={"Software": None}, **size)
     # The others have the same layout, which takes longer than drawing; `savefig` would draw them twice.
     figure.set_layout_engine("none")
-    nothing = {"Date": None, "Creator": None}
-    output.write(
-        path.with_suffix(".svg"), lambda file: FigureCanvasSVG(figure).print_svg(file, metadata=nothing), sync=False
-    )
-    none = {"CreationDate": None, "Creator": None, "Producer": None}
-    output.write(
-        path.with_suffix(".pdf"), lambda file: FigureCanvasPdf(figure).print_pdf(file, metadata=none), sync=False
-    )
+    for suffix, draw in ((".svg", vector.svg), (".pdf", vector.pdf)):
+        output.write(path.with_suffix(suffix), lambda file, draw=draw: draw(figure, file, scale), sync=False)
+    if shape.width and not vector.has_pixels(figure):
+        pgf = path.with_suffix(".pgf")
+        output.write(pgf, lambda file: vector.pgf(figure, file, scale, pgf.name), sync=False)
     drawn.describe(figure, path)
     plt.close(figure)
 

@@ -8,7 +8,7 @@ import pandas as pd
 
 from harness.statistics.statistics import Estimate
 from harness.system import output
-from reports.paper import markdown, quantity, thinning
+from reports.paper import latex, markdown, quantity, thinning
 from reports.run import naming, study
 from reports.run.method import PLAIN
 from reports.run.results import Cell, Missing
@@ -81,7 +81,7 @@ def section(
         kept = set(thinning.few(places, max(1, MOST * len(places) // len(cells))))
         rows = [cell for cell in cells if cell.place in kept]
         header, body, shared = to_texts(rows, shown, silent)
-        write_latex(header, body, (out / name).with_suffix(".tex"))
+        latex.table(header, body, (out / name).with_suffix(".tex"))
         parts += [f"### {markdown.escape(scene)}", *shared, markdown.table(header, body)]
         if len(rows) < len(cells):
             parts.append(thinning.note(len(rows), len(cells), "rows, whole places", "the CSV file has all"))
@@ -159,14 +159,6 @@ def write_frame(path: Path, frame: pd.DataFrame, own: bool = True) -> None:
 def inert(cell):
     """Returns a cell of a CSV file: a text that a spreadsheet would compute as a formula begins with an apostrophe."""
     return f"'{cell}" if isinstance(cell, str) and cell.startswith(FORMULA) else cell
-
-
-def write_latex(header: list[str], rows: list[list[str]], path: Path) -> None:
-    """Writes a `tabular` of plain texts, all escaped, for LaTeX with the packages booktabs, textcomp and
-    pifont."""
-    frame = pd.DataFrame(rows, columns=header)
-    text = frame.to_latex(index=False, escape=True, column_format="l" * len(header))
-    output.text(path, text.replace("✓", r"\ding{51}").replace("✗", r"\ding{55}"))
 
 
 def _fields(value: Value) -> tuple:

@@ -68,7 +68,7 @@ def draw(results: Results, entries: list[tuple[str, Cell | None, str]]):
             axes.imshow(picture, interpolation="nearest", aspect="auto")
             text = f"{cell.label}: {cell.errors}; agreement {cell.agreement}"
             text = textwrap.fill(text, pictures_figure.letters(block - GAP))
-            axes.text(0.5, -0.02, text, transform=axes.transAxes, ha="center", va="top", fontsize=6)
+            axes.text(0.5, -0.02, text, transform=axes.transAxes, ha="center", va="top", fontsize=pictures_figure.PRINT)
     return figure
 
 

@@ -24,11 +24,12 @@ CAPTION = (
 
 SMALL, LARGEST = 480, 1024  # of a panel, in pixels of the PNG
 TEXT_WIDTH = 490  # least width of the text below a panel, pixels
-ABOVE, BETWEEN, BELOW, GAP, BAR = 60, 16, 120, 30, 180  # pixels
+ABOVE, BETWEEN, BELOW, GAP, BAR = 60, 16, 150, 30, 190  # pixels
 COLUMNS, WIDE, HIGH = 3, 1600, 2400  # at most, of a figure: columns, pixels
 MOST = 24  # figures
 TICK = 75.0  # pixels of the label of a tick
-LETTER = 10.0  # pixels of a letter of small print, on average
+PRINT = 8.2  # points of small print, 6 of a figure of 1600 pixels in a column (form.py)
+LETTER = 12.4  # pixels of a letter of small print, on average
 SMALLEST, LEAST = 1e-17, 1e-5  # errors of the scale: of an exact truth, of a sampled one, which has noise
 
 
@@ -150,7 +151,7 @@ def _below(axes, texts: list[str], room: int, colour: str = "black") -> None:
     """Writes texts below a panel, in lines of at most `room` pixels."""
     lines = [line for text in texts for line in textwrap.wrap(text, letters(room))]
     place = {"transform": axes.transAxes, "ha": "center", "va": "top"}
-    axes.text(0.5, -0.02, "\n".join(lines), **place, fontsize=6.5, color=colour)
+    axes.text(0.5, -0.02, "\n".join(lines), **place, fontsize=PRINT, color=colour)
 
 
 def _panels(results: Results, cell: Cell, above, below, norm, room: int) -> None:
@@ -177,7 +178,7 @@ def say(axes, text: str, least: int = 27) -> None:
     axes.set_facecolor("#F4F4F4")
     wide = axes.get_window_extent().width / axes.figure.dpi * 72  # points
     lines = textwrap.fill(text, max(least, int(wide / (0.55 * 7))))  # a letter is about 0.55 of its size wide
-    axes.text(0.5, 0.5, lines, transform=axes.transAxes, ha="center", va="center", fontsize=7)
+    axes.text(0.5, 0.5, lines, transform=axes.transAxes, ha="center", va="center", fontsize=PRINT)
 
 
 def _bar(figure, axes, norm) -> None:

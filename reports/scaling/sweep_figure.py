@@ -123,7 +123,7 @@ def draw(results: Results, panels: list[Panel], what: Quantity, crossings: Numbe
     drawn = list(zip(every.flat, panels, strict=False))
     for number, (axes, panel) in enumerate(drawn):
         _panel(axes, panel, what, Scale(upright.name, upright.least / unit), unit, 0.75 * wide / columns, of)
-        axes.set_title(textwrap.fill(panel.label, int(19 * wide / columns)), loc="left", fontsize=7)
+        axes.set_title(textwrap.fill(panel.label, int(17 * wide / columns)), loc="left", fontsize=style.SMALL)
         if number % columns == 0:
             axes.set_ylabel(f"{what.title} ({name})" if name else what.title)
         style.across(axes, panel.mark)

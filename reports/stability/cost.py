@@ -25,9 +25,9 @@ CAPTION = (
     "same level: the median over levels, with a bar from quartile to quartile. Across: the stress survived, as in the "
     "overview. Low and to the right is best. Full marks are float64, hollow ones other precisions."
 )
-COLUMNS, PANEL = 5, (1.5, 1.6)  # inches
-MOST = 30  # panels of a figure: a page
-KEY = 0.065  # of a panel's height, for a way in its key
+COLUMNS, PANEL = 4, (1.8, 1.9)  # inches
+MOST = 20  # panels of a figure: a page
+KEY = 0.085  # of a panel's height, for a way in its key
 CSV_HEADER = (
     "row", "variant", "precision", "way", "naive", "default_way", "levels", "time_ratio", "ratio_low", "ratio_high",
     "survived", "of", "unit", "sure",
@@ -192,15 +192,15 @@ def _panel(axes, row: Row, row_costs: list[Cost], variants: list[str]) -> None:
     axes.set_ylim(low, high * (high / low) ** (room / (1 - room)))
     axes.yaxis.set_major_formatter(lambda value, _: look.short(value))
     axes.yaxis.minorticks_off()
-    axes.tick_params(labelsize=look.TINY + 0.6, which="both")
+    axes.tick_params(labelsize=look.SMALL, which="both")
     of = max(row.survival(cost.curve).of for cost in row_costs)
     axes.set_xlim(-0.08 * of, 1.08 * of)
     axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.xaxis.set_major_formatter(lambda value, _: look.short(value))
     decades = row.survival(row_costs[0].curve).decades
-    axes.set_xlabel(f"{'decades' if decades else 'levels'} survived, of {of:.3g}", fontsize=look.SMALL - 0.5)
+    axes.set_xlabel(f"{'decades' if decades else 'levels'} survived, of {of:.3g}", fontsize=look.SMALL)
     axes.set_title(row.label, loc="left", fontsize=look.SMALL)
     axes.grid()
     handles = [Line2D([], [], ls="", marker="s", ms=3, color=shades[way], mew=0) for way in ways]
-    axes.legend(handles, [way.name for way in ways], fontsize=look.TINY - 0.4, loc="upper left", handletextpad=0.1,
+    axes.legend(handles, [way.name for way in ways], fontsize=look.SMALL, loc="upper left", handletextpad=0.1,
                 borderpad=0.2, labelspacing=0.2)  # fmt: skip

@@ -141,10 +141,10 @@ def _limits(axes, row: Row) -> None:
         if curve.limit is not None and low <= curve.limit <= high and curve is _first(row, curve):
             precisions = limits.setdefault((curve.limit, drawn["color"]), [])
             precisions.append(curve.precision.removeprefix("float"))
-    heights = {colour: 1 + 0.03 * place for place, colour in enumerate(dict.fromkeys(colour for _, colour in limits))}
+    heights = {colour: 1 + 0.05 * place for place, colour in enumerate(dict.fromkeys(colour for _, colour in limits))}
     for (limit, colour), precisions in limits.items():
         axes.axvline(limit, color=colour, lw=0.8, ls=look.THEORY, zorder=1)
-        axes.text(limit, heights[colour], ", ".join(sorted(set(precisions))), fontsize=look.TINY, color=colour,
+        axes.text(limit, heights[colour], ", ".join(sorted(set(precisions))), fontsize=look.SMALL, color=colour,
                   ha="center", va="bottom", transform=axes.get_xaxis_transform())  # fmt: skip
 
 

@@ -37,16 +37,22 @@ TABLE = (
 MANY = 0.01  # of the answers
 MAP = "RdYlBu"  # people with any colour vision tell it apart
 LINE, COLUMN = 0.125, 0.25  # inches of a cell
-NAMES, HEAD, FOOT = 1.3, 0.7, 1.0
-LETTER = 0.037  # inches, about
-TEXT = 4.8  # points
+NAMES, HEAD, FOOT = 1.6, 0.85, 0.95
+LETTER = 0.044  # inches, about
+TEXT = 6.0  # points, as a column is as wide as this figure
+NOTE = 21  # letters of the note, to the inch
+KINDS = {False: "robust ways", True: "naive ways"}
 
 
 def write(results: Results, out: Path) -> str:
-    """Writes stability-overview.png and .svg; returns the section of the report, with a table of break points."""
+    """Writes stability-overview.png, of robust ways, and -naive.png; returns the section with them and a table."""
     rows = stability.rows(results)
-    figure = style.figure(out / "stability-overview", TITLE, draw, results, rows)
-    parts = [f"## {TITLE}", figure, markdown.escape(CAPTION)]
+    parts = [f"## {TITLE}"]
+    for naive, kind in KINDS.items():
+        if any(way.naive == naive for row in rows for way in row.ways):
+            path = out / f"stability-overview{'-naive' * naive}"
+            parts.append(style.figure(path, f"{TITLE}: {kind}", draw, results, rows, naive))
+    parts.append(markdown.escape(CAPTION))
     return "\n\n".join([*parts, "### Break points", _table(results, rows), markdown.escape(TABLE)])
 
 
@@ -83,38 +89,36 @@ def broken(curve: Curve | None) -> str:
     return f"none up to {look.short(curve.answered[-1].level)}" + (f", then {why}" if why else "")
 
 
-def draw(results: Results, rows: list[Row]):
-    """Draws the map: each row has a block of columns for robust ways, one for naive ways, and a line for each way."""
-    lines = [_height(row) for row in rows]
-    blocks = [_columns(results, rows, naive) for naive in (False, True)]
-    ways = [max((len(way.name) for row in rows for way in row.ways if way.naive == naive), default=0) * LETTER + 0.2
-            for naive in (False, True)]  # fmt: skip
-    starts = NAMES + ways[0], NAMES + sum(ways) + COLUMN * len(blocks[0])
-    wide, high = max(4.5, starts[1] + COLUMN * len(blocks[1]) + 0.15), HEAD + LINE * sum(lines) + FOOT
+def draw(results: Results, rows: list[Row], naive: bool):
+    """Draws the map of the robust or the naive ways: a line for each, a column for each renderer and precision."""
+    rows = [row for row in rows if any(way.naive == naive for way in row.ways)]
+    columns = _columns(results, rows, naive)
+    start = NAMES + 0.2 + LETTER * max(len(way.name) for row in rows for way in row.ways if way.naive == naive)
+    note = look.origin(results, [cell for row in rows for cell in row.cells])
+    wide = max(4.5, start + COLUMN * len(columns) + 0.15)
+    note = textwrap.fill(note, int(wide * NOTE))
+    foot = FOOT + 0.1 * len(note.splitlines())
+    count = sum(way.naive == naive for row in rows for way in row.ways)
+    high = HEAD + LINE * count + foot
     figure = plt.figure(figsize=(wide, high))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(0, wide), ylim=(high, 0))
     axes.axis("off")
-    for start, kind, columns in zip(starts, ("robust methods", "naive methods"), blocks, strict=True):
-        _head(axes, start, kind, columns)
+    _head(axes, start, KINDS[naive], columns)
     top, code = HEAD, None
-    for row, count in zip(rows, lines, strict=True):
+    for row in rows:
         strong = row.facts["code"] != code
         axes.plot([0.05, wide - 0.05], [top, top], color=look.GREY if strong else look.PALE, lw=0.5)
         code = row.facts["code"]
-        _text(axes, 0.08, top + LINE * count / 2, row.label, ha="left")
-        for start, naive, columns in zip(starts, (False, True), blocks, strict=True):
-            ways = [way for way in row.ways if way.naive == naive]
-            for number, way in enumerate(ways):
-                tall = LINE * count / len(ways)
-                at = top + number * tall
-                _text(axes, start - 0.06, at + tall / 2, way.name, ha="right", color="#333333")
-                for place, (variant, precision) in enumerate(columns):
-                    _cell(axes, row, way, variant, precision, (start + place * COLUMN, at, COLUMN, tall))
-        top += LINE * count
-    _legend(figure, axes, wide, high)
-    note = textwrap.fill(look.origin(results, [cell for row in rows for cell in row.cells]), int(wide * 29))
-    figure.text(0.08 / wide, 0.08 / high, note, fontsize=look.TINY - 0.6, color=look.GREY, va="bottom")
+        ways = [way for way in row.ways if way.naive == naive]
+        _text(axes, 0.08, top + LINE * len(ways) / 2, row.label, ha="left")
+        for way in ways:
+            _text(axes, start - 0.06, top + LINE / 2, way.name, ha="right", color="#333333")
+            for place, (variant, precision) in enumerate(columns):
+                _cell(axes, row, way, variant, precision, (start + place * COLUMN, top, COLUMN, LINE))
+            top += LINE
+    _legend(figure, axes, wide, high, foot)
+    figure.text(0.08 / wide, 0.08 / high, note, fontsize=TEXT, color=look.GREY, va="bottom")
     return figure
 
 
@@ -125,11 +129,6 @@ def _columns(results: Results, rows: list[Row], naive: bool) -> list[tuple[str, 
             for precision in sorted({precision for name, precision in pairs if name == variant})]  # fmt: skip
 
 
-def _height(row: Row) -> int:
-    naive = sum(way.naive for way in row.ways)
-    return max(naive, len(row.ways) - naive)
-
-
 def _text(axes, x: float, y: float, text: str, **how) -> None:
     axes.text(x, y, text, **{"fontsize": TEXT, "va": "center", **how})
 
@@ -138,8 +137,10 @@ def _head(axes, start: float, kind: str, columns: list[tuple[str, str]]) -> None
     _text(axes, start, 0.14, kind, ha="left", fontsize=7, fontweight="bold")
     for variant in dict.fromkeys(variant for variant, _ in columns):
         places = [start + (place + 0.5) * COLUMN for place, (name, _) in enumerate(columns) if name == variant]
-        _text(axes, sum(places) / len(places), HEAD - 0.16, variant, ha="center", va="bottom",
-              rotation=0 if len(variant) * 0.04 < COLUMN * len(places) else 25)  # fmt: skip
+        fits = len(variant) * LETTER < COLUMN * len(places)
+        upright = {"ha": "center"} if fits else {"ha": "center", "rotation": 90}
+        _text(axes, sum(places) / len(places), HEAD - 0.16, variant, va="bottom",
+              **upright)  # fmt: skip
     for place, (_, precision) in enumerate(columns):
         at = start + (place + 0.5) * COLUMN
         _text(axes, at, HEAD - 0.08, precision.removeprefix("float"), ha="center", color=look.GREY)
@@ -165,16 +166,17 @@ def _hatch(statuses: set[str]) -> dict:
     return {"fc": "#F4F4F4", "ec": "#AAAAAA", "lw": 0.0, "hatch": "////" if lacks else "xxxx"}
 
 
-def _legend(figure, axes, wide: float, high: float) -> None:
-    bar = figure.add_axes((0.3 / wide, 0.62 / high, 1.6 / wide, 0.08 / high))
+def _legend(figure, axes, wide: float, high: float, foot: float) -> None:
+    bar = figure.add_axes((0.3 / wide, (foot - 0.33) / high, 1.6 / wide, 0.08 / high))
     shades = plt.get_cmap(MAP)([0.12 + 0.76 * step / 99 for step in range(100)])
     drawn = figure.colorbar(ScalarMappable(Normalize(0, 1), ListedColormap(shades)), cax=bar, orientation="horizontal")
     drawn.set_ticks([0, 0.5, 1], labels=["0", "half", "all"])
     drawn.ax.tick_params(labelsize=TEXT, length=1.5)
     drawn.outline.set_linewidth(0.4)
-    _text(axes, 0.3, high - 0.78, "survived, of the stress that was run", ha="left")
+    _text(axes, 0.3, high - foot + 0.17, "survived, of the stress that was run", ha="left")
     handles = [Patch(**_hatch({"unsupported"})), Patch(**_hatch({"failed"}))]
     labels = ["no such method or feature", "asked, no answer"]
-    axes.legend(handles, labels, loc="upper left", bbox_to_anchor=(2.4 / wide, 0.86 / high), ncols=2, fontsize=TEXT)
-    text = textwrap.fill(SIGNS, max(30, int((wide - 2.5) * 24)))
-    _text(axes, 2.45, high - 0.62, text, ha="left", va="top")
+    place = 2.4 / wide, (foot - 0.09) / high
+    axes.legend(handles, labels, loc="upper left", bbox_to_anchor=place, ncols=2, fontsize=TEXT)
+    text = textwrap.fill(SIGNS, max(30, int((wide - 2.5) * NOTE)))
+    _text(axes, 2.45, high - foot + 0.33, text, ha="left", va="top")

@@ -5,6 +5,7 @@ import textwrap
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
+from reports.paper import style
 from reports.run.cell import Cell
 from reports.run.results import Results, grouped
 from reports.stability.stability import Row, Way
@@ -15,7 +16,8 @@ MARKERS = "osD^vP*X"
 LINES = {"float64": "-", "float32": (0, (4, 1.5))}
 OTHER_LINE = "-."
 THEORY = (0, (1.5, 1.5))
-SMALL, TINY = 6, 4.6  # points
+SMALL = style.SMALL  # points
+LETTERS = 17  # of small print, to the inch
 GREY, PALE = "#888888", "#DDDDDD"
 
 
@@ -102,16 +104,16 @@ def key(row: Row) -> tuple[list[Line2D], list[str]]:
 def frame(figure, title: str, keys: tuple[list, list[str]], note: str) -> None:
     """Adds a title and keys above a constrained figure and a grey note of its origin below, and makes it taller."""
     wide, high = figure.get_size_inches()
-    title, note = textwrap.fill(title, int(wide * 14)), textwrap.fill(note, int(wide * 26))
+    title, note = textwrap.fill(title, int(wide * 14)), textwrap.fill(note, int(wide * LETTERS))
     head = 0.09 + 0.145 * len(title.splitlines())
     legend, lines = _legend(figure, keys)
-    above = head + 0.06 + 0.108 * lines
-    below = 0.08 + 0.085 * len(note.splitlines())
+    above = head + 0.06 + 0.135 * lines
+    below = 0.08 + 0.13 * len(note.splitlines())
     full = high + above + below
     figure.set_size_inches(wide, full)
     figure.get_layout_engine().set(rect=(0, below / full, 1, high / full))
     figure.text(0.06 / wide, 1 - 0.06 / full, title, fontsize=8, fontweight="bold", va="top")
-    figure.text(0.06 / wide, 0.05 / full, note, fontsize=TINY, color=GREY, va="bottom")
+    figure.text(0.06 / wide, 0.05 / full, note, fontsize=SMALL, color=GREY, va="bottom")
     if legend:
         legend.set_bbox_to_anchor((0, 1 - head / full))
 
@@ -120,7 +122,7 @@ def _legend(figure, keys: tuple[list, list[str]]):
     """Adds a legend in as many columns as there is room for; returns it, or None without keys, and its lines."""
     wide = figure.get_figwidth() * figure.dpi
     for columns in range(min(8, len(keys[0])), 0, -1):
-        legend = figure.legend(*keys, loc="upper left", ncols=columns, borderpad=0.2, fontsize=SMALL - 0.5,
+        legend = figure.legend(*keys, loc="upper left", ncols=columns, borderpad=0.2, fontsize=SMALL,
                                handlelength=2.2, columnspacing=1.2, labelspacing=0.35)  # fmt: skip
         if columns == 1 or legend.get_window_extent().width <= wide:
             return legend, -(-len(keys[0]) // columns)

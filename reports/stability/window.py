@@ -151,7 +151,7 @@ def _bars(axes, group: list[Window]) -> None:
         middle = math.sqrt(window.low * window.high)
         decades = math.log10(window.high / window.low)
         text = f"{'≥ ' if any(window.wider) else ''}{decades:.3g} decades"
-        axes.text(middle, place - 0.42, text, ha="center", va="center", fontsize=look.TINY)
+        axes.text(middle, place - 0.42, text, ha="center", va="center", fontsize=look.SMALL)
     axes.set_yticks(range(len(group)), [window.acne.variant for window in group], fontsize=look.SMALL)
     axes.set(ylim=(len(group) - 0.4, -0.9), xlabel="length of the offset")
     axes.xaxis.set_major_formatter(lambda value, _: look.short(value))

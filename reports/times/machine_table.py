@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from reports.paper import markdown, table
+from reports.paper import latex, markdown, table
 from reports.run import study
 from reports.run.results import Results
 
@@ -53,6 +53,6 @@ def write(results: Results, out: Path) -> str:
     header = ["what", "this machine", "the study's machine"]
     body = rows(results.facts["environment"])
     table.write_lines(out / "machine.csv", header, body)
-    table.write_latex(header, list(map(list, body)), out / "machine.tex")
+    latex.table(header, list(map(list, body)), out / "machine.tex")
     title = "## Machine (the study's table 2.1)"
     return "\n\n".join([title, markdown.table(header, body), "[machine.csv](machine.csv)"])

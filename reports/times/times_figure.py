@@ -22,8 +22,9 @@ CAPTION = (
 )
 
 ROW, HEAD, FOOT, WIDTH, LINE = 0.22, 0.95, 0.3, 7.7, 0.14  # inches
-RIGHT = 2.45  # inches beside a panel
-HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255", "agrees"), (5, 45, 85, 137)  # points right of a panel
+RIGHT = 2.7  # inches beside a panel
+HEADER, BESIDE = ("RMSE", "largest", "beyond 1/255", "agrees"), (5, 50, 95, 153)  # points right of a panel
+SMALL = 7.85  # points of the letters there, 6 in a column (form.py)
 LONGEST = 40  # letters of a name
 LEAST_RANGE = 2.0  # of an axis: its end over its start
 HIGHEST = 12.0  # inches of a figure, panels beyond are left out
@@ -114,7 +115,7 @@ def _beside(axes, at: tuple[float, float], of, texts: tuple[str, ...], up: float
     for place, text in zip(BESIDE, texts, strict=True):
         axes.annotate(
             text, at, xycoords=of, xytext=(place, up), textcoords="offset points", va="bottom" if up else "center",
-            fontsize=7,
+            fontsize=SMALL,
         )  # fmt: skip
 
 

@@ -127,7 +127,10 @@ def test_experiment(name, rayrace, place, write):
         (["run", "good.toml", "--set", "image.depth=deep"], "image.depth: Input should be a valid integer"),
         (["run", "good.toml", "--set", "title.x=1"], "--set title.x=1: title is not a table"),
         (["run", "good.toml", "--set", "=1"], "--set =1: expected key=value"),
-        (["run", "good.toml", "--only", "cpp"], "--only cpp: not among the experiment's renderers; they are: python"),
+        (
+            ["run", "good.toml", "--only", "xyz"],
+            "--only xyz: no such renderer; the experiment lists python; `rayrace list`",
+        ),
         (["run", "good.toml", "--out", "."], ".: exists already; give --out another folder"),
         (["run", "good.toml", "--out", "scene.txt/run"], "scene.txt/run: Not a directory"),
         (

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
@@ -46,6 +47,11 @@ def planned(rayrace, *words):
 @pytest.mark.parametrize("only", [["--only", "cpp", "--only", "numba"], ["--only", "cpp, numba"]])
 def test_only_adds_up(rayrace, only):
     assert planned(rayrace, "smoke", *only) == {"cpp", "numba"}
+
+
+def test_only_takes_renderers_that_the_experiment_does_not_list(rayrace):
+    listed = tomllib.loads((ROOT / "experiments" / "comparison.toml").read_text())["renderers"]
+    assert "naive" not in listed and planned(rayrace, "comparison", "--only", "naive,cpp") == {"naive", "cpp"}
 
 
 def test_a_key_that_is_set_twice(rayrace):

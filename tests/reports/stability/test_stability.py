@@ -227,7 +227,7 @@ def test_files_are_the_same_twice_and_hold_no_blank(make_run, tmp_path, curve):
         report.write(run, tmp_path / name)
     names = sorted(path.name for path in (tmp_path / "a").iterdir())
     drawn = {name.removesuffix(".png") for name in names if name.endswith(".png")}
-    parts = {f"stability-{name}" for name in (*codes, "overview", "window", "cost")}
+    parts = {f"stability-{name}" for name in (*codes, "overview", "overview-naive", "window", "cost")}
     assert drawn == parts and "stability.csv" in names
     for name in names:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
