@@ -41,7 +41,7 @@ NAMES, HEAD, FOOT = 1.6, 0.85, 0.95
 LETTER = 0.044  # inches, about
 TEXT = 6.0  # points, as a column is as wide as this figure
 NOTE = 21  # letters of the note, to the inch
-KINDS = {False: "robust ways", True: "naive ways"}
+KINDS = {False: "robust methods", True: "naive methods"}
 
 
 def write(results: Results, out: Path) -> str:
