@@ -213,7 +213,7 @@ def test_a_report_of_many_places_stays_short_and_says_so(report_text, tmp_path, 
     said = text.split("## Summary")[1].split("## Machine")[0]
     assert (
         said.count("has the lowest median") == summary.MOST
-        and "Of 120 places: who is the fastest is not resolved in 120." in said
+        and "Of 120 configurations: who is the fastest is not resolved in 120." in said
     )
     assert "Shown are 200 of 240 rows, whole places, evenly spread; the CSV file has all." in text
     loaded = load_one(tmp_path)
