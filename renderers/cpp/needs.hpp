@@ -33,7 +33,7 @@ constexpr bool rays = !one_kind || BUILT(KIND_RAYS);
 constexpr bool float64 = BUILT(PRECISION_FLOAT64) || !BUILT(PRECISION_FLOAT32);
 constexpr bool float32 = BUILT(PRECISION_FLOAT32) || !BUILT(PRECISION_FLOAT64);
 constexpr bool touching = contact && media;  // MED-6
-constexpr bool random = soft || glossy || supersampling || lens;
+constexpr bool random = soft || glossy || supersampling || sobol || lens;
 
 struct Need {
     const char *name, *macro;
