@@ -32,7 +32,7 @@ def stress(
     from harness.experiment import experiment as experiments
     from harness.experiment.experiment import Stress
     from harness.plan import plan
-    from harness.race.row import failed
+    from harness.store.record import failed
     from harness.renderer import registry
     from rayrace import bundled, run, terminal
 

@@ -31,6 +31,7 @@ OTHERWISE = {
     "harness/process/dialog.py": "two pipes, in a new folder within a temporary one",
     "harness/contract/check_scenes.py": "a mesh, in a temporary folder",
     "harness/store/packed.py": "what a packed run holds, in a temporary folder",
+    "reports/paper/vector.py": "a drawing, in memory",
     "rayrace/main.py": "/dev/null",
     "rayrace/progress.py": "/dev/null",
 }

@@ -14,7 +14,7 @@ PROGRAM = r"""
 #include <random>
 
 // The largest errors in u: of cosine and sine, absolute; of expm1 and the logarithm, relative; and how many random
-// numbers are not those of one after the other.
+// numbers and points of a sequence are not those of one after the other.
 template<typename Real>
 void check(unsigned seed)
 {
@@ -23,6 +23,10 @@ void check(unsigned seed)
     std::mt19937 words(seed);
     long double turned = 0, grown = 0, logs = 0;
     int wrong = 0;
+    std::vector<std::uint32_t> matrices(64 * Sequence::bits);  // any will do
+    for (std::uint32_t& word : matrices)
+        word = words();
+    const Sequence sequence{matrices.data(), 64, 2, 4, 2};
     const auto worse = [](long double& worst, long double error) { worst = std::max(worst, std::abs(error)); };
     for (int round = 0; round < 30000; round++) {
         const Lanes<Real> draws = lanes_of<Real>([&](int) { return Real(words() >> 8) * Real(0x1p-24); });
@@ -43,10 +47,15 @@ void check(unsigned seed)
         Lanes<Real> mine[4];
         draw<Real>(pixel, unsigned(round), path, use, key, mine);
         for (int k = 0; k < n; k++) {
-            const Draws one{std::uint32_t(pixel[k]), unsigned(round), key};
-            const std::array<Real, 4> right = one(Real(), std::uint32_t(path[k]), use);
+            const Words right = philox({std::uint32_t(pixel[k]), unsigned(round), std::uint32_t(path[k]), use}, key, 0);
             for (int i = 0; i < 4; i++)
-                wrong += right[std::size_t(i)] != mine[i][k];
+                wrong += uniform<Real>(right[std::size_t(i)]) != mine[i][k];
+        }
+        draw_point<Real>(pixel, path, sequence.of_lobe(3), use, key, sequence, mine[0], mine[1]);
+        for (int k = 0; k < n; k++) {
+            Draws one{std::uint32_t(pixel[k]), use, key, sequence, 3};
+            const std::array<Real, 2> right = one.for_lobe(Real(), std::uint32_t(path[k]), 1, 0);
+            wrong += (right[0] != mine[0][k]) + (right[1] != mine[1][k]);
         }
     }
     std::printf("%Lg %Lg %Lg %d\n", turned / u, grown / u, logs / u, wrong);
