@@ -24,7 +24,7 @@ from reports.times import headline
 from reports.times.headline import Bar, Headline
 
 TITLE = "At a glance"
-MOST, LISTED = 14, 60  # bars that are shown at once, and with a click
+MOST, LISTED = 10, 60  # bars that are shown at once, and with a click
 FEW_TICKS, MOST_TICKS = 3, 6
 FAR = 12  # times the fastest: bars of a longer one need a logarithmic scale
 SURVIVED = (

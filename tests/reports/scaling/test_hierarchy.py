@@ -96,7 +96,7 @@ def line_of(*times):
         ([], "0 sizes with both times, 2 are needed: not in the run"),
         ([(4, 1, 2), (8, 2, 3)], "do not cross: it is not faster at 8 objects"),
         ([(4, 2, 1), (8, 2, 2)], "do not cross: it is not faster at 8 objects"),
-        ([(4, 2, 1), (8, 4, 2)], "do not cross: it is the faster way from 4 objects on"),
+        ([(4, 2, 1), (8, 4, 2)], "do not cross: it is the faster method from 4 objects on"),
     ],
 )
 def test_where_they_do_not_cross(times, reason):
@@ -164,7 +164,7 @@ def test_in_the_report(section, told, tmp_path):
     table, crossings = report_tables.tables(text.replace("\\", ""))
     assert [(row["renderer"], row["faster from"].partition(" on")[0], row["measured at"]) for row in crossings] == [
         ("cpp", "20.0 objects", "10 and 40 objects"),
-        ("numba", "unavailable: they do not cross: it is the faster way from 10 objects", "unavailable"),
+        ("numba", "unavailable: they do not cross: it is the faster method from 10 objects", "unavailable"),
     ]
     row = next(row for row in table if (row["renderer"], row["objects"]) == ("cpp", "40"))
     assert [row[name] for name in ("frame, none", "frame, bvh", "none ÷ bvh")] == [
