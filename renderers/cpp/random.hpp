@@ -84,7 +84,10 @@ struct Sequence {
     std::uint32_t lobes = 0;                  // dimensions of the lights of an order, which lobes come after
 
     bool has(std::uint32_t purpose) const { return matrices && purpose < dimensions; }
-    std::uint32_t of_light(int order, std::uint32_t light) const { return first + std::uint32_t(order) * each + 2 * light; }
+    std::uint32_t of_light(int order, std::uint32_t light) const
+    {
+        return first + std::uint32_t(order) * each + 2 * light;
+    }
     std::uint32_t of_lobe(int order) const { return first + std::uint32_t(order) * each + lobes; }
 
     // SOB-2: the digits of point `index`, the first one in the lowest bit.
@@ -102,7 +105,6 @@ struct Sequence {
 struct Draws {
     std::uint32_t pixel = 0, sample = 0, seed = 0;
     Sequence sequence{};  // without the need `sobol` nobody asks for it
-    int order = 0;        // of the ray; likewise
 
     // The sample's own: its place in the pixel, and on the lens.
     template<typename Real>
@@ -110,16 +112,18 @@ struct Draws {
     {
         if constexpr (needs::sobol)
             if (sequence.matrices) {
-                const auto place = point(real, 0, Sequence::place, sample), lens = point(real, 0, Sequence::lens, sample);
+                const auto place = point(real, 0, Sequence::place, sample);
+                const auto lens = point(real, 0, Sequence::lens, sample);
                 return {place[0], place[1], lens[0], lens[1]};
             }
         const Words words = philox({pixel, sample, 0, 0}, seed, 0);
         return {uniform<Real>(words[0]), uniform<Real>(words[1]), uniform<Real>(words[2]), uniform<Real>(words[3])};
     }
 
-    // SOF-2: of feeler f of `feelers` to a light.
+    // SOF-2: of feeler f of `feelers` to a light, from a hit of a ray of an order.
     template<typename Real>
-    std::array<Real, 2> for_feeler(Real real, std::uint32_t path, std::uint32_t light, int feelers, int f) const
+    std::array<Real, 2> for_feeler(Real real, [[maybe_unused]] int order, std::uint32_t path, std::uint32_t light,
+                                   int feelers, int f) const
     {
         const std::uint32_t count = std::uint32_t(feelers), which = std::uint32_t(f);
         if constexpr (needs::sobol)
@@ -130,7 +134,7 @@ struct Draws {
 
     // GLO-2: of glossy ray g of `rays`.
     template<typename Real>
-    std::array<Real, 2> for_lobe(Real real, std::uint32_t path, int rays, int g) const
+    std::array<Real, 2> for_lobe(Real real, [[maybe_unused]] int order, std::uint32_t path, int rays, int g) const
     {
         if constexpr (needs::sobol)
             if (const std::uint32_t purpose = sequence.of_lobe(order); sequence.has(purpose))

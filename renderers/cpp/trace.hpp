@@ -103,8 +103,6 @@ struct Tracer {
     [[gnu::always_inline]] void follow(const Branch<Real>& branch, int order, Desk<Real>& desk, const OnLight& on_light,
                                        const Cuts& cuts, const OnChild& on_child) const
     {
-        if constexpr (needs::sobol)
-            desk.draws.order = order;
         if constexpr (needs::touching)
             if (contact.possible())
                 return follow_touching(branch, order, desk, on_light, cuts, on_child);
@@ -118,7 +116,7 @@ struct Tracer {
         const Real d_n = dot(branch.ray.direction, at.normal);
         const bool enters = d_n <= 0;
         const Sides sides = media.sides(branch.inside, role.material, role.rank, enters);
-        on_light(light(branch, at, material, desk), attenuation(media[sides.i], hit.t));
+        on_light(light(branch, order, at, material, desk), attenuation(media[sides.i], hit.t));
         leave(branch, order, desk, cuts, on_child, at, role, material, sides, d_n, enters);
     }
 
@@ -155,7 +153,7 @@ private:
             }
             const Role& role = shapes.roles[std::size_t(place.shape)];
             desk.around = d_n <= 0 ? place.sides.was : place.sides.beyond;
-            on_light(light(branch, place.at, materials[std::size_t(role.material)], desk), dimmed);
+            on_light(light(branch, order, place.at, materials[std::size_t(role.material)], desk), dimmed);
             return leave(branch, order, desk, cuts, on_child, place.at, role, materials[std::size_t(role.material)],
                          place.sides, d_n, d_n <= 0);
         }
@@ -203,7 +201,7 @@ private:
         if (share != 0 && (lobe || !cuts(share))) {
             const Ray<Real> mirrored{at.leave(enters ? 1 : -1, epsilon), reflect(branch.ray.direction, at.normal, d_n)};
             if (lobe)
-                follow_glossy(branch, {mirrored, sides.was, {}}, at.normal, material.lobe, share, desk, cuts,
+                follow_glossy(branch, order, {mirrored, sides.was, {}}, at.normal, material.lobe, share, desk, cuts,
                               on_child);
             else {
                 desk.counts.reflected++;
@@ -233,14 +231,15 @@ private:
 
     // GLO-1
     template<typename Cuts, typename OnChild>
-    void follow_glossy(const Branch<Real>& branch, const Branch<Real>& mirrored, Vec3<Real> n, Real exponent,
-                       Real share, Desk<Real>& desk, const Cuts& cuts, const OnChild& on_child) const
+    void follow_glossy(const Branch<Real>& branch, [[maybe_unused]] int order, const Branch<Real>& mirrored,
+                       Vec3<Real> n, Real exponent, Real share, Desk<Real>& desk, const Cuts& cuts,
+                       const OnChild& on_child) const
     {
         if constexpr (needs::glossy)
             for (int g = 0; g < glossy_rays; g++) {
                 if (!study_weight && cuts(share / Real(glossy_rays)))
                     continue;
-                const auto u = desk.draws.for_lobe(Real(), branch.path, glossy_rays, g);
+                const auto u = desk.draws.for_lobe(Real(), order, branch.path, glossy_rays, g);
                 const Lobe<Real> lobe = glossy(mirrored.ray.direction, n, exponent, u);
                 const Real weight = study_weight ? std::pow(lobe.z, exponent) : Real(1);
                 const Real part = share * weight / Real(glossy_rays);
@@ -261,8 +260,8 @@ private:
     }
 
     // LOC: the light that reaches the eye from a surface without a mirror.
-    Vec3<Real> light(const Branch<Real>& branch, const Surface<Real>& at, const Material<Real>& material,
-                     Desk<Real>& desk) const
+    Vec3<Real> light(const Branch<Real>& branch, [[maybe_unused]] int order, const Surface<Real>& at,
+                     const Material<Real>& material, Desk<Real>& desk) const
     {
         Vec3<Real> sum{0, 0, 0};
         if constexpr (needs::ambient)
@@ -271,7 +270,7 @@ private:
             for (std::size_t i = 0; i < lights.size(); i++) {
                 const Light<Real>& light = lights[i];
                 if (needs::soft && shadows && feelers > 0 && light.radius > 0)
-                    sum = sum + soft_light(branch, at, material, i, desk);
+                    sum = sum + soft_light(branch, order, at, material, i, desk);
                 else
                     add_light(light.position, light.colour, branch, at, material, desk, sum);
             }
@@ -303,14 +302,14 @@ private:
     }
 
     // SOF-1
-    Vec3<Real> soft_light(const Branch<Real>& branch, const Surface<Real>& at, const Material<Real>& material,
-                          std::size_t number, Desk<Real>& desk) const
+    Vec3<Real> soft_light(const Branch<Real>& branch, [[maybe_unused]] int order, const Surface<Real>& at,
+                          const Material<Real>& material, std::size_t number, Desk<Real>& desk) const
     {
         Vec3<Real> sum{0, 0, 0};
         if constexpr (needs::soft) {
             const Light<Real>& light = lights[number];
             for (int f = 0; f < feelers; f++) {
-                const auto u = desk.draws.for_feeler(Real(), branch.path, std::uint32_t(number), feelers, f);
+                const auto u = desk.draws.for_feeler(Real(), order, branch.path, std::uint32_t(number), feelers, f);
                 const Vec3<Real> omega = on_unit_sphere(u);
                 add_light(light.position + light.radius * omega, light.colour, branch, at, material, desk, sum);
             }

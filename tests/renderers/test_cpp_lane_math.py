@@ -53,8 +53,8 @@ void check(unsigned seed)
         }
         draw_point<Real>(pixel, path, sequence.of_lobe(3), use, key, sequence, mine[0], mine[1]);
         for (int k = 0; k < n; k++) {
-            Draws one{std::uint32_t(pixel[k]), use, key, sequence, 3};
-            const std::array<Real, 2> right = one.for_lobe(Real(), std::uint32_t(path[k]), 1, 0);
+            const Draws one{std::uint32_t(pixel[k]), use, key, sequence};
+            const std::array<Real, 2> right = one.for_lobe(Real(), 3, std::uint32_t(path[k]), 1, 0);
             wrong += (right[0] != mine[0][k]) + (right[1] != mine[1][k]);
         }
     }
