@@ -32,8 +32,8 @@ def stress(
     from harness.experiment import experiment as experiments
     from harness.experiment.experiment import Stress
     from harness.plan import plan
-    from harness.store.record import failed
     from harness.renderer import registry
+    from harness.store.record import failed
     from rayrace import bundled, run, terminal
 
     rows = catalogue.rows()

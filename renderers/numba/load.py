@@ -60,7 +60,7 @@ def tables(job, real):
         "feelers": job.feelers,
         "glossy_rays": max(1, job.glossy_rays),
         "seed": job.seed,
-        **_samples(job),
+        **samples(job),
         "levels": job.adaptive_depth,
         "threshold": real(job.adaptive_threshold),
         "cutoff": real(job.cutoff if job.cutoff > 0 else -1),  # below any weight where nothing is cut off
@@ -100,8 +100,8 @@ def tables(job, real):
     return values
 
 
-def _samples(job):
-    """How many a pixel has, and a row of them (SAM-1 to SAM-3, SAM-7)."""
+def samples(job):
+    """Returns how many a pixel has, and a row of them (SAM-1 to SAM-3, SAM-7)."""
     if job.sampler == "sobol":
         return {"samples": job.spp, "row_length": math.isqrt(job.spp - 1) + 1}
     n = 1 if job.sampler == "one" else job.samples

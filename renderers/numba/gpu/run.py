@@ -13,7 +13,7 @@ import numpy as np  # noqa: E402
 from numba import cuda  # noqa: E402
 
 from .. import needs  # noqa: E402
-from ..load import build, tables, work, work_of_walk  # noqa: E402
+from ..load import build, samples, tables, work, work_of_walk  # noqa: E402
 from . import compiler, device, render  # noqa: E402
 from .assemble import Layout  # noqa: E402
 from .occupancy import occupancy  # noqa: E402
@@ -160,7 +160,7 @@ def run(job):
         if job.kind == "image":
             primary, reflected, transmitted, shadow, non_finite = total
             if not needs.ADAPTIVE:
-                primary = shape[0] * shape[1] * (1 if job.sampler == "one" else job.samples**2)
+                primary = shape[0] * shape[1] * samples(job)["samples"]
             worker.say_rays(primary, reflected, shadow, non_finite, transmitted)
     methods = {
         **needs.methods(job),
