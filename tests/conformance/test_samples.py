@@ -6,7 +6,7 @@ import draw
 import numpy as np
 import pytest
 from random_scenes import words
-from stage import camera, close, linear, reflectance, square, turned
+from stage import camera, close, linear, reflectance, rough_mirror, square, turned
 
 WHITE = "BACKGROUND (1,1,1)\n"
 MATTE = "0 1 (0,0,0) 4 1\n"
@@ -229,23 +229,12 @@ def test_half_a_light_is_half_a_shadow(bench, serial, turn):
     assert abs(bench.picture(serial, source, feelers=1000, **jobs)[0, 0, 0] - 0.5) < 0.08
 
 
-def glossy_scene(turn, exponent, degrees=40):
-    """A mirror under an angle in a white room with a black wall to one side. Also the mirrored direction and n."""
-    angle = math.radians(degrees)
-    way = np.array([math.sin(angle), 0, -math.cos(angle)])
-    source = camera(turn, -3 * way, 1e-9, towards=way) + WHITE
-    source += square(
-        turn, (0, 0, 0), (60, 0, 0), (0, 60, 0), f"(0,0,0) 0.8 7 (0,0,0) 9 1 {math.sqrt(2 / (exponent + 2))!r}"
-    )
-    return source, turn @ (way * (1, 1, -1)), turn @ (0, 0, 1)
-
-
 @pytest.mark.parametrize("weight", ["plain", "study"])
 @pytest.mark.parametrize("exponent", [1, 30])
 def test_glossy_rays_are_those_of_the_specification(bench, serial, turn, weight, exponent):
     """A black half-space stops the rays of one side: which ones, and with what weight."""
     rays, seed = 9, 21
-    source, r, normal = glossy_scene(turn, exponent)
+    source, r, normal = rough_mirror(turn, exponent)
     side = turn.T @ r
     across = np.array([-side[2], 0, side[0]])
     source += square(turn, 5 * side + 1e4 * across, 1e4 * across, (0, 1e4, 0), f"(0,0,0) {MATTE}")
@@ -263,7 +252,7 @@ def test_glossy_rays_are_those_of_the_specification(bench, serial, turn, weight,
 def test_the_mean_of_many_glossy_rays(bench, serial, turn, weight):
     """In a white room: R exactly for the plain mean; times (m + 1)/(2m + 1) with the study's factor."""
     exponent, rays = 12, 2000
-    source, _, _ = glossy_scene(turn, exponent)
+    source, _, _ = rough_mirror(turn, exponent)
     jobs = {"width": 1, "height": 1, "depth": 1, "glossy_rays": rays, "glossy_weight": weight, "seed": 2}
     picture = bench.picture(serial, source, **jobs)[0, 0, 0] / (0.8 * reflectance(3.0, math.cos(math.radians(40))))
     if weight == "plain":
@@ -275,7 +264,7 @@ def test_the_mean_of_many_glossy_rays(bench, serial, turn, weight):
 def test_the_lobe_s_mean_cosine(bench, serial, turn):
     """(m + 1)/(m + 2): a disc of light of half-angle t about the mirrored ray is hit by 1 - cos^(m+1) t of the rays."""
     exponent, rays, angle = 5, 3000, math.radians(35)
-    source, r, _ = glossy_scene(turn, exponent, 10)
+    source, r, _ = rough_mirror(turn, exponent, 10)
     source = source.replace(WHITE, "AMBIENT (1,1,1)\n")
     source += f"SPHERE {words(50 * r)} {50 * math.sin(angle)!r} (1,1,1) {MATTE}"
     jobs = {"width": 1, "height": 1, "depth": 1, "glossy_rays": rays, "seed": 8}

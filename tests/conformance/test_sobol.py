@@ -6,7 +6,7 @@ import draw
 import numpy as np
 import pytest
 from random_scenes import words
-from stage import camera, close, reflectance, square, turned
+from stage import camera, close, reflectance, rough_mirror, square, turned
 
 WHITE = "BACKGROUND (1,1,1)\n"
 MATTE = "0 1 (0,0,0) 4 1\n"
@@ -18,6 +18,19 @@ def rng():
     seed = int(np.random.default_rng().integers(2**32))
     print("seed", seed)
     return np.random.default_rng(seed)
+
+
+@pytest.mark.parametrize(
+    ("point", "numbers"),
+    [
+        ((1234, 0, 0, 5, 42), (0x5D1E49, 0xE047AE)),
+        ((262143, 37, 10, 56, 7), (0x33DB4D, 0x9EB4F4)),
+        ((9, 2, 62, 2**32 - 1, 2**32 - 1), (0xA0DEE7, 0xDC9C5D)),
+    ],
+)
+def test_the_vectors_of_the_specification(point, numbers):
+    """Of a second writing of the rules, which all renderers are held against below."""
+    assert tuple(draw.sobol(*point) * 2**24) == numbers
 
 
 def half_plane(rng):
@@ -112,21 +125,10 @@ def test_feelers_of_a_reflection_have_dimensions_of_their_own(bench, serial, rng
     close(bench.picture(serial, source, **job, sampler="sobol", spp=count), expected)
 
 
-def mirror(turn, exponent, degrees):
-    """A rough mirror in a white room. Also the mirrored direction and n."""
-    angle = math.radians(degrees)
-    way = np.array([math.sin(angle), 0, -math.cos(angle)])
-    source = camera(turn, -3 * way, 1e-13, towards=way) + WHITE
-    source += square(
-        turn, (0, 0, 0), (60, 0, 0), (0, 60, 0), f"(0,0,0) 0.8 7 (0,0,0) 9 1 {math.sqrt(2 / (exponent + 2))!r}"
-    )
-    return source, turn @ (way * (1, 1, -1)), turn @ (0, 0, 1)
-
-
 @pytest.mark.parametrize(("count", "rays"), [(9, 1), (4, 3)])
 def test_glossy_rays_of_all_samples_are_one_set(bench, serial, count, rays, rng):
     turn, seed, exponent = turned(rng), int(rng.integers(2**32)), float(rng.uniform(1, 30))
-    source, r, normal = mirror(turn, exponent, 40)
+    source, r, normal = rough_mirror(turn, exponent, 40)
     side = turn.T @ r
     across = np.array([-side[2], 0, side[0]])
     source += square(turn, 5 * side + 1e4 * across, 1e4 * across, (0, 1e4, 0), f"(0,0,0) {MATTE}")
@@ -164,7 +166,7 @@ def test_the_mean_over_scrambles_is_right(bench, count, rng):
     assert abs(z_of(bench.picture("cpp", lit_floor(turn, [light], radius), **job, **soft), expected)) < 4
 
     exponent, angle = 5, math.radians(35)
-    source, r, _ = mirror(turn, exponent, 10)
+    source, r, _ = rough_mirror(turn, exponent, 10)
     source = source.replace(WHITE, "AMBIENT (1,1,1)\n")
     source += f"SPHERE {words(50 * r)} {50 * math.sin(angle)!r} (1,1,1) {MATTE}"
     share = 0.8 * reflectance(3.0, math.cos(math.radians(10))) * (1 - math.cos(angle) ** (exponent + 1))

@@ -1,5 +1,7 @@
 """Parts of scenes whose picture is known on paper, in any orientation."""
 
+import math
+
 import numpy as np
 from random_scenes import words
 
@@ -50,3 +52,13 @@ def reflectance(index, cosine):
     perpendicular = (cosine - index * inside) / (cosine + index * inside)
     parallel = (index * cosine - inside) / (index * cosine + inside)
     return (perpendicular**2 + parallel**2) / 2
+
+
+def rough_mirror(turn, exponent, degrees=40):
+    """Scene text of a rough mirror, seen under an angle in a white room. Also the mirrored direction and n."""
+    angle = math.radians(degrees)
+    way = np.array([math.sin(angle), 0, -math.cos(angle)])
+    rough = f"(0,0,0) 0.8 7 (0,0,0) 9 1 {math.sqrt(2 / (exponent + 2))!r}"
+    source = camera(turn, -3 * way, 1e-13, towards=way) + "BACKGROUND (1,1,1)\n"
+    source += square(turn, (0, 0, 0), (60, 0, 0), (0, 60, 0), rough)
+    return source, turn @ (way * (1, 1, -1)), turn @ (0, 0, 1)
